@@ -1,0 +1,136 @@
+//! The diagnosis of a slave (SAP 60). profibus-wire 2.3.
+
+use crate::octets::{Full, Reader, TooShort, Writer};
+
+bitflags::bitflags! {
+    /// Station_Status_1 to 3: octet 1 in bits 0 to 7, octet 2 in 8 to 15, octet 3 in 16 to 23.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct StationStatus: u32 {
+        /// Set by the master: nobody answers.
+        const STATION_NON_EXISTENT = 1 << 0;
+        /// Not ready for Data_Exchange.
+        const STATION_NOT_READY = 1 << 1;
+        /// The last Chk_Cfg did not match.
+        const CFG_FAULT = 1 << 2;
+        /// The extended diagnosis reports an event.
+        const EXT_DIAG = 1 << 3;
+        /// A function was asked for that the slave does not have.
+        const NOT_SUPPORTED = 1 << 4;
+        /// Set by the master: an implausible answer.
+        const INVALID_SLAVE_RESPONSE = 1 << 5;
+        /// The last Set_Prm was faulty.
+        const PRM_FAULT = 1 << 6;
+        /// Set by the master: another master owns the slave.
+        const MASTER_LOCK = 1 << 7;
+        /// The slave must be parameterised.
+        const PRM_REQ = 1 << 8;
+        /// Static diagnosis: no valid process data yet.
+        const STAT_DIAG = 1 << 9;
+        /// Always one in what a slave sends.
+        const ALWAYS_ONE = 1 << 10;
+        /// The response watchdog is on.
+        const WD_ON = 1 << 11;
+        /// Inputs are frozen.
+        const FREEZE_MODE = 1 << 12;
+        /// Outputs are synchronised.
+        const SYNC_MODE = 1 << 13;
+        /// Set by the master: taken out of the cycle.
+        const DEACTIVATED = 1 << 15;
+        /// There is more diagnosis than fits.
+        const EXT_DIAG_OVERFLOW = 1 << 23;
+        // Octets may carry reserved bits; they are kept.
+        const _ = !0;
+    }
+}
+
+/// Diag_Master_Add of a slave that nobody has parameterised.
+pub const NO_MASTER: u8 = 0xFF;
+
+/// The answer to Slave_Diag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlaveDiag<'a> {
+    /// Station_Status_1 to 3.
+    pub status: StationStatus,
+    /// The address of the master that parameterised the slave, [`NO_MASTER`] if none did.
+    pub master_add: u8,
+    /// Ident_Number.
+    pub ident: u16,
+    /// Ext_Diag_Data: none, or blocks that each begin with a header octet.
+    pub ext_diag: &'a [u8],
+}
+
+impl<'a> SlaveDiag<'a> {
+    /// Reads the data unit of an answer.
+    ///
+    /// # Errors
+    /// [`TooShort`] when the six fixed octets are not all there.
+    pub fn parse(du: &'a [u8]) -> Result<Self, TooShort> {
+        let mut reader = Reader::new(du);
+        let status = [reader.octet()?, reader.octet()?, reader.octet()?, 0];
+        Ok(Self {
+            status: StationStatus::from_bits_retain(u32::from_le_bytes(status)),
+            master_add: reader.octet()?,
+            ident: reader.word()?,
+            ext_diag: reader.rest(),
+        })
+    }
+
+    /// Writes the data unit to the front of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Full`] when `out` is too small.
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        let [first, second, third, _] = self.status.bits().to_le_bytes();
+        let mut writer = Writer::new(out);
+        writer.octets(&[first, second, third, self.master_add])?;
+        writer.word(self.ident)?;
+        writer.octets(self.ext_diag)?;
+        Ok(writer.written())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::hex;
+
+    /// profibus-wire 2.3.1, the example of the standard.
+    const TEXT: &str = "08 0C 00 02 12 34 04 11 22 33";
+
+    fn example(ext_diag: &[u8]) -> SlaveDiag<'_> {
+        let status = StationStatus::EXT_DIAG | StationStatus::ALWAYS_ONE | StationStatus::WD_ON;
+        SlaveDiag { status, master_add: 2, ident: 0x1234, ext_diag }
+    }
+
+    #[test]
+    fn parses() {
+        let octets = hex(TEXT);
+        assert_eq!(SlaveDiag::parse(&octets), Ok(example(&[4, 0x11, 0x22, 0x33])));
+    }
+
+    #[test]
+    fn emits() {
+        let mut out = [0; 10];
+        assert_eq!(example(&[4, 0x11, 0x22, 0x33]).emit(&mut out), Ok(10));
+        assert_eq!(out[..], hex(TEXT));
+        assert_eq!(example(&[4, 0x11, 0x22, 0x33]).emit(&mut [0; 9]), Err(Full));
+    }
+
+    #[test]
+    fn too_short() {
+        for length in 0..6 {
+            assert_eq!(SlaveDiag::parse(&hex(TEXT)[..length]), Err(TooShort));
+        }
+    }
+
+    #[test]
+    fn every_bit_of_the_fixed_octets_survives() {
+        for bit in 0..48 {
+            let mut octets = hex("02 05 00 FF 12 34");
+            octets[bit / 8] ^= 1 << (bit % 8);
+            let mut out = [0; 6];
+            assert_eq!(SlaveDiag::parse(&octets).unwrap().emit(&mut out), Ok(6));
+            assert_eq!(out[..], octets);
+        }
+    }
+}

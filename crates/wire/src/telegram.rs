@@ -1,0 +1,418 @@
+//! SD1, SD2, SD3, SD4 and SC: the five forms of a telegram. profibus-wire 1.2 to 1.6.
+//!
+//! A receiver accepts all of them. A sender uses SD1 where nothing follows FC and SD2 everywhere else: one commercial slave
+//! fails on SD3, so [`Telegram::emit`] never makes one (profibus-wire 10, point 39).
+
+use crate::control::Control;
+use crate::octets::{Full, Writer};
+use core::fmt;
+
+/// The longest telegram: an SD2 with LE = 249.
+pub const MAX_TELEGRAM: usize = 255;
+
+/// The longest data unit beside two service access points: 249 - DA - SA - FC - DAE - SAE.
+pub const MAX_DU: usize = 244;
+
+/// The destination address that means everybody.
+pub const BROADCAST: u8 = 127;
+
+const SD1: u8 = 0x10;
+const SD2: u8 = 0x68;
+const SD3: u8 = 0xA2;
+const SD4: u8 = 0xDC;
+const SC: u8 = 0xE5;
+const ED: u8 = 0x16;
+
+/// Bit 7 of DA and SA: an extension octet for this address follows after FC.
+const EXT: u8 = 0x80;
+
+/// One whole telegram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Telegram<'a> {
+    /// SC: the short acknowledgement.
+    ShortAck,
+    /// SD4: the token, from `sa` to `da`. Both octets as they came, since nothing protects them.
+    Token {
+        /// The station that shall have the token.
+        da: u8,
+        /// The station that had it.
+        sa: u8,
+    },
+    /// SD1, SD2 or SD3.
+    Frame(Frame<'a>),
+}
+
+/// What SD1, SD2 and SD3 have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Destination address, 0 to 127, without the EXT bit.
+    pub da: u8,
+    /// Source address, 0 to 127, without the EXT bit.
+    pub sa: u8,
+    /// The extension octet of DA as it came: 0 to 63 is a service access point, anything else is regional addressing.
+    pub dsap: Option<u8>,
+    /// The extension octet of SA.
+    pub ssap: Option<u8>,
+    /// The frame control octet.
+    pub fc: u8,
+    /// The data unit.
+    pub du: &'a [u8],
+}
+
+/// Why octets are no telegram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Malformed {
+    /// No telegram begins with this octet.
+    Start(u8),
+    /// The octets are more or fewer than the form has, or LE and LEr disagree, or LE is not 3 to 249.
+    Length,
+    /// The last octet is not ED.
+    End(u8),
+    /// FCS is not the sum of the octets it covers.
+    Checksum {
+        /// The sum of the octets that came.
+        expected: u8,
+        /// The FCS that came.
+        received: u8,
+    },
+    /// An EXT bit announces an extension octet that is not there.
+    Extension,
+}
+
+impl fmt::Display for Malformed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start(octet) => write!(f, "no telegram begins with {octet:02X}"),
+            Self::Length => f.write_str("the length octets do not fit the telegram"),
+            Self::End(octet) => write!(f, "the telegram ends with {octet:02X} instead of 16"),
+            Self::Checksum { expected, received } => {
+                write!(f, "the check octet is {received:02X}, the sum is {expected:02X}")
+            }
+            Self::Extension => f.write_str("an address extension is announced and missing"),
+        }
+    }
+}
+
+impl core::error::Error for Malformed {}
+
+/// How long a telegram is, as far as its first octets tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// So many octets in total.
+    Total(usize),
+    /// The next octet will tell more.
+    Open,
+    /// This is no telegram.
+    Broken(Malformed),
+}
+
+impl Extent {
+    /// Looks at the first octets of a telegram. Enough octets are four of an SD2 and one of every other form.
+    #[must_use]
+    pub const fn of(octets: &[u8]) -> Self {
+        match octets {
+            [] | [SD2] => Self::Open,
+            [SD2, le] => Self::bounded(*le, Self::Open),
+            [SD2, le, ler] => {
+                Self::bounded(*le, if *le == *ler { Self::Open } else { Self::Broken(Malformed::Length) })
+            }
+            [SD2, le, ler, SD2, ..] if *le == *ler => Self::bounded(*le, Self::Total(*le as usize).plus(6)),
+            [SD2, _, _, SD2, ..] => Self::Broken(Malformed::Length),
+            [SD2, _, _, other, ..] => Self::Broken(Malformed::Start(*other)),
+            [SD1, ..] => Self::Total(6),
+            [SD3, ..] => Self::Total(14),
+            [SD4, ..] => Self::Total(3),
+            [SC, ..] => Self::Total(1),
+            [other, ..] => Self::Broken(Malformed::Start(*other)),
+        }
+    }
+
+    /// `self` if LE is one a telegram can have. 3 is an SD2 without data: parsers accept it, profibus-wire 1.2.
+    const fn bounded(le: u8, this: Self) -> Self {
+        if le < 3 || le > 249 { Self::Broken(Malformed::Length) } else { this }
+    }
+
+    const fn plus(self, more: usize) -> Self {
+        match self {
+            Self::Total(octets) => Self::Total(octets.saturating_add(more)),
+            other => other,
+        }
+    }
+}
+
+/// The arithmetic sum of `octets`, modulo 256. profibus-wire 1.6.
+fn sum(octets: &[u8]) -> u8 {
+    octets.iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet))
+}
+
+impl<'a> Telegram<'a> {
+    /// Reads exactly one telegram.
+    ///
+    /// # Errors
+    /// [`Malformed`] says what is wrong with the first thing that is.
+    #[inline]
+    pub fn parse(octets: &'a [u8]) -> Result<Self, Malformed> {
+        match octets {
+            [SC] => Ok(Self::ShortAck),
+            [SD4, da, sa] => Ok(Self::Token { da: *da, sa: *sa }),
+            [SD2, le, ler, SD2, body @ .., fcs, ED] if *le == *ler && usize::from(*le) == body.len() => {
+                Frame::parse(body, *fcs).map(Self::Frame)
+            }
+            [SD1, body @ .., fcs, ED] if body.len() == 3 => Frame::parse(body, *fcs).map(Self::Frame),
+            [SD3, body @ .., fcs, ED] if body.len() == 11 => Frame::parse(body, *fcs).map(Self::Frame),
+            _ => Err(Self::defect(octets)),
+        }
+    }
+
+    /// What is wrong with octets that have no valid form.
+    #[cold]
+    fn defect(octets: &[u8]) -> Malformed {
+        match (Extent::of(octets), octets.last()) {
+            (Extent::Broken(defect), _) => defect,
+            (Extent::Total(total), Some(last)) if total == octets.len() => Malformed::End(*last),
+            _ => Malformed::Length,
+        }
+    }
+
+    /// Writes the telegram to the front of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Full`] when `out` is too small or the data unit is longer than a telegram can carry.
+    #[inline]
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        match self {
+            Self::ShortAck => {
+                let mut writer = Writer::new(out);
+                writer.octet(SC)?;
+                Ok(writer.written())
+            }
+            Self::Token { da, sa } => {
+                let mut writer = Writer::new(out);
+                writer.octets(&[SD4, *da, *sa])?;
+                Ok(writer.written())
+            }
+            Self::Frame(frame) => frame.emit(out),
+        }
+    }
+}
+
+impl<'a> Frame<'a> {
+    /// The part between the delimiters and FCS.
+    #[inline]
+    fn parse(body: &'a [u8], fcs: u8) -> Result<Self, Malformed> {
+        let expected = sum(body);
+        if expected != fcs {
+            return Err(Malformed::Checksum { expected, received: fcs });
+        }
+        let [da, sa, fc, rest @ ..] = body else { return Err(Malformed::Length) };
+        let (dsap, rest) = extension(*da, rest)?;
+        let (ssap, du) = extension(*sa, rest)?;
+        Ok(Self { da: *da & !EXT, sa: *sa & !EXT, dsap, ssap, fc: *fc, du })
+    }
+
+    /// FC, taken apart.
+    #[must_use]
+    #[inline]
+    pub const fn control(&self) -> Control {
+        Control::from_octet(self.fc)
+    }
+
+    /// A frame without service access points and data: SD1 on the wire.
+    #[must_use]
+    pub const fn short(da: u8, sa: u8, control: Control) -> Self {
+        Self { da, sa, dsap: None, ssap: None, fc: control.to_octet(), du: &[] }
+    }
+
+    fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        let da = self.da & !EXT | if self.dsap.is_some() { EXT } else { 0 };
+        let sa = self.sa & !EXT | if self.ssap.is_some() { EXT } else { 0 };
+        if let (None, None, []) = (self.dsap, self.ssap, self.du) {
+            let mut writer = Writer::new(out);
+            writer.octets(&[SD1, da, sa, self.fc, sum(&[da, sa, self.fc]), ED])?;
+            return Ok(writer.written());
+        }
+        let extensions = usize::from(self.dsap.is_some()).wrapping_add(usize::from(self.ssap.is_some()));
+        let le = self.du.len().saturating_add(extensions).saturating_add(3);
+        let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(Full)?;
+        let mut fcs = sum(&[da, sa, self.fc]).wrapping_add(sum(self.du));
+        let mut writer = Writer::new(out);
+        writer.octets(&[SD2, le, le, SD2, da, sa, self.fc])?;
+        for extension in [self.dsap, self.ssap].into_iter().flatten() {
+            writer.octet(extension)?;
+            fcs = fcs.wrapping_add(extension);
+        }
+        writer.octets(self.du)?;
+        writer.octets(&[fcs, ED])?;
+        Ok(writer.written())
+    }
+}
+
+/// The extension octet that the EXT bit of `address` announces, and what follows it.
+#[inline]
+fn extension(address: u8, rest: &[u8]) -> Result<(Option<u8>, &[u8]), Malformed> {
+    match (address & EXT != 0, rest) {
+        (false, _) => Ok((None, rest)),
+        (true, [extension, rest @ ..]) => Ok((Some(*extension), rest)),
+        (true, []) => Err(Malformed::Extension),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::hex;
+
+    const SLAVE_DIAG: Frame<'_> = Frame { da: 8, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
+
+    /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with what they say.
+    fn printed() -> [(&'static str, Telegram<'static>); 6] {
+        [
+            ("E5", Telegram::ShortAck),
+            ("DC 02 02", Telegram::Token { da: 2, sa: 2 }),
+            ("10 08 02 49 53 16", Telegram::Frame(Frame { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] })),
+            ("68 05 05 68 88 82 6D 3C 3E F1 16", Telegram::Frame(SLAVE_DIAG)),
+            (
+                "68 05 05 68 08 02 7D AA 55 86 16",
+                Telegram::Frame(Frame { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x7D, du: &[0xAA, 0x55] }),
+            ),
+            (
+                "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16",
+                Telegram::Frame(Frame {
+                    da: 2,
+                    sa: 8,
+                    dsap: Some(62),
+                    ssap: Some(60),
+                    fc: 0x08,
+                    du: &[0x02, 0x05, 0x00, 0xFF, 0x12, 0x34],
+                }),
+            ),
+        ]
+    }
+
+    #[test]
+    fn printed_telegrams_parse() {
+        for (text, telegram) in printed() {
+            assert_eq!(Telegram::parse(&hex(text)), Ok(telegram), "{text}");
+        }
+    }
+
+    #[test]
+    fn printed_telegrams_emit() {
+        for (text, telegram) in printed() {
+            let mut out = [0; MAX_TELEGRAM];
+            let length = telegram.emit(&mut out).unwrap();
+            assert_eq!(out[..length], hex(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_altered_octet_is_noticed() {
+        for (text, telegram) in printed().into_iter().skip(2) {
+            let octets = hex(text);
+            for position in 0..octets.len() {
+                for flipped in 1..=0xFF {
+                    let mut altered = octets.clone();
+                    altered[position] ^= flipped;
+                    assert_ne!(Telegram::parse(&altered), Ok(telegram));
+                    assert!(
+                        Telegram::parse(&altered).is_err(),
+                        "{text}: octet {position} as {:02X}",
+                        altered[position]
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_shorter_and_longer_telegram_is_refused() {
+        for (text, _) in printed() {
+            let mut octets = hex(text);
+            for length in 0..octets.len() {
+                assert!(Telegram::parse(&octets[..length]).is_err(), "{text} cut to {length}");
+            }
+            octets.push(0x16);
+            assert!(Telegram::parse(&octets).is_err(), "{text} with an octet too many");
+        }
+    }
+
+    #[test]
+    fn sd3_carries_eight_octets_with_or_without_access_points() {
+        let plain = hex("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
+        assert_eq!(
+            Telegram::parse(&plain),
+            Ok(Telegram::Frame(Frame {
+                da: 8,
+                sa: 2,
+                dsap: None,
+                ssap: None,
+                fc: 0x7D,
+                du: &[1, 2, 3, 4, 5, 6, 7, 8]
+            }))
+        );
+        // Chk_Cfg of six identifiers as pyprofibus sends it.
+        let chk_cfg = hex("A2 88 82 7D 3E 3E 44 86 05 05 05 08 E4 16");
+        let Ok(Telegram::Frame(frame)) = Telegram::parse(&chk_cfg) else { panic!("an SD3") };
+        assert_eq!((frame.dsap, frame.ssap, frame.du), (Some(62), Some(62), &hex("44 86 05 05 05 08")[..]));
+    }
+
+    #[test]
+    fn an_announced_extension_must_be_there() {
+        assert_eq!(Telegram::parse(&hex("10 88 02 49 D3 16")), Err(Malformed::Extension));
+        assert_eq!(Telegram::parse(&hex("68 04 04 68 88 82 6D 3C B3 16")), Err(Malformed::Extension));
+    }
+
+    #[test]
+    fn one_extension_alone_is_kept_as_it_came() {
+        let octets = hex("68 05 05 68 88 02 6D 3C 3E 71 16");
+        let Ok(Telegram::Frame(frame)) = Telegram::parse(&octets) else { panic!("an SD2") };
+        assert_eq!((frame.dsap, frame.ssap, frame.du), (Some(0x3C), None, &[0x3E][..]));
+    }
+
+    #[test]
+    fn defects_are_named() {
+        for (text, defect) in [
+            ("00", Malformed::Start(0)),
+            ("", Malformed::Length),
+            ("10 08 02 49 53", Malformed::Length),
+            ("10 08 02 49 54 16", Malformed::Checksum { expected: 0x53, received: 0x54 }),
+            ("10 08 02 49 53 17", Malformed::End(0x17)),
+            ("68 05 06 68 88 82 6D 3C 3E F1 16", Malformed::Length),
+            ("68 02 02 68 88 82 0A 16", Malformed::Length),
+            ("68 FA FA 68 88 82 0A 16", Malformed::Length),
+            ("68 05 05 69 88 82 6D 3C 3E F1 16", Malformed::Start(0x69)),
+        ] {
+            assert_eq!(Telegram::parse(&hex(text)), Err(defect), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_extent_is_known_as_soon_as_it_can_be() {
+        for (text, extent) in [
+            ("", Extent::Open),
+            ("10", Extent::Total(6)),
+            ("A2", Extent::Total(14)),
+            ("DC", Extent::Total(3)),
+            ("E5", Extent::Total(1)),
+            ("68", Extent::Open),
+            ("68 05", Extent::Open),
+            ("68 02", Extent::Broken(Malformed::Length)),
+            ("68 05 05", Extent::Open),
+            ("68 05 04", Extent::Broken(Malformed::Length)),
+            ("68 F9 F9 68", Extent::Total(255)),
+            ("68 05 05 10", Extent::Broken(Malformed::Start(0x10))),
+            ("16", Extent::Broken(Malformed::Start(0x16))),
+        ] {
+            assert_eq!(Extent::of(&hex(text)), extent, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_data_unit_longer_than_a_telegram_is_not_sent() {
+        let du = [0; 245];
+        let frame = Frame { du: &du, ..SLAVE_DIAG };
+        assert_eq!(Telegram::Frame(frame).emit(&mut [0; 300]), Err(Full));
+        let frame = Frame { du: &du[..MAX_DU], ..SLAVE_DIAG };
+        assert_eq!(Telegram::Frame(frame).emit(&mut [0; MAX_TELEGRAM]), Ok(MAX_TELEGRAM));
+    }
+}

@@ -1,0 +1,9 @@
+//! Hex as a person reads a trace, for the tests of this crate.
+
+extern crate std;
+use std::vec::Vec;
+
+/// The octets of `text`, two hexadecimal digits each, spaces where they help.
+pub fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
+}
