@@ -1,0 +1,195 @@
+//! The passive half of a station: which requests are ours, and which are repetitions. profibus-wire 1.8, 1.9 and 1.11.
+//!
+//! There is one frame count memory per station, whatever the service: it holds the last counted requester, its FCB and the
+//! whole answer. A repeated request gets that answer again and is not executed twice.
+
+use super::Transmit;
+use super::time::BitTime;
+use profivac_wire::control::{Control, FrameCount, Function, Status};
+use profivac_wire::{BROADCAST, Frame, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
+
+/// The requester that no station is: nobody has asked yet.
+const NOBODY: u8 = 0xFF;
+
+/// A request for the layer above.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Indication<'a> {
+    /// Who asks.
+    pub sa: u8,
+    /// Which service.
+    pub sap: Sap,
+    /// The access point of the requester, where the request came with one.
+    pub ssap: Option<u8>,
+    /// The data unit.
+    pub du: &'a [u8],
+}
+
+/// What the layer above answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// SC: taken, nothing to return.
+    ShortAck,
+    /// A telegram without data.
+    Status(Status),
+    /// So many octets of the data unit the responder lent, low priority.
+    Low(usize),
+    /// As [`Low`](Self::Low), but a diagnosis is pending.
+    High(usize),
+}
+
+/// What the link layer makes of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accepted<'a> {
+    /// Not for us, or not to be answered.
+    Ignored,
+    /// An SDN: to be executed, never answered.
+    Unconfirmed(Indication<'a>),
+    /// The counted request of before: the same answer again.
+    Repetition,
+    /// A request that the link layer answers by itself.
+    Own(Status),
+    /// Request identification with reply.
+    Ident,
+    /// To be executed and answered.
+    Confirmed(Indication<'a>),
+}
+
+/// Address match, frame count memory and the answer that may have to be repeated.
+#[derive(Clone, Debug)]
+pub struct Responder {
+    address: u8,
+    /// The last counted requester and its FCB.
+    requester: u8,
+    fcb: bool,
+    /// The answer to it; nothing stored while 0.
+    length: usize,
+    answer: [u8; MAX_TELEGRAM],
+    /// Answers to requests that do not count.
+    uncounted: [u8; MAX_TELEGRAM],
+}
+
+impl Responder {
+    /// A station with `address` that nobody has spoken to.
+    #[must_use]
+    pub const fn new(address: u8) -> Self {
+        Self {
+            address,
+            requester: NOBODY,
+            fcb: false,
+            length: 0,
+            answer: [0; MAX_TELEGRAM],
+            uncounted: [0; MAX_TELEGRAM],
+        }
+    }
+
+    /// The station address.
+    #[must_use]
+    pub const fn address(&self) -> u8 {
+        self.address
+    }
+
+    /// Takes another address and forgets every requester.
+    pub const fn set_address(&mut self, address: u8) {
+        self.address = address;
+        self.requester = NOBODY;
+        self.length = 0;
+    }
+
+    /// Decides what a frame is for this station and, if it is a new counted request, remembers it.
+    #[inline]
+    pub fn accept<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {
+        let Control::Request { function, count } = frame.control() else { return Accepted::Ignored };
+        if frame.sa == self.address || frame.sa == BROADCAST {
+            return Accepted::Ignored;
+        }
+        if frame.da != self.address {
+            return match function {
+                Function::SdnLow | Function::SdnHigh if frame.da == BROADCAST => {
+                    Accepted::Unconfirmed(indication(frame))
+                }
+                _ => Accepted::Ignored,
+            };
+        }
+        match function {
+            Function::SrdLow | Function::SrdHigh => self.counted(frame, count, Accepted::Confirmed(indication(frame))),
+            Function::SdaLow | Function::SdaHigh => {
+                self.counted(frame, count, Accepted::Own(Status::ServiceNotActivated))
+            }
+            Function::SdnLow | Function::SdnHigh => Accepted::Unconfirmed(indication(frame)),
+            Function::FdlStatus => Accepted::Own(Status::Ok),
+            Function::Ident => Accepted::Ident,
+            // profibus-wire 10, point 2: the service is withdrawn.
+            Function::LsapStatus => Accepted::Own(Status::ServiceNotActivated),
+            // profibus-wire 10, point 4
+            Function::Other(_) => Accepted::Ignored,
+        }
+    }
+
+    /// The table of profibus-wire 1.9.
+    fn counted<'a>(&mut self, frame: &Frame<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
+        match count {
+            FrameCount::Uncounted => return new,
+            FrameCount::Counted(fcb) if frame.sa == self.requester && fcb == self.fcb && self.length > 0 => {
+                return Accepted::Repetition;
+            }
+            FrameCount::First => self.fcb = true,
+            FrameCount::Counted(fcb) => self.fcb = fcb,
+        }
+        self.requester = frame.sa;
+        self.length = 0;
+        new
+    }
+
+    /// The stored answer once more, for a request that ended at `end`.
+    #[must_use]
+    pub fn repeat(&self, not_before: BitTime) -> Transmit<'_> {
+        Transmit { not_before, octets: self.answer.get(..self.length).unwrap_or_default() }
+    }
+
+    /// Makes the answer to `frame`, and stores it if the request counts. `du` holds the data the reply speaks of.
+    #[inline]
+    pub fn answer(&mut self, frame: &Frame<'_>, reply: Reply, du: &[u8], not_before: BitTime) -> Option<Transmit<'_>> {
+        let counts = match frame.control() {
+            Control::Request { function, count } => {
+                count != FrameCount::Uncounted
+                    && !matches!(function, Function::FdlStatus | Function::Ident | Function::LsapStatus)
+            }
+            Control::Response { .. } => false,
+        };
+        let telegram = respond(frame, self.address, reply, du);
+        let place = if counts { &mut self.answer } else { &mut self.uncounted };
+        let length = telegram.emit(place).ok()?;
+        if counts {
+            self.length = length;
+        }
+        Some(Transmit { not_before, octets: place.get(..length)? })
+    }
+}
+
+/// A response swaps everything: addresses and access points. SD1 and SC carry none of the latter.
+fn respond<'a>(frame: &Frame<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Telegram<'a> {
+    let (status, length) = match reply {
+        Reply::ShortAck => return Telegram::ShortAck,
+        Reply::Status(status) => return Telegram::Frame(Frame::short(frame.sa, address, Control::slave(status))),
+        Reply::Low(length) => (Status::DataLow, length),
+        Reply::High(length) => (Status::DataHigh, length),
+    };
+    Telegram::Frame(Frame {
+        da: frame.sa,
+        sa: address,
+        dsap: frame.ssap,
+        ssap: frame.dsap,
+        fc: Control::slave(status).to_octet(),
+        du: du.get(..length.min(MAX_DU)).unwrap_or_default(),
+    })
+}
+
+/// DP uses both extensions or none; one alone, or one that is no access point, addresses nothing. profibus-wire 1.3.
+fn indication<'a>(frame: &Frame<'a>) -> Indication<'a> {
+    let sap = match (frame.dsap, frame.ssap) {
+        (None, None) => Sap::Default,
+        (Some(dsap), Some(0..=62)) => Sap::from_octet(Some(dsap)),
+        (dsap, _) => Sap::Other(dsap.unwrap_or(NOBODY)),
+    };
+    Indication { sa: frame.sa, sap, ssap: frame.ssap, du: frame.du }
+}

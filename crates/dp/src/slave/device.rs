@@ -1,0 +1,164 @@
+//! What a DP slave asks of the device behind it.
+
+use profivac_wire::address::SetSlaveAdd;
+use profivac_wire::cfg::Lengths;
+
+/// What the protocol side of a device can do. Fixed for the life of the device; the GSD file says the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Sync is supported.
+    pub sync: bool,
+    /// Freeze is supported.
+    pub freeze: bool,
+    /// The user parameters begin with the three DPV1_Status octets, and reserved bits are checked.
+    pub dpv1: bool,
+    /// MS1 read and write once DPV1_Enable was set and data exchange has begun.
+    pub ms1: bool,
+}
+
+/// The user parameters are not what the device accepts: Prm_Fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrmFault;
+
+/// The configuration is not one of the device's: Cfg_Fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CfgFault;
+
+/// Outputs for the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outputs<'a> {
+    /// The master's data, exactly as long as the configuration says.
+    Data(&'a [u8]),
+    /// There are none: the safe state. Clear, fail-safe, watchdog, and before the first exchange.
+    Safe,
+}
+
+/// The device-dependent part of a diagnosis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Diagnosis<'a> {
+    /// Ext_Diag: the blocks report an event and not a status.
+    pub event: bool,
+    /// Stat_Diag: no valid process data yet.
+    pub static_diag: bool,
+    /// Ext_Diag_Data, at most 238 octets.
+    pub blocks: &'a [u8],
+}
+
+/// Which relation an acyclic access came through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// The class 1 master that owns the slave.
+    Ms1,
+    /// A class 2 master, on the connection with this number (0 for the first).
+    Ms2(u8),
+}
+
+/// A negative DP-V1 response: Error_Code_1 and Error_Code_2; Error_Decode is always 128. profibus-wire 4.1.2 and 4.1.3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Error_Class in the high and Error_Code in the low nibble.
+    pub code_1: u8,
+    /// Defined by the device.
+    pub code_2: u8,
+}
+
+impl Refusal {
+    /// The application does not have the feature.
+    pub const FEATURE_NOT_SUPPORTED: Self = Self::new(0xA9);
+    /// There is no such index.
+    pub const INVALID_INDEX: Self = Self::new(0xB0);
+    /// The data are longer or shorter than the parameter.
+    pub const WRITE_LENGTH: Self = Self::new(0xB1);
+    /// There is no such slot.
+    pub const INVALID_SLOT: Self = Self::new(0xB2);
+    /// The request contradicts itself.
+    pub const TYPE_CONFLICT: Self = Self::new(0xB3);
+    /// Not in this state.
+    pub const STATE_CONFLICT: Self = Self::new(0xB5);
+    /// Not for this requester, or not in this direction.
+    pub const ACCESS_DENIED: Self = Self::new(0xB6);
+    /// The value is not allowed.
+    pub const INVALID_RANGE: Self = Self::new(0xB7);
+
+    /// A refusal with Error_Code_1 and nothing more.
+    #[must_use]
+    pub const fn new(code_1: u8) -> Self {
+        Self { code_1, code_2: 0 }
+    }
+
+    /// The same with the device's own code beside it.
+    #[must_use]
+    pub const fn with(self, code_2: u8) -> Self {
+        Self { code_2, ..self }
+    }
+}
+
+/// The device behind a slave. It never sees a telegram, a bit time or a master's address, only what they decide.
+pub trait Device {
+    /// Ident_Number.
+    fn ident_number(&self) -> u16;
+
+    /// What the protocol side can do.
+    fn features(&self) -> Features;
+
+    /// The user parameters of a Set_Prm that is valid otherwise. `Ok` takes them over.
+    ///
+    /// # Errors
+    /// [`PrmFault`] when the device does not accept them; nothing has changed then.
+    fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault>;
+
+    /// A configuration the master wants. `Ok` takes it over and says how many octets go each way.
+    ///
+    /// # Errors
+    /// [`CfgFault`] when it is not one of the device's; nothing has changed then.
+    fn chk_cfg(&mut self, cfg: &[u8]) -> Result<Lengths, CfgFault>;
+
+    /// The present configuration for Get_Cfg, before the first Chk_Cfg the default one.
+    fn get_cfg(&self) -> &[u8];
+
+    /// Cyclic exchange begins (`true`) or has ended.
+    fn exchanging(&mut self, _running: bool) {}
+
+    /// New outputs.
+    fn outputs(&mut self, outputs: Outputs<'_>);
+
+    /// Writes the inputs into `inputs`, which is exactly as long as the configuration says.
+    fn inputs(&mut self, inputs: &mut [u8]);
+
+    /// The device-dependent part of the diagnosis.
+    fn diagnosis(&self) -> Diagnosis<'_> {
+        Diagnosis::default()
+    }
+
+    /// Whether [`diagnosis`](Self::diagnosis) changed since this was asked last. Makes the slave announce it.
+    fn take_diagnosis_change(&mut self) -> bool {
+        false
+    }
+
+    /// Whether Set_Slave_Add is open.
+    fn address_is_settable(&self) -> bool {
+        false
+    }
+
+    /// Stores a new station address, if the device agrees. Called with a matching ident number and an address up to 125.
+    /// Returns the address that holds from now on, `None` if nothing changed.
+    fn set_address(&mut self, _request: &SetSlaveAdd<'_>) -> Option<u8> {
+        None
+    }
+
+    /// Reads a parameter into `record` and returns its whole length, at most 240 and at most `record.len()`.
+    ///
+    /// # Errors
+    /// A [`Refusal`] with the code of the manual.
+    fn read(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &mut [u8]) -> Result<usize, Refusal> {
+        Err(Refusal::INVALID_SLOT)
+    }
+
+    /// Writes a parameter. `Ok` promises that a nonvolatile one is stored.
+    ///
+    /// # Errors
+    /// A [`Refusal`] with the code of the manual; nothing has changed then.
+    fn write(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &[u8]) -> Result<(), Refusal> {
+        Err(Refusal::INVALID_SLOT)
+    }
+}

@@ -1,0 +1,448 @@
+//! A passive DP station. profibus-wire 2 and 3.
+//!
+//! [`Slave`] joins the link layer's [`Responder`] to a [`Device`]. A request travels down as arguments, its reply comes back
+//! as a return value, and nothing in between waits: what takes time is answered by the state of things now.
+
+mod device;
+mod prm;
+mod state;
+
+pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
+pub use state::{Exchange, Fault, Owner, State, Watchdog};
+
+use crate::link::{Accepted, Baud, BitTime, Indication, Reply, Responder, Station, Transmit};
+use profivac_wire::address::SetSlaveAdd;
+use profivac_wire::control::Status;
+use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+use profivac_wire::global::{ControlCommand, GlobalControl};
+use profivac_wire::{Frame, MAX_DU, Sap, Telegram};
+
+/// The earliest start of an answer that a station may be told. profibus-wire 1.12.
+const MIN_TSDR_TBIT: u8 = 11;
+
+/// The highest address a slave can be given.
+const MAX_ADDRESS: u8 = 125;
+
+/// A passive DP station with `D` behind it.
+#[derive(Clone, Debug)]
+pub struct Slave<D> {
+    responder: Responder,
+    device: D,
+    baud: Baud,
+    state: State,
+    /// min T_SDR in bit times.
+    min_tsdr: u8,
+    /// The outputs the process sees.
+    outputs: [u8; MAX_DU],
+    /// The outputs Sync holds back.
+    held: [u8; MAX_DU],
+    held_valid: bool,
+    /// The inputs as sent last, or as frozen.
+    inputs: [u8; MAX_DU],
+    du: [u8; MAX_DU],
+    now: BitTime,
+}
+
+impl<D: Device> Slave<D> {
+    /// A slave at `address` that has just been switched on.
+    pub fn new(device: D, address: u8, baud: Baud) -> Self {
+        Self {
+            responder: Responder::new(address),
+            device,
+            baud,
+            state: State::POWER_UP,
+            min_tsdr: MIN_TSDR_TBIT,
+            outputs: [0; MAX_DU],
+            held: [0; MAX_DU],
+            held_valid: false,
+            inputs: [0; MAX_DU],
+            du: [0; MAX_DU],
+            now: BitTime(0),
+        }
+    }
+
+    /// Power returns: the slave forgets masters, parameters and answers. Resetting the device is the caller's business.
+    pub fn power_up(&mut self, address: u8) {
+        self.leave(Fault::None);
+        self.responder.set_address(address);
+        self.min_tsdr = MIN_TSDR_TBIT;
+    }
+
+    /// The device.
+    pub const fn device(&self) -> &D {
+        &self.device
+    }
+
+    /// The device, to let time pass or pressure change.
+    pub const fn device_mut(&mut self) -> &mut D {
+        &mut self.device
+    }
+
+    /// The state.
+    pub const fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The station address.
+    pub const fn address(&self) -> u8 {
+        self.responder.address()
+    }
+
+    /// min T_SDR in bit times.
+    pub const fn min_tsdr_tbit(&self) -> u8 {
+        self.min_tsdr
+    }
+
+    /// Which service answers what, profibus-wire 2.2.
+    fn serve(&mut self, request: &Indication<'_>) -> Reply {
+        match request.sap {
+            Sap::Default => self.data_exchange(request),
+            Sap::SlaveDiag => self.slave_diag(request),
+            Sap::SetPrm => self.set_prm(request),
+            Sap::ChkCfg => self.chk_cfg(request),
+            Sap::GetCfg => self.get_cfg(request),
+            Sap::RdInp => self.rd_inp(request),
+            Sap::RdOutp => self.rd_outp(request),
+            Sap::SetSlaveAdd => self.set_slave_add(request),
+            // An SDN service asked for as SRD, and access points a DP-V0 slave does not open.
+            Sap::GlobalControl
+            | Sap::SetExtPrm
+            | Sap::Ms1
+            | Sap::Alarm
+            | Sap::ResourceManager
+            | Sap::Ms2(_)
+            | Sap::Other(_) => Reply::Status(Status::ServiceNotActivated),
+        }
+    }
+
+    /// profibus-wire 2.8
+    fn data_exchange(&mut self, request: &Indication<'_>) -> Reply {
+        let State::DataExch(owner, exchange) = self.state else { return CLOSED };
+        if owner.master != request.sa {
+            return CLOSED;
+        }
+        let expected = usize::from(exchange.lengths.outputs);
+        let fits = match request.du.len() {
+            length if length == expected => {
+                self.take_outputs(request.du, exchange.sync);
+                true
+            }
+            0 if owner.fail_safe => {
+                self.outputs_safe();
+                true
+            }
+            _ => false,
+        };
+        if !exchange.freeze {
+            self.sample_inputs(exchange);
+        }
+        let reply = self.exchange_reply(exchange);
+        if !fits {
+            // Answered as usual, then the slave leaves: profibus-wire 10, points 9 and 10.
+            self.leave(Fault::None);
+        }
+        reply
+    }
+
+    /// The input image, DH instead of DL while a diagnosis is pending, SC where there are no inputs.
+    fn exchange_reply(&mut self, exchange: Exchange) -> Reply {
+        let length = usize::from(exchange.lengths.inputs);
+        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.inputs.get(..length)) {
+            place.copy_from_slice(image);
+        }
+        match (self.diagnosis_is_pending(exchange), length) {
+            (true, _) => Reply::High(length),
+            (false, 0) => Reply::ShortAck,
+            (false, _) => Reply::Low(length),
+        }
+    }
+
+    /// The diagnosis flag stays as long as the device has a static diagnosis. profibus-wire 3.3.
+    fn diagnosis_is_pending(&mut self, exchange: Exchange) -> bool {
+        exchange.diag_flag || self.device.diagnosis().static_diag
+    }
+
+    fn sample_inputs(&mut self, exchange: Exchange) {
+        if let Some(image) = self.inputs.get_mut(..usize::from(exchange.lengths.inputs)) {
+            self.device.inputs(image);
+        }
+    }
+
+    fn take_outputs(&mut self, du: &[u8], sync: bool) {
+        let image = if sync { &mut self.held } else { &mut self.outputs };
+        if let Some(place) = image.get_mut(..du.len()) {
+            place.copy_from_slice(du);
+        }
+        if sync {
+            self.held_valid = true;
+        } else {
+            self.device.outputs(Outputs::Data(du));
+        }
+    }
+
+    fn outputs_safe(&mut self) {
+        self.outputs = [0; MAX_DU];
+        self.held_valid = false;
+        self.device.outputs(Outputs::Safe);
+    }
+
+    /// profibus-wire 2.3; a request with data is refused, section 10, point 8.
+    fn slave_diag(&mut self, request: &Indication<'_>) -> Reply {
+        if !request.du.is_empty() {
+            return NO_ROOM;
+        }
+        let diagnosis = self.device.diagnosis();
+        let mut status = StationStatus::ALWAYS_ONE | self.state_bits();
+        status.set(StationStatus::EXT_DIAG, diagnosis.event);
+        status.set(StationStatus::STAT_DIAG, diagnosis.static_diag);
+        let diag = SlaveDiag {
+            status,
+            master_add: self.state.owner().map_or(NO_MASTER, |owner| owner.master),
+            ident: self.device.ident_number(),
+            ext_diag: diagnosis.blocks,
+        };
+        let reply = diag.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low);
+        // Fetched by the master that owns the slave: profibus-wire 3.3.
+        if let State::DataExch(owner, exchange) = &mut self.state
+            && owner.master == request.sa
+        {
+            exchange.diag_flag = false;
+        }
+        reply
+    }
+
+    /// The bits of the diagnosis that follow from the state alone.
+    fn state_bits(&self) -> StationStatus {
+        let mut status = match self.state {
+            State::WaitPrm(fault) => {
+                StationStatus::STATION_NOT_READY
+                    | StationStatus::PRM_REQ
+                    | match fault {
+                        Fault::None => StationStatus::empty(),
+                        Fault::Prm => StationStatus::PRM_FAULT,
+                        Fault::Cfg => StationStatus::CFG_FAULT,
+                    }
+            }
+            State::WaitCfg(_) => StationStatus::STATION_NOT_READY,
+            State::DataExch(_, exchange) => {
+                let mut status = StationStatus::empty();
+                status.set(StationStatus::SYNC_MODE, exchange.sync);
+                status.set(StationStatus::FREEZE_MODE, exchange.freeze);
+                status
+            }
+        };
+        if let Some(owner) = self.state.owner() {
+            status.set(StationStatus::WD_ON, owner.watchdog.is_some());
+            status.set(StationStatus::NOT_SUPPORTED, owner.not_supported);
+        }
+        status
+    }
+
+    /// profibus-wire 2.6 and transitions 8 to 11. In WAIT-PRM, and from a foreign master, it is acknowledged and ignored
+    /// (section 10, point 7).
+    fn chk_cfg(&mut self, request: &Indication<'_>) -> Reply {
+        let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
+            return Reply::ShortAck;
+        };
+        match self.device.chk_cfg(request.du) {
+            Err(CfgFault) => self.leave(Fault::Cfg),
+            Ok(lengths) => {
+                let exchange = match self.state {
+                    State::DataExch(_, exchange) => Exchange { lengths, ..exchange },
+                    _ => Exchange { lengths, sync: false, freeze: false, diag_flag: false },
+                };
+                self.enter(State::DataExch(owner, exchange));
+            }
+        }
+        Reply::ShortAck
+    }
+
+    /// profibus-wire 2.7
+    fn get_cfg(&mut self, request: &Indication<'_>) -> Reply {
+        if !request.du.is_empty() {
+            return NO_ROOM;
+        }
+        let cfg = self.device.get_cfg();
+        match self.du.get_mut(..cfg.len()) {
+            Some(place) => {
+                place.copy_from_slice(cfg);
+                Reply::Low(cfg.len())
+            }
+            None => Reply::Status(Status::UserError),
+        }
+    }
+
+    /// profibus-wire 2.10: the image as Data_Exchange would return it.
+    fn rd_inp(&mut self, request: &Indication<'_>) -> Reply {
+        let State::DataExch(_, exchange) = self.state else { return CLOSED };
+        if !request.du.is_empty() {
+            return NO_ROOM;
+        }
+        if !exchange.freeze {
+            self.sample_inputs(exchange);
+        }
+        let length = usize::from(exchange.lengths.inputs);
+        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.inputs.get(..length)) {
+            place.copy_from_slice(image);
+        }
+        if length == 0 { Reply::ShortAck } else { Reply::Low(length) }
+    }
+
+    /// profibus-wire 2.10: what the process sees, not what Sync holds back.
+    fn rd_outp(&mut self, request: &Indication<'_>) -> Reply {
+        let State::DataExch(_, exchange) = self.state else { return CLOSED };
+        if !request.du.is_empty() {
+            return NO_ROOM;
+        }
+        let length = usize::from(exchange.lengths.outputs);
+        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.outputs.get(..length)) {
+            place.copy_from_slice(image);
+        }
+        if length == 0 { Reply::ShortAck } else { Reply::Low(length) }
+    }
+
+    /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (section 10, point 15). The acknowledgement
+    /// carries no address, so the new one may hold at once.
+    fn set_slave_add(&mut self, request: &Indication<'_>) -> Reply {
+        if !matches!(self.state, State::WaitPrm(_)) || !self.device.address_is_settable() {
+            return CLOSED;
+        }
+        if let Ok(wanted) = SetSlaveAdd::parse(request.du)
+            && wanted.ident == self.device.ident_number()
+            && wanted.address <= MAX_ADDRESS
+            && let Some(address) = self.device.set_address(&wanted)
+        {
+            self.responder.set_address(address);
+        }
+        Reply::ShortAck
+    }
+
+    /// SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
+    fn unconfirmed(&mut self, request: &Indication<'_>) {
+        let State::DataExch(owner, mut exchange) = self.state else { return };
+        let Ok(control) = GlobalControl::parse(request.du) else { return };
+        if request.sap != Sap::GlobalControl || owner.master != request.sa || !control.concerns(owner.group) {
+            return;
+        }
+        self.heard_owner(request.sa);
+        let command = control.command;
+        let features = self.device.features();
+        let sync = command.intersects(ControlCommand::SYNC | ControlCommand::UNSYNC);
+        let freeze = command.intersects(ControlCommand::FREEZE | ControlCommand::UNFREEZE);
+        let unsupported = (sync && !features.sync)
+            || (freeze && !features.freeze)
+            // section 10, point 14
+            || command.intersects(ControlCommand::RESERVED);
+        if unsupported && let Some(owner) = self.state.owner_mut() {
+            owner.not_supported = true;
+        }
+        if command.contains(ControlCommand::CLEAR_DATA) {
+            self.outputs_safe();
+        }
+        if sync && features.sync {
+            self.transfer_held(exchange);
+            exchange.sync = !command.contains(ControlCommand::UNSYNC);
+        }
+        if freeze && features.freeze {
+            exchange.freeze = !command.contains(ControlCommand::UNFREEZE);
+            self.sample_inputs(exchange);
+        }
+        if let State::DataExch(_, present) = &mut self.state {
+            *present = Exchange { diag_flag: present.diag_flag || unsupported, ..exchange };
+        }
+    }
+
+    /// The outputs that Sync holds back reach the process.
+    fn transfer_held(&mut self, exchange: Exchange) {
+        if core::mem::take(&mut self.held_valid) {
+            self.outputs = self.held;
+            let image = self.outputs.get(..usize::from(exchange.lengths.outputs)).unwrap_or_default();
+            self.device.outputs(Outputs::Data(image));
+        }
+    }
+
+    /// Every error-free request of the owner restarts the watchdog. profibus-wire 3.6 and section 10, point 16.
+    fn heard_owner(&mut self, sa: u8) {
+        let now = self.now;
+        if let Some(Owner { master, watchdog: Some(watchdog), .. }) = self.state.owner_mut()
+            && *master == sa
+        {
+            watchdog.deadline = now + watchdog.period_tbit;
+        }
+    }
+
+    /// Time has come to `now`: the watchdog may expire, and the device may have something to report.
+    fn elapse(&mut self, now: BitTime) {
+        self.now = now;
+        if let Some(Owner { watchdog: Some(watchdog), .. }) = self.state.owner()
+            && watchdog.deadline <= now
+        {
+            self.leave(Fault::None);
+        }
+        if self.device.take_diagnosis_change()
+            && let State::DataExch(_, exchange) = &mut self.state
+        {
+            exchange.diag_flag = true;
+        }
+    }
+
+    /// The only place where the state is assigned: entering and leaving data exchange are told to the device here.
+    fn enter(&mut self, state: State) {
+        let was = matches!(self.state, State::DataExch(..));
+        let is = matches!(state, State::DataExch(..));
+        self.state = state;
+        if was != is {
+            self.outputs_safe();
+            self.device.exchanging(is);
+        }
+    }
+
+    /// Back to WAIT-PRM with safe outputs.
+    fn leave(&mut self, fault: Fault) {
+        self.enter(State::WaitPrm(fault));
+    }
+}
+
+const CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
+const NO_ROOM: Reply = Reply::Status(Status::NoResource);
+
+impl<D: Device> Station for Slave<D> {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.elapse(end);
+        let Telegram::Frame(frame) = telegram else { return None };
+        let not_before = end + u64::from(self.min_tsdr);
+        match self.responder.accept(frame) {
+            Accepted::Ignored => None,
+            Accepted::Unconfirmed(request) => {
+                self.unconfirmed(&request);
+                None
+            }
+            Accepted::Repetition => {
+                self.heard_owner(frame.sa);
+                Some(self.responder.repeat(not_before))
+            }
+            Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
+            Accepted::Ident => self.reply(frame, CLOSED, not_before),
+            Accepted::Confirmed(request) => {
+                self.heard_owner(request.sa);
+                let reply = self.serve(&request);
+                self.reply(frame, reply, not_before)
+            }
+        }
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.elapse(now);
+        None
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.state.owner()?.watchdog.map(|watchdog| watchdog.deadline)
+    }
+}
+
+impl<D: Device> Slave<D> {
+    fn reply(&mut self, frame: &Frame<'_>, reply: Reply, not_before: BitTime) -> Option<Transmit<'_>> {
+        self.responder.answer(frame, reply, &self.du, not_before)
+    }
+}

@@ -1,0 +1,97 @@
+//! Set_Prm: who owns the slave and how it shall behave. profibus-wire 2.4.
+
+use super::{Device, Fault, MIN_TSDR_TBIT, Owner, Slave, State, Watchdog};
+use crate::link::{Indication, Reply};
+use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
+
+/// DPV1_Status_1 bits a slave of this project refuses: reserved ones, and DP-V2.
+const DPV1_1_UNKNOWN: Dpv1Status1 = Dpv1Status1::RESERVED.union(Dpv1Status1::PUBLISHER_ENABLE);
+
+impl<D: Device> Slave<D> {
+    /// Always acknowledged; whether it was right is for the next diagnosis to tell.
+    pub(super) fn set_prm(&mut self, request: &Indication<'_>) -> Reply {
+        // A foreign master changes nothing while the slave is locked, not even with a faulty telegram: section 10, points
+        // 6 and 12.
+        if self.state.is_locked_against(request.sa) {
+            return Reply::ShortAck;
+        }
+        match SetPrm::parse(request.du) {
+            Ok(prm) => self.evaluate(request.sa, &prm),
+            Err(_) => self.leave(Fault::Prm),
+        }
+        Reply::ShortAck
+    }
+
+    /// The table of Lock_Req and Unlock_Req.
+    fn evaluate(&mut self, sa: u8, prm: &SetPrm<'_>) {
+        let lock = prm.status.contains(PrmStatus::LOCK_REQ);
+        let unlock = prm.status.contains(PrmStatus::UNLOCK_REQ);
+        match (lock, unlock) {
+            (false, false) => self.take_min_tsdr(prm.min_tsdr),
+            (_, true) => self.leave(Fault::None),
+            (true, false) => match self.owner_by(sa, prm) {
+                Some(owner) => {
+                    self.take_min_tsdr(prm.min_tsdr);
+                    self.enter(State::WaitCfg(owner));
+                }
+                None => self.leave(Fault::Prm),
+            },
+        }
+    }
+
+    /// What the master asks for, or nothing if it must not.
+    fn owner_by(&mut self, sa: u8, prm: &SetPrm<'_>) -> Option<Owner> {
+        let features = self.device.features();
+        let (dpv1_1, dpv1_known) = dpv1_status(prm.user);
+        let dpv1_1 = if features.dpv1 { dpv1_1 } else { Dpv1Status1::empty() };
+        let watchdog_on = prm.status.contains(PrmStatus::WD_ON);
+        let acceptable = prm.ident == self.device.ident_number()
+            // Reserved bits matter to a DP-V1 slave only.
+            && (!features.dpv1 || (dpv1_known && !prm.status.intersects(PrmStatus::RESERVED)))
+            // section 10, point 11
+            && !(watchdog_on && prm.wd_fact.contains(&0));
+        if !acceptable || self.device.set_prm(prm.user).is_err() {
+            return None;
+        }
+        let watchdog = watchdog_on.then(|| self.watchdog(prm.wd_fact, dpv1_1.contains(Dpv1Status1::WD_BASE_1MS)));
+        let sync = prm.status.contains(PrmStatus::SYNC_REQ) && !features.sync;
+        let freeze = prm.status.contains(PrmStatus::FREEZE_REQ) && !features.freeze;
+        Some(Owner {
+            master: sa,
+            group: prm.group,
+            watchdog,
+            dpv1: dpv1_1.contains(Dpv1Status1::DPV1_ENABLE),
+            fail_safe: dpv1_1.contains(Dpv1Status1::FAIL_SAFE),
+            not_supported: sync || freeze,
+        })
+    }
+
+    /// T_WD = base x WD_Fact_1 x WD_Fact_2, counted from the end of the request.
+    fn watchdog(&self, [first, second]: [u8; 2], base_1ms: bool) -> Watchdog {
+        let base_ms: u64 = if base_1ms { 1 } else { 10 };
+        let ms = base_ms.saturating_mul(u64::from(first)).saturating_mul(u64::from(second));
+        let period_tbit = self.baud.tbit_of_ms(ms);
+        Watchdog { period_tbit, deadline: self.now + period_tbit }
+    }
+
+    /// 0 keeps the value; less than 11 is raised to it.
+    fn take_min_tsdr(&mut self, min_tsdr: u8) {
+        if min_tsdr != 0 {
+            self.min_tsdr = min_tsdr.max(MIN_TSDR_TBIT);
+        }
+    }
+}
+
+/// DPV1_Status_1, and whether the three octets are ones a DP-V1 slave knows: all absent, or without reserved bits.
+/// One or two octets are neither (section 10, point 37).
+fn dpv1_status(user: &[u8]) -> (Dpv1Status1, bool) {
+    match user {
+        [] => (Dpv1Status1::empty(), true),
+        [first, second, third, ..] => {
+            let first = Dpv1Status1::from_bits_retain(*first);
+            let known = !first.intersects(DPV1_1_UNKNOWN) && second & 0x02 == 0 && third & 0x60 == 0;
+            (first, known)
+        }
+        _ => (Dpv1Status1::empty(), false),
+    }
+}
