@@ -139,6 +139,9 @@ pub trait Instrument: Device {
     /// The name of the device in profivac: `bcg450`.
     fn name(&self) -> &'static str;
 
+    /// The station address that holds from the last power-up on: the address switch, or what is stored.
+    fn station_address(&self) -> u8;
+
     /// The measuring parts, in the order of their instances.
     fn parts(&self) -> &[Part];
 
@@ -147,6 +150,10 @@ pub trait Instrument: Device {
 
     /// Time of the device passes: timers, degas, ignition, run hours.
     fn advance(&mut self, seconds: f64);
+
+    /// Lets everything that settles by itself settle: self test, emission switching, filters. Timers that people wait for
+    /// (degas, run hours) do not move.
+    fn settle(&mut self);
 
     /// Power is lost (`false`) or returns. Returning starts the device as from the box, with its nonvolatile values.
     fn power(&mut self, on: bool);
