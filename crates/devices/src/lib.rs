@@ -2,9 +2,20 @@
 //!
 //! Nothing here knows a telegram or a bit time. A device implements [`profivac_dp::slave::Device`] for the bus and
 //! [`Instrument`] for whoever gives it pressure, faults and time.
+//!
+//! | Module | Knows |
+//! |---|---|
+//! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
+//! | [`store`] | nonvolatile memory as a device sees it |
+//! | [`profile`] | what all block devices share |
+//! | [`bcg450`] and its like | one device: its tables beside its behaviour |
 #![no_std]
 #![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
+pub mod bcg450;
 mod instrument;
+pub mod model;
+pub mod profile;
+pub mod store;
 
 pub use instrument::{Action, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Unknown};

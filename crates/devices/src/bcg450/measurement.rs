@@ -1,0 +1,114 @@
+//! Which instance measures, and what. tira41d1 3.2.1.3, errata-bpg-bcg-tpg 77 to 80.
+
+use super::table::{BA, CDG, PIRANI};
+use crate::model::mbar;
+
+/// What the gauge measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// The active instance: PV Selector.
+    pub active: u8,
+    /// Its value in Pa, not clipped.
+    pub pa: f64,
+}
+
+/// A range in which two parts measure.
+struct Overlap {
+    low_pa: f64,
+    high_pa: f64,
+}
+
+const BA_AND_PIRANI: Overlap = Overlap { low_pa: mbar(5.5e-3), high_pa: mbar(2e-2) };
+const PIRANI_AND_CDG: Overlap = Overlap { low_pa: mbar(1.0), high_pa: mbar(10.0) };
+
+impl Overlap {
+    /// How much the upper part counts at `pa`: linear in the logarithm, 0 at the low and 1 at the high end.
+    fn weight(&self, pa: f64) -> f64 {
+        match pa {
+            _ if pa <= self.low_pa => 0.0,
+            _ if pa >= self.high_pa => 1.0,
+            _ => libm::log(pa / self.low_pa) / libm::log(self.high_pa / self.low_pa),
+        }
+    }
+}
+
+/// What two parts that read `low_pa` and `high_pa` say together.
+fn blend(low_pa: f64, high_pa: f64, weight: f64) -> f64 {
+    libm::pow(low_pa, 1.0 - weight) * libm::pow(high_pa, weight)
+}
+
+/// Joins what the parts read; the Bayard-Alpert part reads nothing while its emission is off.
+///
+/// The Pirani takes part in both overlaps, so its reading says where the pressure lies.
+pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
+    let pirani = Measurement { active: PIRANI.instance, pa: pirani_pa };
+    let cdg = Measurement { active: CDG.instance, pa: cdg_pa };
+    let upper = PIRANI_AND_CDG.weight(pirani_pa);
+    let Some(ba_pa) = ba_pa.filter(|_| upper == 0.0) else { return join(pirani, cdg, upper) };
+    let ba = Measurement { active: BA.instance, pa: ba_pa };
+    join(ba, pirani, BA_AND_PIRANI.weight(pirani_pa))
+}
+
+/// The lower part, the upper one, or their mean; in the middle of the overlap the active instance changes (79).
+fn join(low: Measurement, high: Measurement, weight: f64) -> Measurement {
+    match weight {
+        0.0 => low,
+        1.0 => high,
+        _ => Measurement {
+            active: if weight < 0.5 { low.active } else { high.active },
+            pa: blend(low.pa, high.pa, weight),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parts that agree.
+    fn at(pa: f64) -> Measurement {
+        measure(pa, Some(pa), pa)
+    }
+
+    #[test]
+    fn the_active_instance_changes_in_the_middle_of_each_overlap() {
+        for (mbar_, active) in [
+            (1e-11, 2),
+            (5.4e-3, 2),
+            (1.04e-2, 2),
+            (1.06e-2, 1),
+            (2.1e-2, 1),
+            (0.99, 1),
+            (3.1, 1),
+            (3.2, 3),
+            (10.0, 3),
+            (2000.0, 3),
+        ] {
+            assert_eq!(at(mbar(mbar_)).active, active, "{mbar_} mbar");
+        }
+    }
+
+    #[test]
+    fn parts_that_agree_are_not_seen_to_be_blended() {
+        for mbar_ in [1e-9, 6e-3, 1e-2, 1.9e-2, 0.5, 1.5, 3.16, 9.9, 700.0] {
+            let pa = mbar(mbar_);
+            assert!((at(pa).pa / pa - 1.0).abs() < 1e-12, "{mbar_} mbar reads {} Pa", at(pa).pa);
+        }
+    }
+
+    #[test]
+    fn an_overlap_leads_from_one_part_to_the_other_without_a_step() {
+        // The CDG reads twice what the Pirani reads: the value rises steadily from one to the other.
+        let read = |pa: f64| measure(pa, None, 2.0 * pa).pa / pa;
+        assert_eq!(read(mbar(1.0)), 1.0);
+        assert!(read(mbar(1.001)) < 1.001);
+        assert!((read(mbar(10.0f64.sqrt())) - 2.0f64.sqrt()).abs() < 1e-9);
+        assert!(read(mbar(9.999)) > 1.999);
+        assert_eq!(read(mbar(10.0)), 2.0);
+    }
+
+    #[test]
+    fn without_emission_the_pirani_measures_below_too() {
+        assert_eq!(measure(1e-6, None, 1e-6), Measurement { active: 1, pa: 1e-6 });
+    }
+}

@@ -1,0 +1,259 @@
+//! The tables of tira41d1, row by row. Names as printed there, which is English; where a row departs from the print, a
+//! comment says why. Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
+
+use super::bench::Faults;
+use crate::instrument::Principle;
+use crate::model::block::{block, blocks};
+use crate::model::{
+    Configuration, Counts, Dialect, Field, Gsd, Instruction, Model, NumberType, Parameters, Scale, Telegram, Unit,
+    UserPrm, configuration, mbar, telegram,
+};
+use crate::profile::{Facts, Limits};
+use profivac_dp::slave::Features;
+
+block! {
+    /// Identity, state and exceptions of the whole device.
+    pub DeviceBlock = "Device Block", type 1;
+    // ID  parameter                    name as printed                              data type    access           store  section
+    // The overview leaves the store class blank, 3.1.2.1 prints N: a command is never kept (35).
+    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1";
+    16 BlockType                  "Block Type"                                   OSTRING(4)   [1/2_R]          N  "3.1.1.1";
+    17 DeviceType                 "Device Type"                                  VSTRING(8)   [1/2_R]          N  "3.1.1.2";
+    18 StandardRevision           "Standard Revision Level"                      VSTRING(9)   [1/2_R]          N  "3.1.1.3";
+    19 Manufacturer               "Device Manufacturer Identifier"               VSTRING(20)  [1/2_R]          N  "3.1.1.4";
+    20 ModelNumber                "Manufacturer Model Number"                    VSTRING(20)  [1/2_R]          N  "3.1.1.5";
+    21 SoftwareRevision           "Software or Firmware Revision Level"          VSTRING(8)   [1/2_R]          N  "3.1.1.6";
+    22 HardwareRevision           "Hardware Revision Level"                      VSTRING(8)   [1/2_R]          N  "3.1.1.7";
+    23 SerialNumber               "Serial Number"                                VSTRING(30)  [1/2_R]          N  "3.1";
+    24 DeviceConfiguration        "Device Configuration"                         VSTRING(50)  [1/2_R]          N  "3.1.1.8";
+    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9";
+    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10";
+    27 AlarmDetail                "Exception Detail Alarm"                       RECORD(12)   [1/2_R]          V  "3.1.1.11";
+    28 WarningDetail              "Exception Detail Warning"                     RECORD(13)   [1/2_R]          V  "3.1.1.12";
+    204 AlarmCommon               "Common Exception Detail Alarm 0"              UINT8        [1/2_R]          V  "3.1.1.13";
+    205 AlarmDevice0To3           "Device Exception Detail Alarm 0 ... 3"        ARRAY(4)     [1/2_R]          V  "3.1.1.14";
+    206 AlarmDevice4To5           "Device Exception Detail Alarm 4 ... 5"        ARRAY(2)     [1/2_R]          V  "3.1.1.15";
+    207 AlarmManufacturer         "Manufacturer Exception Detail Alarm 0"        UINT8        [1/2_R]          V  "3.1.1.16";
+    208 WarningCommon             "Common Exception Detail Warning 0"            UINT8        [1/2_R]          V  "3.1.1.17";
+    209 WarningDevice0To3         "Device Exception Detail Warning 0 ... 3"      ARRAY(4)     [1/2_R]          V  "3.1.1.18";
+    210 WarningDevice4To6         "Device Exception Detail Warning 4 ... 6"      ARRAY(3)     [1/2_R]          V  "3.1.1.19";
+    211 WarningManufacturer       "Manufacturer Exception Detail Warning 0"      UINT8        [1/2_R]          V  "3.1.1.20";
+}
+
+block! {
+    /// Which instance measures, and which one the shared indices show.
+    pub OneOfNInput = "One Of N Analog Input Function Block", type 3;
+    16 BlockType                  "Block Type"                                   OSTRING(4)   [2_R]            N  "3.2.1.1";
+    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.2";
+    47 PvSelector                 "PV Selector"                                  UINT8        [0_XI 1/2_R]     D  "3.2.1.3";
+}
+
+block! {
+    /// The pressure of one measuring part. No block type is printed (33).
+    pub AnalogInput = "Analog Sensor Input Function Block";
+    19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [0_XI 1_R 2_R]   D  "3.2.2.1";
+    20 Status                     "Status"                                       UINT8        [0_XI 1/2_R]     D  "3.2.2.2";
+    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3";
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4";
+    23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.2.5";
+    24 FullScale                  "Full Scale"                                   BY_TYPE      [1/2_R]          N  "3.2.2.6";
+    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7";
+    40 SafeValue                  "Safe Value"                                   BY_TYPE      [1/2_R/W]        N  "3.2.2.8";
+    44 Overrange                  "Overrange"                                    BY_TYPE      [1/2_R]          N  "3.2.2.9";
+    45 Underrange                 "Underrange"                                   BY_TYPE      [1/2_R]          N  "3.2.2.10";
+}
+
+block! {
+    /// A relay and its threshold.
+    pub SetPoint = "Analog Sensor Input Function Block (set point)";
+    // Printed as Unsigned16 without a length; the text says data type and unit of the device (71).
+    19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [1_R 2_R]        D  "3.2.5.1";
+    20 Status                     "Status"                                       UINT8        [1_R 2_R]        D  "3.2.5.2";
+    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.5.3";
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.5.4";
+    23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.5.5";
+    // 201 and 202 are printed write-only, and 203 as well (110).
+    201 SetpointFunction          "Setpoint Function"                            BOOLEAN      [1_R/W 2_R/W]    N  "3.2.5.6";
+    202 PercentageOfAtmosphere    "Percentage of atmosphere"                     UINT16       [1_R/W 2_R/W]    N  "3.2.5.7";
+    203 AtmosphereReached         "Atmospheric pressure reached"                 BOOLEAN      [1_R 2_R]        D  "3.2.5.8";
+}
+
+block! {
+    /// The range of the whole gauge.
+    pub OneOfNTransducer = "One Of N Vacuum Gauge Transducer Block";
+    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1";
+}
+
+block! {
+    /// The Pirani.
+    pub HeatTransfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
+    101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.2.1";
+    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2";
+    103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1/2_R]          V  "3.3.2.3";
+    104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1/2_R]          V  "3.3.2.4";
+}
+
+block! {
+    /// The Bayard-Alpert part.
+    pub HotCathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
+    // Two octets, command and value; 1 is printed (93).
+    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.9";
+    101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.3.1";
+    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2";
+    103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1_R 2_R]        V  "3.3.3.3";
+    104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1_R 2_R]        V  "3.3.3.4";
+    // Printed as Boolean, with four codes (97).
+    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5";
+    // Printed NV, but the gauge chooses the current, so there is nothing to keep (98).
+    106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6";
+    // Printed as Boolean, with the codes 00 and 03 (99).
+    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7";
+    201 EmissionUserMode          "Emission User Mode State"                     BOOLEAN      [1_R 2_R]        V  "3.3.3.8";
+}
+
+block! {
+    /// The capacitance diaphragm part.
+    pub Diaphragm = "Diaphragm Gauge Transducer Block", type 14;
+    101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.4.1";
+    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.4.2";
+    103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1/2_R]          V  "3.3.4.3";
+    104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1/2_R]          V  "3.3.4.4";
+}
+
+block! {
+    /// The piezo sensor for the ambient pressure.
+    pub Atmosphere = "Atmosphere Sensor Transducer Block", type 256;
+    14 StateCommand               "Atmosphere gauge Block State Command"         RECORD(2)    [1_W 2_W]        -  "3.3.5.2";
+    101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.5.1";
+}
+
+blocks! {
+    /// All parameters of the BCG450-SP. Slot 1 shows one instance at a time (27, 28).
+    pub Parameter;
+    Device(DeviceBlock)              [0 "Device"];
+    OneOfNInput(OneOfNInput)         [1 "One Of N"];
+    OneOfNTransducer(OneOfNTransducer) [1 "One Of N"];
+    Input(AnalogInput)               [1:1 "Pirani", 1:2 "BA", 1:3 "CDG"];
+    SetPoint(SetPoint)               [1:5 "Setpoint A", 1:6 "Setpoint B"];
+    HeatTransfer(HeatTransfer)       [1:1 "Pirani"];
+    HotCathode(HotCathode)           [1:2 "BA"];
+    Diaphragm(Diaphragm)             [1:3 "CDG"];
+    Atmosphere(Atmosphere)           [1:4 "Atmosphere"];
+}
+
+/// The instances of slot 1 that the selector can name.
+pub const INSTANCES: core::ops::RangeInclusive<u8> = 1..=6;
+
+// 2.3, with the configuration data of 2.3 and not of 1.4 (2).
+use Field::{ExceptionStatus, ParameterChannel, ProcessValue, PvSelector, StatusExtension, TransitionCommand};
+use NumberType::{Float, Integer};
+
+static T1: Telegram = telegram(1, &[TransitionCommand]);
+static T2: Telegram = telegram(2, &[ParameterChannel, TransitionCommand]);
+static T3: Telegram = telegram(3, &[ParameterChannel]);
+static T4: Telegram = telegram(4, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
+static T5: Telegram = telegram(5, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
+static T6: Telegram =
+    telegram(6, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
+static T7: Telegram =
+    telegram(7, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
+
+#[rustfmt::skip]
+static CONFIGURATIONS: [Configuration; 8] = [
+    configuration(None,      Some(&T4), &[0x44, 0x84, 0x05, 0x05, 0x05, 0x03]),
+    configuration(None,      Some(&T5), &[0x44, 0x86, 0x05, 0x05, 0x05, 0x08]),
+    configuration(Some(&T1), Some(&T4), &[0xC6, 0x81, 0x84, 0x05, 0x05, 0x05, 0x05, 0x05, 0x03]),
+    configuration(Some(&T1), Some(&T5), &[0xC6, 0x81, 0x86, 0x05, 0x05, 0x05, 0x05, 0x05, 0x08]),
+    configuration(Some(&T3), Some(&T6), &[0xC6, 0x87, 0x8C, 0x0A, 0x0A, 0x05, 0x05, 0x05, 0x03]),
+    configuration(Some(&T3), Some(&T7), &[0xC6, 0x87, 0x8E, 0x0A, 0x0A, 0x05, 0x05, 0x05, 0x08]),
+    configuration(Some(&T2), Some(&T6), &[0xC8, 0x89, 0x8C, 0x0A, 0x05, 0x05, 0x0A, 0x05, 0x05, 0x05, 0x03]),
+    configuration(Some(&T2), Some(&T7), &[0xC8, 0x89, 0x8E, 0x0A, 0x05, 0x05, 0x0A, 0x05, 0x05, 0x05, 0x08]),
+];
+
+/// 3.2.2.1: Torr per mbar (83).
+const TORR: f64 = 0.750_061_68;
+
+/// 3.2.2.4; the codes are decimal (5).
+#[rustfmt::skip]
+pub static UNITS: [Unit; 5] = [
+    Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
+    Unit { code: 1301, name: "Torr",   alias: "torr",   scale: Scale::PerMbar(TORR) },
+    Unit { code: 1302, name: "Micron", alias: "mTorr",  scale: Scale::PerMbar(1000.0 * TORR) },
+    Unit { code: 1308, name: "mbar",   alias: "hPa",    scale: Scale::PerMbar(1.0) },
+    Unit { code: 1309, name: "Pascal", alias: "Pa",     scale: Scale::PerMbar(100.0) },
+];
+
+/// 1.5
+#[rustfmt::skip]
+static USER_PRM: [UserPrm; 5] = [
+    UserPrm { name: "COUNTS",         octets: &[0x00, 0x00, 0x00, 0x03, 0xE9] },
+    UserPrm { name: "Torr",           octets: &[0x00, 0x00, 0x00, 0x05, 0x15] },
+    UserPrm { name: "Micron (mTorr)", octets: &[0x00, 0x00, 0x00, 0x05, 0x16] },
+    UserPrm { name: "mbar",           octets: &[0x00, 0x00, 0x00, 0x05, 0x1C] },
+    UserPrm { name: "Pascal",         octets: &[0x00, 0x00, 0x00, 0x05, 0x1D] },
+];
+
+/// The unit as it leaves the factory (73).
+pub const FACTORY_UNIT: &Unit = &UNITS[3];
+
+/// 10^(COUNTS/2000 - 12.5) mbar for every instance (59).
+pub const COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
+
+/// 3.2.2.6, 3.2.2.9, 3.2.2.10
+pub static PIRANI: Facts = Facts {
+    instance: 1,
+    principle: Principle::Pirani,
+    limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
+    counts: COUNTS,
+};
+
+/// 3.2.3.6, 3.2.3.9, 3.2.3.10
+pub static BA: Facts = Facts {
+    instance: 2,
+    principle: Principle::HotCathode,
+    limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
+    counts: COUNTS,
+};
+
+/// 3.2.4.6, 3.2.4.9, 3.2.4.10
+pub static CDG: Facts = Facts {
+    instance: 3,
+    principle: Principle::Diaphragm,
+    limits: Limits { under_pa: mbar(1.0), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) },
+    counts: COUNTS,
+};
+
+/// 3.3.1.1: the whole gauge (58).
+pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) };
+
+/// 2.2.1.1
+static DIALECT: Dialect = Dialect {
+    instructions: &[
+        (1, Instruction::Read),
+        (2, Instruction::Write(&[2])),
+        (3, Instruction::Write(&[4])),
+        (10, Instruction::Write(&[1])),
+    ],
+    rests_between: true,
+    codes: &[],
+};
+
+/// The tables of the BCG450-SP.
+pub static MODEL: Model = Model {
+    name: "bcg450",
+    title: "BCG450-SP",
+    vendor: "INFICON AG",
+    manual: "tira41d1",
+    ident: 0x08E6,
+    features: Features { sync: false, freeze: false, dpv1: true, ms1: true },
+    configurations: &CONFIGURATIONS,
+    // free choice: the manual names no default. A float, and nothing that a master must send.
+    default_configuration: &CONFIGURATIONS[1],
+    units: &UNITS,
+    user_prm: &USER_PRM,
+    dpv1_status: 0x80,
+    places: Parameter::PLACES,
+    dialect: &DIALECT,
+    faults: &Faults::LIST,
+    gsd: Gsd { revision: 1, hardware: "1.0", software: "1.01", max_diag_octets: 6, set_slave_add: true },
+};

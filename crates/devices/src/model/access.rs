@@ -1,0 +1,128 @@
+//! Who may read and write a parameter.
+
+bitflags::bitflags! {
+    /// The access marks of a parameter, as the manuals print them (Appendix A there).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Access: u16 {
+        /// `0_XI`, `c_r`: travels from the slave to the master.
+        const CYCLIC_IN = 1 << 0;
+        /// `0_XO`, `c_w`: travels from the master to the slave.
+        const CYCLIC_OUT = 1 << 1;
+        /// `1_R`
+        const READ_1 = 1 << 2;
+        /// `1_W`
+        const WRITE_1 = 1 << 3;
+        /// `2_R`
+        const READ_2 = 1 << 4;
+        /// `2_W`
+        const WRITE_2 = 1 << 5;
+        /// `ac_r`: by the parameter channel, on devices that know no other way.
+        const READ_CHANNEL = 1 << 6;
+        /// `ac_w`
+        const WRITE_CHANNEL = 1 << 7;
+    }
+}
+
+/// How an access reaches the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Via {
+    /// MS1, the class 1 master that owns the slave.
+    Class1,
+    /// MS2, a class 2 master.
+    Class2,
+    /// The parameter channel inside the cyclic data.
+    Channel,
+}
+
+/// Which way a value goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// To the master.
+    Read,
+    /// To the device.
+    Write,
+}
+
+impl Access {
+    /// Readable one way or the other, by request.
+    pub const READ: Self = Self::READ_1.union(Self::READ_2).union(Self::READ_CHANNEL);
+    /// Writable one way or the other, by request.
+    pub const WRITE: Self = Self::WRITE_1.union(Self::WRITE_2).union(Self::WRITE_CHANNEL);
+
+    /// Whether a request may come this way.
+    ///
+    /// The parameter channel reads and writes what either class may: errata-bpg-bcg-tpg 22, errata-pxg55x-img400 3.
+    #[must_use]
+    pub const fn allows(self, via: Via, direction: Direction) -> bool {
+        self.intersects(match (via, direction) {
+            (Via::Class1, Direction::Read) => Self::READ_1,
+            (Via::Class1, Direction::Write) => Self::WRITE_1,
+            (Via::Class2, Direction::Read) => Self::READ_2,
+            (Via::Class2, Direction::Write) => Self::WRITE_2,
+            (Via::Channel, Direction::Read) => Self::READ,
+            (Via::Channel, Direction::Write) => Self::WRITE,
+        })
+    }
+}
+
+/// The access column of a block table: the marks of every manual, token by token.
+macro_rules! access {
+    ($($marks:tt)*) => { $crate::model::access::marks!(@ $crate::model::Access::empty(); $($marks)*) };
+}
+
+/// One arm per mark: longer marks first, because `1_R` begins `1_R/W`.
+macro_rules! marks {
+    (@ $access:expr;) => { $access };
+    (@ $access:expr; 0_XI $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::CYCLIC_IN); $($rest)*) };
+    (@ $access:expr; 0_XO $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::CYCLIC_OUT); $($rest)*) };
+    (@ $access:expr; 1/2_R/W $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 1_R 1_W 2_R 2_W $($rest)*) };
+    (@ $access:expr; 1/2_R $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 1_R 2_R $($rest)*) };
+    (@ $access:expr; 1/2_W $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 1_W 2_W $($rest)*) };
+    (@ $access:expr; 1_R/W $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 1_R 1_W $($rest)*) };
+    (@ $access:expr; 2_R/W $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 2_R 2_W $($rest)*) };
+    (@ $access:expr; 2R/W $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 2_R 2_W $($rest)*) };
+    (@ $access:expr; 2R $($rest:tt)*) => { $crate::model::access::marks!(@ $access; 2_R $($rest)*) };
+    (@ $access:expr; 1_R $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::READ_1); $($rest)*) };
+    (@ $access:expr; 1_W $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::WRITE_1); $($rest)*) };
+    (@ $access:expr; 2_R $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::READ_2); $($rest)*) };
+    (@ $access:expr; 2_W $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::WRITE_2); $($rest)*) };
+    (@ $access:expr; c_r $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::CYCLIC_IN); $($rest)*) };
+    (@ $access:expr; c_w $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::CYCLIC_OUT); $($rest)*) };
+    (@ $access:expr; ac_r $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::READ_CHANNEL); $($rest)*) };
+    (@ $access:expr; ac_w $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::WRITE_CHANNEL); $($rest)*) };
+    (@ $access:expr; , $($rest:tt)*) => { $crate::model::access::marks!(@ $access; $($rest)*) };
+}
+
+pub(crate) use {access, marks};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_marks_of_all_manuals_mean_the_same() {
+        let all = Access::READ_1 | Access::WRITE_1 | Access::READ_2 | Access::WRITE_2;
+        assert_eq!(access!(1 / 2_R / W), all);
+        assert_eq!(access!(1_R/W 2_R/W), all);
+        assert_eq!(access!(1_R 1_W 2_R 2_W), all);
+        assert_eq!(access!(0_XI 1/2_R), Access::CYCLIC_IN | Access::READ_1 | Access::READ_2);
+        assert_eq!(access!(0_XO 2_R), Access::CYCLIC_OUT | Access::READ_2);
+        assert_eq!(access!(2R / W), Access::READ_2 | Access::WRITE_2);
+        assert_eq!(access!(2R), Access::READ_2);
+        assert_eq!(access!(1 / 2_W), Access::WRITE_1 | Access::WRITE_2);
+        assert_eq!(access!(c_w, ac_r), Access::CYCLIC_OUT | Access::READ_CHANNEL);
+        assert_eq!(access!(ac_r, ac_w), Access::READ_CHANNEL | Access::WRITE_CHANNEL);
+        assert_eq!(access!(c_r), Access::CYCLIC_IN);
+    }
+
+    #[test]
+    fn each_way_needs_its_own_mark_and_the_channel_any() {
+        let class_2 = access!(2_R / W);
+        for (via, allowed) in [(Via::Class1, false), (Via::Class2, true), (Via::Channel, true)] {
+            assert_eq!(class_2.allows(via, Direction::Read), allowed, "{via:?}");
+            assert_eq!(class_2.allows(via, Direction::Write), allowed, "{via:?}");
+        }
+        assert!(!access!(0_XI).allows(Via::Channel, Direction::Read));
+        assert!(!access!(1 / 2_R).allows(Via::Channel, Direction::Write));
+    }
+}

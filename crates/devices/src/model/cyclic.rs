@@ -1,0 +1,275 @@
+//! What travels in every cycle: standard telegrams, and the configurations that choose them.
+
+use super::NumberType;
+use profivac_wire::Reader;
+
+/// One element of a cyclic telegram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// The parameter channel, either way.
+    ParameterChannel,
+    /// Transition Command and its value, to the device.
+    TransitionCommand,
+    /// Sensor On_Off, to the device.
+    SensorOnOff,
+    /// So many octets that the device ignores.
+    Ignored(u8),
+    /// Exception Status.
+    ExceptionStatus,
+    /// One Of N Status Extension.
+    StatusExtension,
+    /// One Of N PV Selector.
+    PvSelector,
+    /// The Process Value of the instance that the PV Selector names.
+    ProcessValue(NumberType),
+    /// The Process Value or Measured Value of a channel, counted from 1.
+    ChannelValue(u8, NumberType),
+    /// Measured Value of a channel as mantissa and exponent.
+    ChannelMantissa(u8),
+    /// The measurement status of a channel.
+    MeasurementStatus(u8),
+    /// Channel Status.
+    ChannelStatus,
+    /// The status of so many trip relays, from relay 1 on.
+    TripRelays(u8),
+    /// Status and 12-bit value of the TTR compatibility mode.
+    TtrValue,
+}
+
+/// Data type codes in a configuration: profibus-wire 2.6.3.
+const OCTET_STRING: u8 = 0x0A;
+const UINT8: u8 = 0x05;
+const INTEGER16: u8 = NumberType::Integer.code();
+const FLOAT: u8 = NumberType::Float.code();
+
+impl Field {
+    /// What the manuals call it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ParameterChannel => "Parameter Channel",
+            Self::TransitionCommand => "Transition Command and Value",
+            Self::SensorOnOff => "Sensor On_Off",
+            Self::Ignored(_) => "not processed",
+            Self::ExceptionStatus => "Exception Status",
+            Self::StatusExtension => "One Of N Status Extension",
+            Self::PvSelector => "One Of N PV Selector",
+            Self::ProcessValue(_) => "Process Value",
+            Self::ChannelValue(..) | Self::ChannelMantissa(_) => "Measured Value",
+            Self::MeasurementStatus(_) => "Measurement Status",
+            Self::ChannelStatus => "Channel Status",
+            Self::TripRelays(_) => "Trip Relays",
+            Self::TtrValue => "Status and Measurement Value",
+        }
+    }
+
+    /// How many octets it has.
+    #[must_use]
+    pub const fn octets(self) -> usize {
+        match self {
+            Self::ParameterChannel => 8,
+            Self::TransitionCommand | Self::ChannelStatus | Self::TtrValue => 2,
+            Self::SensorOnOff
+            | Self::ExceptionStatus
+            | Self::StatusExtension
+            | Self::PvSelector
+            | Self::MeasurementStatus(_) => 1,
+            Self::ProcessValue(number) | Self::ChannelValue(_, number) => number.octets(),
+            Self::ChannelMantissa(_) => 3,
+            Self::Ignored(octets) | Self::TripRelays(octets) => octets as usize,
+        }
+    }
+
+    /// Its type codes in a configuration of the special format.
+    const fn codes(self) -> &'static [u8] {
+        match self {
+            Self::ParameterChannel | Self::ChannelStatus | Self::TripRelays(_) => &[OCTET_STRING],
+            Self::TransitionCommand => &[UINT8, UINT8],
+            Self::SensorOnOff
+            | Self::ExceptionStatus
+            | Self::StatusExtension
+            | Self::PvSelector
+            | Self::MeasurementStatus(_) => &[UINT8],
+            Self::ProcessValue(NumberType::Integer) | Self::ChannelValue(_, NumberType::Integer) => &[INTEGER16],
+            Self::ProcessValue(NumberType::Float) | Self::ChannelValue(_, NumberType::Float) => &[FLOAT],
+            // Only in configurations of the general format, which knows no types.
+            Self::ChannelMantissa(_) | Self::Ignored(_) | Self::TtrValue => &[],
+        }
+    }
+}
+
+/// A standard telegram.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Telegram {
+    /// The manual's number.
+    pub number: u8,
+    /// What it consists of, in order.
+    pub fields: &'static [Field],
+}
+
+/// A standard telegram of a table.
+pub(crate) const fn telegram(number: u8, fields: &'static [Field]) -> Telegram {
+    Telegram { number, fields }
+}
+
+impl Telegram {
+    /// How many octets it has.
+    #[must_use]
+    pub const fn octets(&self) -> usize {
+        let (mut fields, mut sum) = (self.fields, 0usize);
+        while let [field, rest @ ..] = fields {
+            sum = sum.saturating_add(field.octets());
+            fields = rest;
+        }
+        sum
+    }
+
+    /// The fields and where each begins.
+    pub fn layout(&self) -> impl Iterator<Item = (usize, Field)> {
+        self.fields.iter().scan(0usize, |next, field| {
+            let start = *next;
+            *next = start.saturating_add(field.octets());
+            Some((start, *field))
+        })
+    }
+}
+
+/// A configuration of a device: Chk_Cfg chooses its telegrams.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Configuration {
+    /// Master to slave.
+    pub outputs: Option<&'static Telegram>,
+    /// Slave to master.
+    pub inputs: Option<&'static Telegram>,
+    /// The configuration data.
+    pub octets: &'static [u8],
+}
+
+/// A configuration of a table, checked against its telegrams while the program is compiled.
+pub(crate) const fn configuration(
+    outputs: Option<&'static Telegram>,
+    inputs: Option<&'static Telegram>,
+    octets: &'static [u8],
+) -> Configuration {
+    let configuration = Configuration { outputs, inputs, octets };
+    assert!(configuration.is_consistent(), "the configuration data do not fit the telegrams");
+    configuration
+}
+
+/// Lengths of both directions and, in the special format, the type codes that are still expected.
+struct Sums {
+    outputs: usize,
+    inputs: usize,
+}
+
+impl Configuration {
+    /// How many octets the master sends.
+    #[must_use]
+    pub const fn output_octets(&self) -> usize {
+        octets_of(self.outputs)
+    }
+
+    /// How many octets the slave sends.
+    #[must_use]
+    pub const fn input_octets(&self) -> usize {
+        octets_of(self.inputs)
+    }
+
+    /// How a Process Value travels, if one does.
+    #[must_use]
+    pub fn number(&self) -> Option<NumberType> {
+        self.inputs?.fields.iter().find_map(|field| match field {
+            Field::ProcessValue(number) | Field::ChannelValue(_, number) => Some(*number),
+            _ => None,
+        })
+    }
+
+    /// Whether the octets announce the telegrams: both lengths, consistency over the whole length
+    /// (errata-bpg-bcg-tpg 15) and, in the special format, the type of every element, outputs first.
+    const fn is_consistent(&self) -> bool {
+        let mut reader = Reader::new(self.octets);
+        let mut sums = Sums { outputs: 0, inputs: 0 };
+        while let Ok(octet) = reader.octet() {
+            let fits = if octet & 0x30 == 0 {
+                self.special_fits(octet, &mut reader, &mut sums)
+            } else {
+                general(octet, &mut sums);
+                true
+            };
+            if !fits {
+                return false;
+            }
+        }
+        sums.outputs == self.output_octets() && sums.inputs == self.input_octets()
+    }
+
+    /// An identifier of the special format carries both telegrams. profibus-wire 2.6.2.
+    const fn special_fits(&self, octet: u8, reader: &mut Reader<'_>, sums: &mut Sums) -> bool {
+        if octet & 0x80 != 0 {
+            let Some(length) = length(reader) else { return false };
+            sums.outputs = length;
+        }
+        if octet & 0x40 != 0 {
+            let Some(length) = length(reader) else { return false };
+            sums.inputs = length;
+        }
+        codes_follow(self.outputs, reader)
+            && codes_follow(self.inputs, reader)
+            && reader.is_empty()
+            && octet & 0x0F == codes_of(self.outputs).wrapping_add(codes_of(self.inputs))
+    }
+}
+
+const fn octets_of(telegram: Option<&Telegram>) -> usize {
+    match telegram {
+        Some(telegram) => telegram.octets(),
+        None => 0,
+    }
+}
+
+/// A length octet of the special format: octets, consistent over the whole length.
+const fn length(reader: &mut Reader<'_>) -> Option<usize> {
+    match reader.octet() {
+        Ok(octet) if octet & 0xC0 == 0x80 => Some((octet & 0x3F).wrapping_add(1) as usize),
+        _ => None,
+    }
+}
+
+/// An identifier of the general format: octets of one or both directions. profibus-wire 2.6.1.
+const fn general(octet: u8, sums: &mut Sums) {
+    let octets = (octet & 0x0F).wrapping_add(1) as usize;
+    if octet & 0x20 != 0 {
+        sums.outputs = sums.outputs.saturating_add(octets);
+    }
+    if octet & 0x10 != 0 {
+        sums.inputs = sums.inputs.saturating_add(octets);
+    }
+}
+
+/// Whether the type codes of a telegram come next.
+const fn codes_follow(telegram: Option<&Telegram>, reader: &mut Reader<'_>) -> bool {
+    let Some(telegram) = telegram else { return true };
+    let mut fields = telegram.fields;
+    while let [field, rest @ ..] = fields {
+        let mut codes = field.codes();
+        while let [code, more @ ..] = codes {
+            match reader.octet() {
+                Ok(octet) if octet == *code => codes = more,
+                _ => return false,
+            }
+        }
+        fields = rest;
+    }
+    true
+}
+
+/// How many type codes a telegram has.
+const fn codes_of(telegram: Option<&Telegram>) -> u8 {
+    let Some(telegram) = telegram else { return 0 };
+    let (mut fields, mut sum) = (telegram.fields, 0u8);
+    while let [field, rest @ ..] = fields {
+        sum = sum.saturating_add(field.codes().len() as u8);
+        fields = rest;
+    }
+    sum
+}

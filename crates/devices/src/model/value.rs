@@ -1,0 +1,341 @@
+//! Values of parameters, and the octets they are on the wire. All octets are high first: errata-bpg-bcg-tpg 17.
+
+use super::{Format, Refusal};
+use core::fmt;
+
+/// The data type of a parameter, in the manuals' Appendix A.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataType {
+    /// One octet, 0 or 1.
+    Boolean,
+    /// INT8
+    Int8,
+    /// UINT8
+    Uint8,
+    /// INT16
+    Int16,
+    /// UINT16
+    Uint16,
+    /// INT32
+    Int32,
+    /// UINT32
+    Uint32,
+    /// IEEE 754, four octets.
+    Float,
+    /// VSTRING(n), filled with blanks: errata-bpg-bcg-tpg 34.
+    Visible(u8),
+    /// OSTRING(n)
+    OctetString(u8),
+    /// Array of n octets.
+    Array(u8),
+    /// A record of n octets.
+    Record(u8),
+    /// A pressure in the device's present unit and number type ("according to data type").
+    ByType,
+}
+
+/// The data type column of a block table.
+macro_rules! data_type {
+    (BOOLEAN) => {
+        $crate::model::DataType::Boolean
+    };
+    (INT8) => {
+        $crate::model::DataType::Int8
+    };
+    (UINT8) => {
+        $crate::model::DataType::Uint8
+    };
+    (INT16) => {
+        $crate::model::DataType::Int16
+    };
+    (UINT16) => {
+        $crate::model::DataType::Uint16
+    };
+    (INT32) => {
+        $crate::model::DataType::Int32
+    };
+    (UINT32) => {
+        $crate::model::DataType::Uint32
+    };
+    (FLOAT) => {
+        $crate::model::DataType::Float
+    };
+    (BY_TYPE) => {
+        $crate::model::DataType::ByType
+    };
+    (VSTRING($length:literal)) => {
+        $crate::model::DataType::Visible($length)
+    };
+    (OSTRING($length:literal)) => {
+        $crate::model::DataType::OctetString($length)
+    };
+    (ARRAY($length:literal)) => {
+        $crate::model::DataType::Array($length)
+    };
+    (RECORD($length:literal)) => {
+        $crate::model::DataType::Record($length)
+    };
+}
+
+pub(crate) use data_type;
+
+impl fmt::Display for DataType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Boolean => f.write_str("BOOLEAN"),
+            Self::Int8 => f.write_str("INT8"),
+            Self::Uint8 => f.write_str("UINT8"),
+            Self::Int16 => f.write_str("INT16"),
+            Self::Uint16 => f.write_str("UINT16"),
+            Self::Int32 => f.write_str("INT32"),
+            Self::Uint32 => f.write_str("UINT32"),
+            Self::Float => f.write_str("FLOAT"),
+            Self::ByType => f.write_str("BY_TYPE"),
+            Self::Visible(length) => write!(f, "VSTRING({length})"),
+            Self::OctetString(length) => write!(f, "OSTRING({length})"),
+            Self::Array(length) => write!(f, "ARRAY({length})"),
+            Self::Record(length) => write!(f, "RECORD({length})"),
+        }
+    }
+}
+
+/// How many octets the longest parameter has: Device Configuration.
+const MAX_OCTETS: usize = 50;
+
+/// A few octets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Octets {
+    length: u8,
+    octets: [u8; MAX_OCTETS],
+}
+
+impl Octets {
+    /// None.
+    pub const EMPTY: Self = Self { length: 0, octets: [0; MAX_OCTETS] };
+
+    /// A copy of `octets`; what exceeds the capacity is left out.
+    #[must_use]
+    pub fn new(octets: &[u8]) -> Self {
+        Self::filled(octets, octets.len(), 0)
+    }
+
+    /// A copy of `octets`, exactly `length` long: cut, or filled up at the end.
+    #[must_use]
+    pub fn filled(octets: &[u8], length: usize, fill: u8) -> Self {
+        let length = length.min(MAX_OCTETS);
+        let mut copy = [0; MAX_OCTETS];
+        for (place, octet) in copy.iter_mut().take(length).zip(octets.iter().chain(core::iter::repeat(&fill))) {
+            *place = *octet;
+        }
+        Self { length: u8::try_from(length).unwrap_or_default(), octets: copy }
+    }
+
+    /// The octets.
+    #[must_use]
+    pub fn as_slice(&self) -> &[u8] {
+        self.octets.get(..usize::from(self.length)).unwrap_or_default()
+    }
+}
+
+impl core::ops::Deref for Octets {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        self.as_slice()
+    }
+}
+
+impl fmt::Debug for Octets {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:02X?}", self.as_slice())
+    }
+}
+
+/// The value of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A Boolean.
+    Boolean(bool),
+    /// Any of the integer types.
+    Integer(i64),
+    /// A float that is no pressure in the present unit.
+    Float(f32),
+    /// The pressure of a `BY_TYPE` parameter, in Pa. Zero is the number 0 in every unit: errata-bpg-bcg-tpg 74.
+    Pressure(f64),
+    /// Text, strings of octets, arrays and records.
+    Octets(Octets),
+}
+
+impl Value {
+    /// The value of something that is not there.
+    pub const NONE: Self = Self::Octets(Octets::EMPTY);
+
+    /// Text.
+    #[must_use]
+    pub fn text(text: &str) -> Self {
+        Self::octets(text.as_bytes())
+    }
+
+    /// Some octets.
+    #[must_use]
+    pub fn octets(octets: &[u8]) -> Self {
+        Self::Octets(Octets::new(octets))
+    }
+
+    /// The integer, if it is one that `T` can hold.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] if not.
+    pub fn integer<T: TryFrom<i64>>(&self) -> Result<T, Refusal> {
+        let Self::Integer(integer) = self else { return Err(Refusal::Range) };
+        T::try_from(*integer).map_err(|_| Refusal::Range)
+    }
+
+    /// The Boolean.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] if it is none.
+    pub const fn boolean(&self) -> Result<bool, Refusal> {
+        if let Self::Boolean(boolean) = self { Ok(*boolean) } else { Err(Refusal::Range) }
+    }
+
+    /// The pressure in Pa.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] if it is none.
+    pub const fn pressure(&self) -> Result<f64, Refusal> {
+        if let Self::Pressure(pa) = self { Ok(*pa) } else { Err(Refusal::Range) }
+    }
+
+    /// The two octets of a command record: command and value.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] if it is no such record.
+    pub fn command(&self) -> Result<(u8, u8), Refusal> {
+        match self {
+            Self::Octets(octets) => match octets.as_slice() {
+                [command, value] => Ok((*command, *value)),
+                _ => Err(Refusal::Range),
+            },
+            _ => Err(Refusal::Range),
+        }
+    }
+}
+
+impl From<bool> for Value {
+    fn from(boolean: bool) -> Self {
+        Self::Boolean(boolean)
+    }
+}
+
+impl From<u8> for Value {
+    fn from(integer: u8) -> Self {
+        Self::Integer(integer.into())
+    }
+}
+
+impl From<u16> for Value {
+    fn from(integer: u16) -> Self {
+        Self::Integer(integer.into())
+    }
+}
+
+impl From<u32> for Value {
+    fn from(integer: u32) -> Self {
+        Self::Integer(integer.into())
+    }
+}
+
+impl DataType {
+    /// How many octets a value has on the wire.
+    #[must_use]
+    pub const fn length(self, format: &Format) -> usize {
+        match self {
+            Self::Boolean | Self::Int8 | Self::Uint8 => 1,
+            Self::Int16 | Self::Uint16 => 2,
+            Self::Int32 | Self::Uint32 | Self::Float => 4,
+            Self::Visible(length) | Self::OctetString(length) | Self::Array(length) | Self::Record(length) => {
+                length as usize
+            }
+            Self::ByType => format.number.octets(),
+        }
+    }
+
+    /// The octets of `value` on the wire.
+    #[must_use]
+    pub fn encode(self, value: &Value, format: &Format) -> Octets {
+        let length = self.length(format);
+        match value {
+            Value::Boolean(boolean) => Octets::filled(&[u8::from(*boolean)], length, 0),
+            Value::Integer(integer) => low_octets(&integer.to_be_bytes(), length),
+            Value::Float(float) => Octets::filled(&float.to_be_bytes(), length, 0),
+            Value::Pressure(pa) => format.encode(*pa),
+            Value::Octets(octets) => Octets::filled(octets, length, self.fill()),
+        }
+    }
+
+    /// The value that `octets` mean, which are as long as [`length`](Self::length) says.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] when no value of this type looks like that: a Boolean other than 0 and 1
+    /// (errata-bpg-bcg-tpg 26), a float that is no number, a pressure below zero.
+    pub fn decode(self, octets: &[u8], format: &Format) -> Result<Value, Refusal> {
+        Ok(match self {
+            Self::Boolean => match octets {
+                [0] => Value::Boolean(false),
+                [1] => Value::Boolean(true),
+                _ => return Err(Refusal::Range),
+            },
+            Self::Uint8 | Self::Uint16 | Self::Uint32 => Value::Integer(unsigned(octets)),
+            Self::Int8 | Self::Int16 | Self::Int32 => Value::Integer(signed(octets)),
+            Self::Float => Value::Float(float(octets).filter(|float| float.is_finite()).ok_or(Refusal::Range)?),
+            Self::ByType => Value::Pressure(format.decode(octets).ok_or(Refusal::Range)?),
+            Self::Visible(_) | Self::OctetString(_) | Self::Array(_) | Self::Record(_) => Value::octets(octets),
+        })
+    }
+
+    /// What a short text or string is filled up with.
+    const fn fill(self) -> u8 {
+        if matches!(self, Self::Visible(_)) { b' ' } else { 0 }
+    }
+
+    /// The octets of `value` in nonvolatile memory, which do not depend on unit and number type.
+    #[must_use]
+    pub fn keep(self, value: &Value, format: &Format) -> Octets {
+        match value {
+            Value::Pressure(pa) => Octets::new(&pa.to_be_bytes()),
+            _ => self.encode(value, format),
+        }
+    }
+
+    /// The value that was kept, if the octets can be one.
+    #[must_use]
+    pub fn recall(self, octets: &[u8], format: &Format) -> Option<Value> {
+        match self {
+            Self::ByType => {
+                let pa = f64::from_be_bytes(octets.try_into().ok()?);
+                (pa >= 0.0 && pa.is_finite()).then_some(Value::Pressure(pa))
+            }
+            _ if octets.len() == self.length(format) => self.decode(octets, format).ok(),
+            _ => None,
+        }
+    }
+}
+
+/// The last `length` octets.
+fn low_octets(octets: &[u8], length: usize) -> Octets {
+    Octets::new(octets.split_at_checked(octets.len().saturating_sub(length)).map_or(&[], |(_, low)| low))
+}
+
+fn unsigned(octets: &[u8]) -> i64 {
+    octets.iter().fold(0, |sum, octet| sum << 8 | i64::from(*octet))
+}
+
+fn signed(octets: &[u8]) -> i64 {
+    let negative = octets.first().is_some_and(|octet| octet & 0x80 != 0);
+    octets.iter().fold(if negative { -1 } else { 0 }, |sum, octet| sum << 8 | i64::from(*octet))
+}
+
+fn float(octets: &[u8]) -> Option<f32> {
+    octets.try_into().ok().map(f32::from_be_bytes)
+}

@@ -1,0 +1,73 @@
+//! The station address: two switches, or what Set_Slave_Add has stored. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
+
+use crate::store::{self, Key, Store};
+use profivac_wire::address::SetSlaveAdd;
+
+/// The highest address a switch or Set_Slave_Add can give.
+const HIGHEST: u8 = 125;
+
+/// The address of a station that nobody has given one.
+const UNSET: u8 = 126;
+
+/// The address switch and the address in nonvolatile memory.
+#[derive(Clone, Debug)]
+pub struct StationAddress {
+    /// What the switch shows.
+    pub switch: u8,
+    /// What it showed when power came: it is read only then.
+    switch_at_start: u8,
+    stored: u8,
+    /// No_Add_Chg.
+    locked: bool,
+}
+
+impl StationAddress {
+    /// Behind a switch that shows `switch`.
+    #[must_use]
+    pub const fn new(switch: u8) -> Self {
+        Self { switch, switch_at_start: switch, stored: UNSET, locked: false }
+    }
+
+    /// Power comes: a valid switch is stored and holds, otherwise what is stored.
+    ///
+    /// free choice: an address from the switch lifts No_Add_Chg, the only way out without a factory reset.
+    pub fn start(&mut self, store: &mut impl Store) {
+        (self.stored, self.locked) = match store::load(store, Key::Address).as_deref() {
+            Some([address, locked]) => (*address, *locked != 0),
+            _ => (UNSET, false),
+        };
+        self.switch_at_start = self.switch;
+        if self.is_from_switch() && (self.stored, self.locked) != (self.switch, false) {
+            (self.stored, self.locked) = (self.switch, false);
+            // A memory that fails changes nothing here: the switch holds as long as it is valid.
+            let _ = store.save(Key::Address, &[self.stored, 0]);
+        }
+    }
+
+    const fn is_from_switch(&self) -> bool {
+        self.switch_at_start <= HIGHEST
+    }
+
+    /// The address that holds.
+    #[must_use]
+    pub const fn get(&self) -> u8 {
+        if self.is_from_switch() { self.switch_at_start } else { self.stored }
+    }
+
+    /// Whether Set_Slave_Add is open.
+    #[must_use]
+    pub const fn is_settable(&self) -> bool {
+        !self.is_from_switch()
+    }
+
+    /// Set_Slave_Add. The new address is stored first; `None` if nothing changed.
+    pub fn set(&mut self, store: &mut impl Store, request: &SetSlaveAdd<'_>) -> Option<u8> {
+        if !self.is_settable() || self.locked || request.address > HIGHEST {
+            return None;
+        }
+        let locked = request.no_add_chg != 0;
+        store.save(Key::Address, &[request.address, u8::from(locked)]).ok()?;
+        (self.stored, self.locked) = (request.address, locked);
+        Some(request.address)
+    }
+}

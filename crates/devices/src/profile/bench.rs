@@ -1,0 +1,68 @@
+//! A block device on the bench: what all of them share of [`Instrument`].
+
+use super::behaviour::Behaviour;
+use super::device::BlockDevice;
+use crate::instrument::{Action, Instrument, Part, Report, Unknown};
+use crate::store::Store;
+
+impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
+    fn name(&self) -> &'static str {
+        B::MODEL.name
+    }
+
+    fn station_address(&self) -> u8 {
+        self.address.get()
+    }
+
+    fn parts(&self) -> &[Part] {
+        self.behaviour.parts()
+    }
+
+    fn sense(&mut self, part: usize, pa: f64) {
+        self.behaviour.sense(part, pa);
+        self.behaviour.update();
+    }
+
+    fn advance(&mut self, seconds: f64) {
+        if self.powered && seconds > 0.0 {
+            self.happen(|behaviour| behaviour.advance(seconds));
+        }
+    }
+
+    fn settle(&mut self) {
+        if self.powered {
+            self.happen(Behaviour::settle);
+        }
+    }
+
+    fn power(&mut self, on: bool) {
+        if on && !self.powered {
+            self.start();
+        }
+        self.powered = on;
+    }
+
+    fn faults(&self) -> &'static [&'static str] {
+        B::MODEL.faults.names
+    }
+
+    fn operate(&mut self, action: Action<'_>) -> Result<(), Unknown> {
+        if let Action::Switch { name: "address", value } = action {
+            self.address.switch = value.parse().map_err(|_| Unknown { expected: &["0 ... 255"] })?;
+            return Ok(());
+        }
+        let before = self.behaviour.clone();
+        self.behaviour.operate(action)?;
+        self.behaviour.update();
+        let _ = self.store_differences(&before);
+        Ok(())
+    }
+
+    fn report(&self) -> Report {
+        if self.powered {
+            self.behaviour.report()
+        } else {
+            Report { device_state: "OFF", led: "none", ..Report::default() }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The parameter channel: eight octets each way, inside the cyclic data. errata-bpg-bcg-tpg 17 to 26 and 133, 148, 153.
+//!
+//! It only keeps step with the master: what an instruction asks for is done by the same access that serves DP-V1.
+
+use crate::model::{Dialect, Instruction, Refusal};
+
+/// How many octets it has each way.
+pub const OCTETS: usize = 8;
+
+/// AK of an answer.
+const NOTHING: u8 = 0;
+const WORD: u8 = 1;
+const DOUBLE_WORD: u8 = 2;
+const REFUSED: u8 = 7;
+const BYTE: u8 = 11;
+
+/// What the master sends. Reserved bits, the reserved octet and unused octets of the value are not looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Request {
+    ak: u8,
+    slot: u8,
+    index: u8,
+    value: [u8; 4],
+}
+
+impl Request {
+    fn new([pke, slot, index, _, value @ ..]: [u8; OCTETS], dialect: &Dialect) -> Self {
+        let ak = pke >> 4;
+        let used = match dialect.instruction(ak) {
+            Some(Instruction::Write(lengths)) => lengths.iter().copied().max().unwrap_or_default(),
+            Some(Instruction::Read) | None => 0,
+        };
+        let mut kept = [0; 4];
+        for (place, octet) in kept.iter_mut().zip(value).rev().take(used) {
+            *place = octet;
+        }
+        Self { ak, slot, index, value: kept }
+    }
+}
+
+/// What is to be done for the master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Read this parameter, again in every cycle.
+    Read {
+        /// Its slot.
+        slot: u8,
+        /// Its index.
+        index: u8,
+    },
+    /// Write this parameter, once.
+    Write {
+        /// Its slot.
+        slot: u8,
+        /// Its index.
+        index: u8,
+        /// Which lengths the instruction can mean.
+        lengths: &'static [usize],
+        /// The value, right-aligned.
+        value: [u8; 4],
+    },
+}
+
+/// The parameter channel of a device.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    dialect: &'static Dialect,
+    /// The instruction that stands.
+    request: Request,
+    reply: [u8; OCTETS],
+}
+
+impl Channel {
+    /// A channel in which nothing was asked.
+    #[must_use]
+    pub fn new(dialect: &'static Dialect) -> Self {
+        Self { dialect, request: Request::default(), reply: [0; OCTETS] }
+    }
+
+    /// What the master sends in this cycle. Returns a write that is to be done now; the result goes to
+    /// [`answer`](Self::answer).
+    ///
+    /// A changed instruction without AK 0 before it is not started where the manual asks for that rest; the old answer
+    /// stays then.
+    pub fn take(&mut self, octets: [u8; OCTETS]) -> Option<Task> {
+        let request = Request::new(octets, self.dialect);
+        let rest = request.ak == 0;
+        if request == self.request || (!rest && self.request.ak != 0 && self.dialect.rests_between) {
+            return None;
+        }
+        self.request = request;
+        self.put(NOTHING, [0; 4]);
+        if !rest && self.dialect.instruction(request.ak).is_none() {
+            self.answer(Err(Refusal::Instruction));
+        }
+        self.task().filter(|task| matches!(task, Task::Write { .. }))
+    }
+
+    /// What the standing instruction asks for.
+    #[must_use]
+    pub fn task(&self) -> Option<Task> {
+        let Request { ak, slot, index, value } = self.request;
+        if ak == 0 {
+            return None;
+        }
+        Some(match self.dialect.instruction(ak)? {
+            Instruction::Read => Task::Read { slot, index },
+            Instruction::Write(lengths) => Task::Write { slot, index, lengths, value },
+        })
+    }
+
+    /// The result of the task: the octets of the parameter, or why not.
+    pub fn answer(&mut self, result: Result<&[u8], Refusal>) {
+        match result.and_then(signature) {
+            Ok((ak, value)) => self.put(ak, value),
+            Err(refusal) => self.put(REFUSED, u32::from(self.dialect.code(refusal)).to_be_bytes()),
+        }
+    }
+
+    /// What the device sends in this cycle.
+    #[must_use]
+    pub const fn reply(&self) -> &[u8; OCTETS] {
+        &self.reply
+    }
+
+    /// Slot and index are those of the request, what is not used is 0: errata-bpg-bcg-tpg 24.
+    fn put(&mut self, ak: u8, [a, b, c, d]: [u8; 4]) {
+        self.reply = [ak << 4, self.request.slot, self.request.index, 0, a, b, c, d];
+    }
+}
+
+/// AK and value of a parameter, right-aligned. Three octets go as a double word: errata-bpg-bcg-tpg 20.
+fn signature(octets: &[u8]) -> Result<(u8, [u8; 4]), Refusal> {
+    Ok(match *octets {
+        [d] => (BYTE, [0, 0, 0, d]),
+        [c, d] => (WORD, [0, 0, c, d]),
+        [b, c, d] => (DOUBLE_WORD, [0, b, c, d]),
+        [a, b, c, d] => (DOUBLE_WORD, [a, b, c, d]),
+        _ => return Err(Refusal::Length),
+    })
+}

@@ -1,0 +1,97 @@
+//! Exception Status and the two detail records. errata-bpg-bcg-tpg 40 to 52.
+//!
+//! The details are the only source: status, records and the copies for the parameter channel are all made from them.
+
+use crate::model::Value;
+
+bitflags::bitflags! {
+    /// Common Exception Detail 0, alike for alarms and warnings: errata-bpg-bcg-tpg 48 and 49.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Common: u8 {
+        /// Internal diagnostic exception.
+        const DIAGNOSTIC = 1 << 0;
+        /// Microprocessor exception.
+        const PROCESSOR = 1 << 1;
+        /// EPROM exception.
+        const EPROM = 1 << 2;
+        /// EEPROM exception.
+        const EEPROM = 1 << 3;
+        /// RAM exception.
+        const RAM = 1 << 4;
+        /// Communications exception.
+        const COMMUNICATION = 1 << 5;
+        /// Internal real-time exception.
+        const REAL_TIME = 1 << 6;
+    }
+}
+
+bitflags::bitflags! {
+    /// Exception Status.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct ExceptionStatus: u8 {
+        /// An alarm of the common group.
+        const ALARM_COMMON = 1 << 0;
+        /// An alarm of the device group.
+        const ALARM_DEVICE = 1 << 1;
+        /// An alarm of the manufacturer group.
+        const ALARM_MANUFACTURER = 1 << 2;
+        /// A warning of the common group.
+        const WARNING_COMMON = 1 << 4;
+        /// A warning of the device group.
+        const WARNING_DEVICE = 1 << 5;
+        /// A warning of the manufacturer group.
+        const WARNING_MANUFACTURER = 1 << 6;
+        /// Always: the expanded format.
+        const EXPANDED = 1 << 7;
+    }
+}
+
+impl ExceptionStatus {
+    /// Any alarm.
+    pub const ALARM: Self = Self::ALARM_COMMON.union(Self::ALARM_DEVICE).union(Self::ALARM_MANUFACTURER);
+}
+
+/// The details of all alarms, or of all warnings. `N` octets belong to the device group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Details<const N: usize> {
+    /// Common Exception Detail 0; detail 1 is always 0.
+    pub common: Common,
+    /// Device Exception Details.
+    pub device: [u8; N],
+    /// Manufacturer Exception Detail 0.
+    pub manufacturer: u8,
+}
+
+impl<const N: usize> Details<N> {
+    /// The record: each group with its size before it.
+    #[must_use]
+    pub fn record(&self) -> Value {
+        let common = [2, self.common.bits(), 0, u8::try_from(N).unwrap_or(u8::MAX)];
+        let manufacturer = [1, self.manufacturer];
+        let octets = common.iter().chain(&self.device).chain(&manufacturer);
+        let mut record = [0; 24];
+        let length = record.iter_mut().zip(octets).map(|(place, octet)| *place = *octet).count();
+        Value::octets(record.get(..length).unwrap_or_default())
+    }
+
+    /// A copy of some device details: the parameter channel carries no more than four octets.
+    #[must_use]
+    pub fn part(&self, from: usize, to: usize) -> Value {
+        Value::octets(self.device.get(from..to).unwrap_or_default())
+    }
+
+    /// Which groups have something to tell: common, device, manufacturer.
+    fn groups(&self) -> [bool; 3] {
+        [!self.common.is_empty(), self.device.iter().any(|detail| *detail != 0), self.manufacturer != 0]
+    }
+}
+
+/// Exception Status: each group bit is the OR of its details. errata-bpg-bcg-tpg 51.
+#[must_use]
+pub fn exception_status<const A: usize, const W: usize>(alarm: &Details<A>, warning: &Details<W>) -> ExceptionStatus {
+    use ExceptionStatus as Is;
+    let alarms = [Is::ALARM_COMMON, Is::ALARM_DEVICE, Is::ALARM_MANUFACTURER].into_iter().zip(alarm.groups());
+    let warnings = [Is::WARNING_COMMON, Is::WARNING_DEVICE, Is::WARNING_MANUFACTURER].into_iter().zip(warning.groups());
+    let set = alarms.chain(warnings).filter_map(|(bit, is)| is.then_some(bit));
+    set.fold(Is::EXPANDED, Is::union)
+}

@@ -1,0 +1,132 @@
+//! The one access to parameters, for DP-V1 and for the parameter channel. What the row says is decided here, before the
+//! device's own code runs: errata-bpg-bcg-tpg 23.
+
+use super::behaviour::{At, Behaviour};
+use super::device::BlockDevice;
+use crate::model::{DataType, Direction, Octets, Parameters, Refusal, Via};
+use crate::store::{self, Key, Store};
+
+/// Finds the parameter at slot and index.
+fn locate<B: Behaviour>(behaviour: &B, slot: u8, index: u8) -> Result<At<B::Parameter>, Refusal> {
+    let mut refusal = Refusal::Slot;
+    for (position, place) in B::Parameter::PLACES.iter().enumerate() {
+        for address in place.addresses.iter().filter(|address| address.slot == slot) {
+            refusal = Refusal::Index;
+            if let (Some(row), Some(parameter)) = (place.block.row(index), B::Parameter::of(position, index))
+                && behaviour.shows(address)
+            {
+                return Ok(At { address, row, parameter });
+            }
+        }
+    }
+    Err(refusal)
+}
+
+/// Every parameter a master's value of which is kept, at every instance.
+fn kept<P: Parameters>() -> impl Iterator<Item = At<P>> {
+    P::PLACES.iter().enumerate().flat_map(|(position, place)| {
+        place.addresses.iter().flat_map(move |address| {
+            place
+                .block
+                .rows
+                .iter()
+                .filter(|row| row.is_kept())
+                .filter_map(move |row| P::of(position, row.id).map(|parameter| At { address, row, parameter }))
+        })
+    })
+}
+
+impl<B: Behaviour, S: Store> BlockDevice<B, S> {
+    /// Reads a parameter.
+    pub(super) fn get(&self, via: Via, slot: u8, index: u8) -> Result<Octets, Refusal> {
+        let at = locate(&self.behaviour, slot, index)?;
+        if !at.row.access.allows(via, Direction::Read) {
+            return Err(Refusal::NotReadable);
+        }
+        if via == Via::Channel && matches!(at.row.data_type, DataType::Visible(_)) {
+            return Err(Refusal::Text);
+        }
+        Ok(at.row.data_type.encode(&self.behaviour.get(&at), &self.behaviour.format(&at)))
+    }
+
+    /// Writes a parameter. `Ok` means that a nonvolatile value is stored.
+    pub(super) fn set(&mut self, via: Via, slot: u8, index: u8, octets: &[u8]) -> Result<(), Refusal> {
+        let at = locate(&self.behaviour, slot, index)?;
+        if !at.row.access.allows(via, Direction::Write) {
+            return Err(Refusal::NotWritable);
+        }
+        let format = self.behaviour.format(&at);
+        if octets.len() != at.row.data_type.length(&format) {
+            return Err(Refusal::Length);
+        }
+        self.behaviour.permits(&at)?;
+        let value = at.row.data_type.decode(octets, &format)?;
+        self.change(|behaviour| behaviour.set(&at, &value))
+    }
+
+    /// How long a parameter is, if there is one.
+    pub(super) fn length(&self, slot: u8, index: u8) -> Option<usize> {
+        let at = locate(&self.behaviour, slot, index).ok()?;
+        Some(at.row.data_type.length(&self.behaviour.format(&at)))
+    }
+
+    /// Changes the device. What cannot be stored does not change.
+    pub(super) fn change(&mut self, change: impl FnOnce(&mut B) -> Result<(), Refusal>) -> Result<(), Refusal> {
+        let before = self.behaviour.clone();
+        let result = change(&mut self.behaviour);
+        self.behaviour.update();
+        result?;
+        let stored = self.store_differences(&before);
+        if stored.is_err() {
+            self.behaviour = before;
+        }
+        stored
+    }
+
+    /// Stores every nonvolatile value that differs.
+    pub(super) fn store_differences(&mut self, before: &B) -> Result<(), Refusal> {
+        let Self { behaviour, store, .. } = self;
+        let mut save = |key, octets: &[u8]| match behaviour.memory_works() {
+            true => store.save(key, octets).map_err(|_| Refusal::Storage),
+            false => Err(Refusal::Storage),
+        };
+        for at in kept::<B::Parameter>() {
+            let octets = kept_octets(behaviour, &at);
+            if octets != kept_octets(before, &at) {
+                save(behaviour.key(&at), &octets)?;
+            }
+        }
+        for (number, (old, new)) in (0..).zip(before.hidden().iter().zip(behaviour.hidden())) {
+            if old.to_bits() != new.to_bits() {
+                save(Key::Hidden(number), &new.to_be_bytes())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes over what is stored; a value that cannot be one is passed over.
+    pub(super) fn recall(&mut self) {
+        if !self.behaviour.memory_works() {
+            return;
+        }
+        for at in kept::<B::Parameter>() {
+            let octets = store::load(&self.store, self.behaviour.key(&at));
+            let format = self.behaviour.format(&at);
+            if let Some(value) = octets.and_then(|octets| at.row.data_type.recall(&octets, &format)) {
+                // Out of range means: not ours, the factory value stays.
+                let _ = self.behaviour.set(&at, &value);
+            }
+        }
+        for (number, hidden) in (0..).zip(self.behaviour.hidden_mut()) {
+            let octets = store::load(&self.store, Key::Hidden(number));
+            if let Some(octets) = octets.and_then(|octets| octets.as_slice().try_into().ok()) {
+                *hidden = f64::from_be_bytes(octets);
+            }
+        }
+    }
+}
+
+/// A nonvolatile value as it is stored.
+fn kept_octets<B: Behaviour>(behaviour: &B, at: &At<B::Parameter>) -> Octets {
+    at.row.data_type.keep(&behaviour.get(at), &behaviour.format(at))
+}

@@ -1,0 +1,126 @@
+//! Nonvolatile memory, as a device sees it: a few octets under a key.
+
+use crate::model::Octets;
+
+/// What a value is stored under.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Key {
+    /// A parameter of the tables. Instance 0 means all instances, or the only one.
+    Parameter {
+        /// Its slot.
+        slot: u8,
+        /// The instance in the slot.
+        instance: u8,
+        /// Its index.
+        index: u8,
+    },
+    /// The station address.
+    Address,
+    /// A value without an index: an adjustment, run hours.
+    Hidden(u8),
+}
+
+/// The memory took nothing. What it held before, it still holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoreError;
+
+/// Nonvolatile memory.
+pub trait Store {
+    /// Copies what is stored under `key` to the front of `octets` and returns its length, `None` if there is nothing or
+    /// `octets` is too short for it.
+    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize>;
+
+    /// Stores `octets` under `key`. `Ok` promises that they are there after a power cut at any later instant; a cut
+    /// before that leaves the old value or the new one.
+    ///
+    /// # Errors
+    /// [`StoreError`] when they could not be stored.
+    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError>;
+}
+
+/// What a [`Store`] must hold at most under one key.
+pub const MAX_STORED: usize = 16;
+
+/// A store in RAM for up to `ENTRIES` keys: it outlives the device's power, not the program.
+#[derive(Clone, Debug)]
+pub struct RamStore<const ENTRIES: usize = 96> {
+    entries: [Option<(Key, Stored)>; ENTRIES],
+}
+
+/// Octets of one entry.
+#[derive(Clone, Copy, Debug)]
+struct Stored {
+    length: usize,
+    octets: [u8; MAX_STORED],
+}
+
+impl Stored {
+    fn new(octets: &[u8]) -> Option<Self> {
+        let mut copy = [0; MAX_STORED];
+        copy.get_mut(..octets.len())?.copy_from_slice(octets);
+        Some(Self { length: octets.len(), octets: copy })
+    }
+}
+
+impl<const ENTRIES: usize> Default for RamStore<ENTRIES> {
+    fn default() -> Self {
+        Self { entries: [None; ENTRIES] }
+    }
+}
+
+impl<const ENTRIES: usize> Store for RamStore<ENTRIES> {
+    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
+        let (_, stored) = self.entries.iter().flatten().find(|(other, _)| *other == key)?;
+        octets.get_mut(..stored.length)?.copy_from_slice(stored.octets.get(..stored.length)?);
+        Some(stored.length)
+    }
+
+    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+        let stored = Stored::new(octets).ok_or(StoreError)?;
+        let of_key = |entry: &Option<(Key, Stored)>| entry.is_some_and(|(other, _)| other == key);
+        let place = self.entries.iter().position(of_key).or_else(|| self.entries.iter().position(Option::is_none));
+        let entry = place.and_then(|place| self.entries.get_mut(place)).ok_or(StoreError)?;
+        *entry = Some((key, stored));
+        Ok(())
+    }
+}
+
+/// What is stored under `key`.
+pub(crate) fn load(store: &impl Store, key: Key) -> Option<Octets> {
+    let mut octets = [0; MAX_STORED];
+    let length = store.load(key, &mut octets)?;
+    octets.get(..length).map(Octets::new)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FIRST: Key = Key::Parameter { slot: 1, instance: 2, index: 39 };
+    const SECOND: Key = Key::Hidden(0);
+
+    #[test]
+    fn what_was_saved_last_is_loaded() {
+        let mut store = RamStore::<2>::default();
+        let mut octets = [0; MAX_STORED];
+        assert_eq!(store.load(FIRST, &mut octets), None);
+        assert_eq!(store.save(FIRST, &[1, 2, 3]), Ok(()));
+        assert_eq!(store.save(SECOND, &[9]), Ok(()));
+        assert_eq!(store.save(FIRST, &[4, 5]), Ok(()));
+        assert_eq!(store.load(FIRST, &mut octets), Some(2));
+        assert_eq!(octets[..2], [4, 5]);
+        assert_eq!(store.load(SECOND, &mut octets), Some(1));
+    }
+
+    #[test]
+    fn a_full_store_keeps_what_it_has() {
+        let mut store = RamStore::<1>::default();
+        assert_eq!(store.save(FIRST, &[1]), Ok(()));
+        assert_eq!(store.save(SECOND, &[2]), Err(StoreError));
+        assert_eq!(store.save(FIRST, &[0; MAX_STORED + 1]), Err(StoreError));
+        assert_eq!(store.load(FIRST, &mut [0; 0]), None);
+        let mut octets = [0; 1];
+        assert_eq!(store.load(FIRST, &mut octets), Some(1));
+        assert_eq!(octets, [1]);
+    }
+}
