@@ -9,8 +9,10 @@
 //! | [`error`] | negative responses and their codes | profibus-wire 4.1.2, 4.1.3 |
 //! | [`initiate`] | Initiate and the answer of the resource manager | profibus-wire 4.6 |
 //! | [`abort`] | Abort and its reasons | profibus-wire 4.8 |
+//! | [`call`] | Call and I&M0 behind index 255 | profibus-wire 5 |
 
 pub mod abort;
+pub mod call;
 pub mod error;
 pub mod initiate;
 mod pdu;
@@ -20,6 +22,7 @@ pub mod record;
 mod tests;
 
 pub use abort::{Abort, AbortReason};
+pub use call::{Call, Im0};
 pub use error::{ErrorCode, ErrorDecode, Negative};
 pub use initiate::{Initiate, InitiateRes, ResourceManager};
 pub use pdu::{Defect, Function, Request, Response};
