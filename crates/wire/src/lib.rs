@@ -8,8 +8,10 @@
 //! |---|---|---|
 //! | [`telegram`] | SD1, SD2, SD3, SD4, SC | profibus-wire 1.2 to 1.6 |
 //! | [`control`] | the frame control octet | profibus-wire 1.4, 1.5 |
+//! | [`ident`] | what a station says of itself | profibus-wire 1.11 |
 //! | [`sap`] | which service a service access point stands for | profibus-wire 2.1 |
-//! | [`diag`], [`prm`], [`cfg`], [`global`], [`address`] | the DP-V0 data units | profibus-wire 2.3 to 2.11 |
+//! | [`diag`], [`prm`], [`mod@cfg`], [`global`], [`address`] | the DP-V0 data units | profibus-wire 2.3 to 2.11 |
+//! | [`acyclic`] | the DP-V1 PDUs of MS1 and MS2 | profibus-wire 4 and 5 |
 //!
 //! ```
 //! use profivac_wire::{Frame, Telegram, control::Control};
@@ -28,11 +30,13 @@
 #![no_std]
 #![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
+pub mod acyclic;
 pub mod address;
 pub mod cfg;
 pub mod control;
 pub mod diag;
 pub mod global;
+pub mod ident;
 mod octets;
 pub mod prm;
 pub mod sap;

@@ -1,0 +1,213 @@
+//! Initiate: a class 2 master opens an MS2 connection, and the resource manager names the access point. profibus-wire 4.6.
+
+use super::pdu::{Defect, Function};
+use crate::octets::{Full, Reader, TooShort, Writer};
+
+/// What one side of a connection can do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Features_Supported_1 and _2; see [`DPV1_RW`](Self::DPV1_RW).
+    pub features: [u8; 2],
+    /// Profile_Features_Supported_1 and _2.
+    pub profile_features: [u8; 2],
+    /// Profile_Ident_Number, 0 for no profile.
+    pub profile_ident: u16,
+}
+
+impl Capabilities {
+    /// Bit 0 of Features_Supported_1: Read and Write.
+    pub const DPV1_RW: u8 = 1;
+
+    /// Read and Write, and no profile.
+    pub const READ_WRITE: Self = Self { features: [Self::DPV1_RW, 0], profile_features: [0, 0], profile_ident: 0 };
+
+    fn parse(reader: &mut Reader<'_>) -> Result<Self, TooShort> {
+        Ok(Self {
+            features: [reader.octet()?, reader.octet()?],
+            profile_features: [reader.octet()?, reader.octet()?],
+            profile_ident: reader.word()?,
+        })
+    }
+
+    fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        writer.octets(&self.features)?;
+        writer.octets(&self.profile_features)?;
+        writer.word(self.profile_ident)
+    }
+}
+
+/// Add_Addr_Param: an end point beyond the station address.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AddAddr<'a> {
+    /// API: the application process, 0 by default.
+    pub api: u8,
+    /// SCL: the access level, 0 for none.
+    pub scl: u8,
+    /// Where the end point lies behind a gateway (type 1).
+    pub network: Option<Network<'a>>,
+}
+
+/// The part of an end point that only a gateway understands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Network<'a> {
+    /// Network address.
+    pub address: [u8; 6],
+    /// MAC address.
+    pub mac: &'a [u8],
+}
+
+/// S_Type and S_Len, or D_Type and D_Len.
+#[derive(Clone, Copy)]
+struct Header {
+    kind: u8,
+    length: u8,
+}
+
+/// API, SCL and a network address.
+const NETWORK_LENGTH: u8 = 8;
+
+impl Header {
+    fn parse(reader: &mut Reader<'_>) -> Result<Self, TooShort> {
+        Ok(Self { kind: reader.octet()?, length: reader.octet()? })
+    }
+
+    /// Type 0 has two octets, type 1 at least those of a network address, and there are no others.
+    const fn is_possible(self) -> bool {
+        match self.kind {
+            0 => self.length == 2,
+            1 => self.length >= NETWORK_LENGTH,
+            _ => false,
+        }
+    }
+
+    fn address<'a>(self, reader: &mut Reader<'a>) -> Result<AddAddr<'a>, TooShort> {
+        let mut octets = Reader::new(reader.take(usize::from(self.length))?);
+        let (api, scl) = (octets.octet()?, octets.octet()?);
+        let network = match self.kind {
+            0 => None,
+            _ => {
+                let address = octets.take(6)?.try_into().map_err(|_| TooShort)?;
+                Some(Network { address, mac: octets.rest() })
+            }
+        };
+        Ok(AddAddr { api, scl, network })
+    }
+}
+
+impl AddAddr<'_> {
+    fn header(&self) -> Result<[u8; 2], Full> {
+        let Some(network) = self.network else { return Ok([0, 2]) };
+        let mac = u8::try_from(network.mac.len()).map_err(|_| Full)?;
+        Ok([1, mac.checked_add(NETWORK_LENGTH).ok_or(Full)?])
+    }
+
+    fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        writer.octets(&[self.api, self.scl])?;
+        let Some(network) = self.network else { return Ok(()) };
+        writer.octets(&network.address)?;
+        writer.octets(network.mac)
+    }
+}
+
+/// The two end points of a connection, as the PDU orders them: both headers, then both addresses.
+fn ends<'a>(function: Function, mut reader: Reader<'a>) -> Result<(AddAddr<'a>, AddAddr<'a>), Defect> {
+    let length = |TooShort| Defect::Length(function);
+    let source = Header::parse(&mut reader).map_err(length)?;
+    let destination = Header::parse(&mut reader).map_err(length)?;
+    if !source.is_possible() || !destination.is_possible() {
+        return Err(Defect::Address);
+    }
+    // Octets after the addresses are tolerated: the length is only checked to be at least theirs, profibus-wire 4.6.5.
+    Ok((source.address(&mut reader).map_err(length)?, destination.address(&mut reader).map_err(length)?))
+}
+
+fn emit_ends(source: &AddAddr<'_>, destination: &AddAddr<'_>, writer: &mut Writer<'_>) -> Result<(), Full> {
+    writer.octets(&source.header()?)?;
+    writer.octets(&destination.header()?)?;
+    source.emit(writer)?;
+    destination.emit(writer)
+}
+
+/// Initiate.req. profibus-wire 4.6.3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Initiate<'a> {
+    /// Send_Timeout in 10 ms.
+    pub send_timeout: u16,
+    /// What the master can do.
+    pub capabilities: Capabilities,
+    /// S_Addr: the master's end.
+    pub source: AddAddr<'a>,
+    /// D_Addr: the slave's end.
+    pub destination: AddAddr<'a>,
+}
+
+impl<'a> Initiate<'a> {
+    /// Reads what follows the function number. The three reserved octets are not looked at.
+    pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, Defect> {
+        let length = |TooShort| Defect::Length(Function::Initiate);
+        reader.take(3).map_err(length)?;
+        let send_timeout = reader.word().map_err(length)?;
+        let capabilities = Capabilities::parse(&mut reader).map_err(length)?;
+        let (source, destination) = ends(Function::Initiate, reader)?;
+        Ok(Self { send_timeout, capabilities, source, destination })
+    }
+
+    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        writer.octets(&[0; 3])?;
+        writer.word(self.send_timeout)?;
+        self.capabilities.emit(writer)?;
+        emit_ends(&self.source, &self.destination, writer)
+    }
+}
+
+/// The positive Initiate.res. profibus-wire 4.6.4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InitiateRes<'a> {
+    /// Max_Len_Data_Unit: how many octets of a record one PDU of this connection carries, at most 240.
+    pub max_len_data_unit: u8,
+    /// What the slave can do.
+    pub capabilities: Capabilities,
+    /// S_Addr: the slave's end, which was the destination of the request.
+    pub source: AddAddr<'a>,
+    /// D_Addr: the master's end.
+    pub destination: AddAddr<'a>,
+}
+
+impl<'a> InitiateRes<'a> {
+    /// Reads what follows the function number.
+    pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, Defect> {
+        let length = |TooShort| Defect::Length(Function::Initiate);
+        let max_len_data_unit = reader.octet().map_err(length)?;
+        let capabilities = Capabilities::parse(&mut reader).map_err(length)?;
+        let (source, destination) = ends(Function::Initiate, reader)?;
+        Ok(Self { max_len_data_unit, capabilities, source, destination })
+    }
+
+    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        writer.octet(self.max_len_data_unit)?;
+        self.capabilities.emit(writer)?;
+        emit_ends(&self.source, &self.destination, writer)
+    }
+}
+
+/// The resource manager's answer: where the connection will be. profibus-wire 4.6.2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ResourceManager {
+    /// The service access point of the connection, 0 to 48.
+    pub server_sap: u8,
+    /// The least Send_Timeout of the slave, in 10 ms.
+    pub min_send_timeout: u16,
+}
+
+impl ResourceManager {
+    /// Reads what follows the function number.
+    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
+        let answer = Self { server_sap: reader.octet()?, min_send_timeout: reader.word()? };
+        if reader.is_empty() && answer.server_sap <= 48 { Ok(answer) } else { Err(TooShort) }
+    }
+
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        writer.octet(self.server_sap)?;
+        writer.word(self.min_send_timeout)
+    }
+}

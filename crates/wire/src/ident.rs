@@ -1,0 +1,89 @@
+//! What a station says of itself on layer 2 (Ident, FC = 4E). profibus-wire 1.11.
+
+use crate::octets::{Full, Reader, TooShort, Writer};
+
+/// The answer to Ident: four visible strings. Their order is the choice of profibus-wire 10, point 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ident<'a> {
+    /// Who made the station.
+    pub vendor: &'a [u8],
+    /// What carries out the protocol.
+    pub controller: &'a [u8],
+    /// Release of the hardware.
+    pub hardware: &'a [u8],
+    /// Release of the software.
+    pub software: &'a [u8],
+}
+
+impl<'a> Ident<'a> {
+    /// Reads the data unit of an answer. Octets after the strings are ignored.
+    ///
+    /// # Errors
+    /// [`TooShort`] when the lengths or the strings are not all there.
+    pub fn parse(du: &'a [u8]) -> Result<Self, TooShort> {
+        let mut reader = Reader::new(du);
+        let lengths = [reader.octet()?, reader.octet()?, reader.octet()?, reader.octet()?];
+        let [vendor, controller, hardware, software] = lengths.map(|length| reader.take(usize::from(length)));
+        Ok(Self { vendor: vendor?, controller: controller?, hardware: hardware?, software: software? })
+    }
+
+    /// Writes the data unit to the front of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Full`] when `out` is too small.
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        let strings = [self.vendor, self.controller, self.hardware, self.software];
+        let mut writer = Writer::new(out);
+        for string in strings {
+            writer.octet(u8::try_from(string.len()).map_err(|_| Full)?)?;
+        }
+        for string in strings {
+            writer.octets(string)?;
+        }
+        Ok(writer.written())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::hex;
+
+    const TEXT: &str = "02 03 01 00 41 42 43 44 45 46";
+    const EXAMPLE: Ident<'_> = Ident { vendor: b"AB", controller: b"CDE", hardware: b"F", software: b"" };
+
+    #[test]
+    fn parses() {
+        assert_eq!(Ident::parse(&hex(TEXT)), Ok(EXAMPLE));
+    }
+
+    #[test]
+    fn emits() {
+        let mut out = [0; 10];
+        assert_eq!(EXAMPLE.emit(&mut out), Ok(10));
+        assert_eq!(out[..], hex(TEXT));
+        assert_eq!(EXAMPLE.emit(&mut out[..9]), Err(Full));
+        assert_eq!(Ident { vendor: &[b'x'; 256], ..EXAMPLE }.emit(&mut [0; 300]), Err(Full));
+    }
+
+    #[test]
+    fn too_short() {
+        for length in 0..10 {
+            assert_eq!(Ident::parse(&hex(TEXT)[..length]), Err(TooShort));
+        }
+    }
+
+    #[test]
+    fn every_altered_octet_is_refused_or_kept() {
+        for bit in 0..80 {
+            let mut altered = hex(TEXT);
+            altered[bit / 8] ^= 1 << (bit % 8);
+            if let Ok(ident) = Ident::parse(&altered) {
+                let mut out = [0; 10];
+                let length = ident.emit(&mut out).unwrap();
+                assert_eq!(out[..length], altered[..length]);
+                assert_ne!(ident, EXAMPLE);
+            }
+        }
+    }
+}
