@@ -1,0 +1,45 @@
+//! `cargo xtask layers|purity|goldens`: what this repository checks and regenerates about itself.
+//!
+//! Each task is a file. A check prints one line when it holds, and every defect it found when it does not.
+
+mod goldens;
+mod layers;
+mod modules;
+mod purity;
+
+use anyhow::{Result, bail};
+use std::path::Path;
+
+const USAGE: &str = "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only
+       cargo xtask purity    the inner crates are no_std without alloc, all the way down
+       cargo xtask goldens   write the goldens anew, for review with git diff";
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["layers"] => layers::check(),
+        ["purity"] => purity::check(),
+        ["goldens"] => goldens::bless(),
+        _ => {
+            eprintln!("{USAGE}");
+            std::process::exit(2);
+        }
+    }
+}
+
+/// The root of the repository.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+/// Says that a check holds, or prints its defects and fails.
+fn verdict(what: &str, defects: &[String]) -> Result<()> {
+    if defects.is_empty() {
+        println!("{what}: ok");
+        return Ok(());
+    }
+    for defect in defects {
+        println!("{what}: {defect}");
+    }
+    bail!("{what}: {} defects", defects.len());
+}
