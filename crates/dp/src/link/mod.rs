@@ -19,6 +19,16 @@ pub struct Transmit<'a> {
     pub octets: &'a [u8],
 }
 
+/// Which telegrams a station has to be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Listening {
+    /// All of them, and every character that completes none: an active station follows the token and its slot time.
+    Everything,
+    /// Frames to this address and to everybody. A passive station ignores the rest, profibus-wire 1.8, so whoever drives
+    /// it may spare it the rest.
+    Own(u8),
+}
+
 /// Anything that takes part in a bus: a slave or a master.
 ///
 /// Whoever drives a station owns port and clock. It decodes what it hears with a [`Receiver`], hands telegrams over, sends
@@ -38,4 +48,9 @@ pub trait Station {
 
     /// When to poll next, if nothing is heard before.
     fn wake_at(&self) -> Option<BitTime>;
+
+    /// What the station has to be given. The address may change with any telegram, the kind never does.
+    fn listening(&self) -> Listening {
+        Listening::Everything
+    }
 }

@@ -10,7 +10,7 @@ mod state;
 pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
 pub use state::{Exchange, Fault, Owner, State, Watchdog};
 
-use crate::link::{Accepted, Baud, BitTime, Indication, Reply, Responder, Station, Transmit};
+use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Responder, Station, Transmit};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -438,6 +438,10 @@ impl<D: Device> Station for Slave<D> {
 
     fn wake_at(&self) -> Option<BitTime> {
         self.state.owner()?.watchdog.map(|watchdog| watchdog.deadline)
+    }
+
+    fn listening(&self) -> Listening {
+        Listening::Own(self.responder.address())
     }
 }
 
