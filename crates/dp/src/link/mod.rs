@@ -1,5 +1,6 @@
 //! Layer 2: when a station may speak, to whom it listens and what counts as a repetition. profibus-wire 1.
 
+pub mod active;
 mod receiver;
 mod responder;
 mod time;

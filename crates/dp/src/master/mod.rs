@@ -1,0 +1,437 @@
+//! A class 1 master: it brings slaves into data exchange, keeps them there and says why one is not. profibus-wire 2 and 3.10.
+//!
+//! [`Master`] is the layer above an [`Active`] station. Each of its cycles gives every slave one message, in the order in
+//! which they were added: whatever its handler needs next. A tool beside the cycle hands over one request at a time
+//! ([`Master::submit`]) and takes its result ([`Master::take`]); a master without slaves, or in [`Mode::Stop`], sends
+//! nothing but those.
+//!
+//! ```
+//! use profivac_dp::link::active::BusParameters;
+//! use profivac_dp::link::{Baud, BitTime, Station};
+//! use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+//!
+//! // Room for 8 slaves with up to 32 octets each way.
+//! let bus = BusParameters::new(2, Baud::B19200);
+//! let mut station = Master::<8, 32>::on(bus, Settings::new(Baud::B19200), BitTime(0));
+//! // Two octets in and two octets out.
+//! station.user.add(&SlaveParameters::new(8, 0x1234, &[0x11, 0x21]))?;
+//! station.user.set_mode(Mode::Operate);
+//!
+//! // The line has been silent for T_TO: the master takes the token.
+//! let due = station.wake_at().expect("listening is limited");
+//! assert_eq!(station.poll(due).map(|token| token.octets.to_vec()), Some(vec![0xDC, 2, 2]));
+//! # Ok::<(), profivac_dp::master::Rejected>(())
+//! ```
+
+mod event;
+mod job;
+mod parameters;
+pub mod services;
+mod slave;
+
+pub use event::{Event, Trouble, What};
+pub use job::Busy;
+pub use parameters::{Rejected, Settings, SlaveParameters, watchdog_factors};
+pub use slave::{Counters, State};
+
+use crate::link::BitTime;
+use crate::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests};
+use core::fmt;
+use event::Events;
+use heapless::Vec;
+use job::Job;
+use profivac_wire::control::Function;
+use profivac_wire::diag::SlaveDiag;
+use profivac_wire::global::{ControlCommand, GlobalControl};
+use profivac_wire::sap::MASTER_MS0;
+use profivac_wire::{BROADCAST, MAX_DU, Sap};
+use slave::{Ask, Context, Handler};
+
+/// The highest address of a slave that can be parameterised.
+const MAX_ADDRESS: u8 = 125;
+
+/// No slave has this address.
+const NOBODY: u8 = u8::MAX;
+
+/// What Clear sends.
+const ZEROS: [u8; MAX_DU] = [0; MAX_DU];
+
+/// What a master does with its slaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Nothing: their watchdogs, where they have one, will expire.
+    Stop,
+    /// Data exchange with safe outputs; inputs are valid.
+    Clear,
+    /// Data exchange.
+    Operate,
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Stop => "STOP",
+            Self::Clear => "CLEAR",
+            Self::Operate => "OPERATE",
+        })
+    }
+}
+
+/// The message whose confirmation is awaited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pending {
+    Nothing,
+    Control,
+    Slave(usize, Ask),
+    Job,
+}
+
+/// A class 1 master with room for `SLAVES` slaves. Of each of these a slave can have `OCTETS`: inputs, outputs,
+/// configuration, user parameters and extended diagnosis. `EVENTS` events wait to be taken.
+#[derive(Clone, Debug)]
+pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize = 64> {
+    address: u8,
+    settings: Settings,
+    mode: Mode,
+    slaves: Vec<Handler<OCTETS>, SLAVES>,
+    /// Where in `slaves` an address is.
+    places: [u8; MAX_ADDRESS as usize + 1],
+    exchanging: usize,
+    pending: Pending,
+    /// Whose turn it is; nothing between two cycles.
+    turn: Option<usize>,
+    cycles: u32,
+    /// When the present cycle began, and how long the one before took from begin to begin.
+    began: BitTime,
+    cycle_tbit: u64,
+    control_due: bool,
+    /// Slaves that are not there are called one per cycle, so that they do not slow down the others: the next is this one
+    /// or a later one.
+    call_from: usize,
+    called: bool,
+    events: Events<EVENTS>,
+    job: Job,
+    du: [u8; MAX_DU],
+    now: BitTime,
+}
+
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVES, OCTETS, EVENTS> {
+    /// A station with a master above it that begins to listen at `now`: without slaves, in [`Mode::Stop`].
+    pub const fn on(bus: BusParameters, settings: Settings, now: BitTime) -> Active<Self> {
+        Active::new(bus, Self::new(bus.address, settings, now), now)
+    }
+
+    const fn new(address: u8, settings: Settings, now: BitTime) -> Self {
+        Self {
+            address,
+            settings,
+            mode: Mode::Stop,
+            slaves: Vec::new(),
+            places: [NOBODY; MAX_ADDRESS as usize + 1],
+            exchanging: 0,
+            pending: Pending::Nothing,
+            turn: None,
+            cycles: 0,
+            began: now,
+            cycle_tbit: 0,
+            control_due: false,
+            call_from: 0,
+            called: false,
+            events: Events::new(),
+            job: Job::new(),
+            du: [0; MAX_DU],
+            now,
+        }
+    }
+
+    /// Adds a slave at the end of the cycle.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no room for it or its parameters are impossible.
+    pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), Rejected> {
+        let address = parameters.address;
+        let full = Rejected::Full { capacity: SLAVES };
+        let place = u8::try_from(self.slaves.len()).map_err(|_| full)?;
+        let entry = self
+            .places
+            .get_mut(usize::from(address))
+            .filter(|_| address != self.address)
+            .ok_or(Rejected::Address(address))?;
+        if *entry != NOBODY {
+            return Err(Rejected::Taken(address));
+        }
+        self.slaves.push(Handler::new(parameters)?).map_err(|_| full)?;
+        *entry = place;
+        Ok(())
+    }
+
+    /// Takes a slave out of the cycle and unlocks it, if it may be ours. Needs [`Mode::Clear`] or [`Mode::Operate`] to get
+    /// as far as [`State::Inactive`].
+    pub fn release(&mut self, address: u8) {
+        self.with(address, |slave, context| slave.release(context));
+    }
+
+    /// Begins with a slave from the beginning, as if it had just been added.
+    pub fn restart(&mut self, address: u8) {
+        self.with(address, |slave, context| slave.start(context));
+    }
+
+    /// The mode.
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Changes the mode. The slaves are told with the next message, and then again and again.
+    pub const fn set_mode(&mut self, mode: Mode) {
+        self.mode = mode;
+        self.control_due = true;
+    }
+
+    /// The slaves, in the order of the cycle.
+    pub fn addresses(&self) -> impl Iterator<Item = u8> {
+        self.slaves.iter().map(|slave| slave.address)
+    }
+
+    /// Where a slave stands; `None` if this master has no such slave.
+    pub fn state(&self, address: u8) -> Option<State> {
+        self.slave(address).map(Handler::state)
+    }
+
+    /// What keeps a slave from exchanging data, if anything does.
+    pub fn trouble(&self, address: u8) -> Option<Trouble> {
+        self.slave(address)?.trouble()
+    }
+
+    /// The counters of a slave.
+    pub fn counters(&self, address: u8) -> Option<&Counters> {
+        self.slave(address).map(Handler::counters)
+    }
+
+    /// The last diagnosis of a slave.
+    pub fn diagnosis(&self, address: u8) -> Option<SlaveDiag<'_>> {
+        self.slave(address)?.diagnosis()
+    }
+
+    /// The inputs of a slave, as its last answer had them. `None` unless it exchanges data.
+    pub fn inputs(&self, address: u8) -> Option<&[u8]> {
+        self.slave(address).filter(|_| self.mode != Mode::Stop)?.inputs()
+    }
+
+    /// When the last answer with inputs came: they grow old while another master uses the line. `None` unless the slave
+    /// exchanges data.
+    pub fn exchanged_at(&self, address: u8) -> Option<BitTime> {
+        self.slave(address)?.exchanged_at()
+    }
+
+    /// The outputs of a slave, sent with the next exchange in [`Mode::Operate`]. As long as its configuration says.
+    pub fn outputs_mut(&mut self, address: u8) -> Option<&mut [u8]> {
+        let place = *self.places.get(usize::from(address))?;
+        self.slaves.get_mut(usize::from(place)).map(Handler::outputs_mut)
+    }
+
+    /// How many slaves exchange data.
+    pub const fn exchanging(&self) -> usize {
+        self.exchanging
+    }
+
+    /// How many cycles have begun.
+    pub const fn cycles(&self) -> u32 {
+        self.cycles
+    }
+
+    /// How long the last cycle took, from its begin to the begin of the next.
+    pub const fn cycle_tbit(&self) -> u64 {
+        self.cycle_tbit
+    }
+
+    /// The oldest event that was not taken yet.
+    pub fn next_event(&mut self) -> Option<Event> {
+        self.events.pop()
+    }
+
+    /// Whether events were lost since this was asked last, because nobody took them.
+    pub fn take_overflow(&mut self) -> bool {
+        self.events.take_overflow()
+    }
+
+    /// Hands over a request to be sent once, beside the cycle, with low priority. See [`services`]. It counts in the one
+    /// frame count of its station.
+    ///
+    /// # Errors
+    /// [`Busy`] until the result of the request before was taken.
+    pub fn submit(&mut self, request: &Request<'_>) -> Result<(), Busy> {
+        self.job.submit(request)
+    }
+
+    /// The result of the request handed over, once.
+    pub fn take(&mut self) -> Option<Confirmation<'_>> {
+        self.job.take()
+    }
+
+    fn slave(&self, address: u8) -> Option<&Handler<OCTETS>> {
+        let place = *self.places.get(usize::from(address))?;
+        self.slaves.get(usize::from(place))
+    }
+
+    fn with(&mut self, address: u8, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
+        if let Some(place) = self.places.get(usize::from(address)) {
+            self.with_place(usize::from(*place), act);
+        }
+    }
+
+    fn with_place(&mut self, place: usize, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
+        let mut context = Context {
+            now: self.now,
+            address: self.address,
+            settings: &self.settings,
+            events: self.events.sink(),
+            exchanging: &mut self.exchanging,
+            control_due: &mut self.control_due,
+        };
+        if let Some(slave) = self.slaves.get_mut(place) {
+            act(slave, &mut context);
+        }
+    }
+
+    /// The next message of the cycle, nothing at its end.
+    #[inline]
+    fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
+        if self.mode == Mode::Stop {
+            self.turn = None;
+            return None;
+        }
+        let turn = match self.turn {
+            Some(turn) => turn,
+            None => self.begin_cycle(now)?,
+        };
+        if self.control_due && self.exchanging > 0 {
+            self.control_due = false;
+            return Some(Pending::Control);
+        }
+        let next = self.next_slave(turn, now);
+        if next.is_none() {
+            self.end_cycle();
+        }
+        next
+    }
+
+    fn begin_cycle(&mut self, now: BitTime) -> Option<usize> {
+        if self.cycles > 0 && now < self.began + self.settings.min_cycle_tbit {
+            return None;
+        }
+        self.cycle_tbit = now - self.began;
+        self.began = now;
+        self.cycles = self.cycles.wrapping_add(1);
+        self.control_due |= self.cycles.checked_rem(self.settings.control_cycles) == Some(0);
+        self.called = false;
+        self.turn = Some(0);
+        self.turn
+    }
+
+    fn end_cycle(&mut self) {
+        self.turn = None;
+        if !self.called {
+            self.call_from = 0;
+        }
+    }
+
+    /// The next slave from `turn` on that has something to be asked.
+    #[inline]
+    fn next_slave(&mut self, turn: usize, now: BitTime) -> Option<Pending> {
+        for place in turn..self.slaves.len() {
+            let ask = self.slaves.get(place).and_then(|slave| slave.ask(now));
+            if let Some(ask) = ask
+                && (ask != Ask::FdlStatus || self.may_call(place))
+            {
+                self.turn = Some(place.saturating_add(1));
+                return Some(Pending::Slave(place, ask));
+            }
+        }
+        None
+    }
+
+    /// Whether a slave that is not there is called in this cycle.
+    const fn may_call(&mut self, place: usize) -> bool {
+        if self.called || place < self.call_from {
+            return false;
+        }
+        self.called = true;
+        self.call_from = place.saturating_add(1);
+        true
+    }
+
+    /// The message to a slave.
+    #[inline]
+    fn message(&mut self, place: usize, ask: Ask) -> Option<Request<'_>> {
+        let slave = self.slaves.get(place)?;
+        let da = slave.address;
+        Some(match ask {
+            Ask::DataExch => services::data_exchange(
+                da,
+                match self.mode {
+                    Mode::Operate => slave.outputs(),
+                    Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
+                },
+            ),
+            Ask::SlaveDiag => services::slave_diag(da),
+            Ask::FdlStatus => services::fdl_status(da),
+            Ask::ChkCfg => services::ms0(da, Sap::ChkCfg, slave.cfg()),
+            Ask::SetPrm | Ask::Unlock => {
+                let prm = if ask == Ask::Unlock { slave.unlock() } else { slave.set_prm() };
+                let length = prm.emit(&mut self.du).ok()?;
+                services::ms0(da, Sap::SetPrm, self.du.get(..length)?)
+            }
+        })
+    }
+
+    /// Global_Control to all slaves, profibus-wire 2.9.
+    fn global_control(&mut self) -> Option<Request<'_>> {
+        let command = match self.mode {
+            Mode::Operate => ControlCommand::empty(),
+            Mode::Clear | Mode::Stop => ControlCommand::CLEAR_DATA,
+        };
+        let length = GlobalControl { command, group: 0 }.emit(&mut self.du).ok()?;
+        Some(Request {
+            da: BROADCAST,
+            function: Function::SdnHigh,
+            dsap: Sap::GlobalControl.to_octet(),
+            ssap: Some(MASTER_MS0),
+            du: self.du.get(..length)?,
+        })
+    }
+}
+
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for Master<SLAVES, OCTETS, EVENTS> {
+    #[inline]
+    fn next(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>> {
+        self.now = now;
+        match priority {
+            Priority::High => {
+                self.pending = self.next_in_cycle(now)?;
+                match self.pending {
+                    Pending::Slave(place, ask) => self.message(place, ask),
+                    Pending::Control => self.global_control(),
+                    Pending::Job | Pending::Nothing => None,
+                }
+            }
+            Priority::Low => {
+                let request = self.job.start()?;
+                self.pending = Pending::Job;
+                Some(request)
+            }
+        }
+    }
+
+    #[inline]
+    fn confirm(&mut self, now: BitTime, confirmation: Confirmation<'_>) {
+        self.now = now;
+        match core::mem::replace(&mut self.pending, Pending::Nothing) {
+            Pending::Slave(place, ask) => {
+                self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+            }
+            Pending::Control => self.control_due |= confirmation != Confirmation::Sent,
+            Pending::Job => self.job.finish(confirmation),
+            Pending::Nothing => {}
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! What a class 1 master is told: how to treat its slaves in general, and each of them in particular.
+
+use crate::link::Baud;
+use core::fmt;
+use profivac_wire::cfg::CfgError;
+
+/// How a master treats all its slaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// A cycle begins no sooner after the one before, in bit times. At least the largest Min_Slave_Interval of the slaves.
+    pub min_cycle_tbit: u64,
+    /// Global_Control is repeated every so many cycles.
+    pub control_cycles: u32,
+    /// So many message cycles in a row may fail before a slave counts as lost.
+    pub miss_limit: u8,
+    /// The first pause, in bit times, before something that went wrong twice is tried again. It doubles every time.
+    pub pause_min_tbit: u64,
+    /// The longest pause.
+    pub pause_max_tbit: u64,
+    /// How long a slave may check its parameters, in bit times.
+    pub ready_tbit: u64,
+}
+
+impl Settings {
+    /// Settings for a transmission rate.
+    ///
+    /// free choice, all of them: the reference gives none (profibus-wire 3.10, and point 35 of section 10).
+    #[must_use]
+    pub const fn new(baud: Baud) -> Self {
+        Self {
+            min_cycle_tbit: 0,
+            control_cycles: 50,
+            miss_limit: 3,
+            pause_min_tbit: baud.tbit_of_ms(10),
+            pause_max_tbit: baud.tbit_of_ms(250),
+            ready_tbit: baud.tbit_of_ms(10_000),
+        }
+    }
+}
+
+/// A slave to be exchanged with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlaveParameters<'a> {
+    /// Station address, 0 to 125.
+    pub address: u8,
+    /// Ident_Number.
+    pub ident: u16,
+    /// The configuration identifiers of Chk_Cfg.
+    pub cfg: &'a [u8],
+    /// User_Prm_Data, on a DP-V1 slave beginning with the three DPV1_Status octets.
+    pub user_prm: &'a [u8],
+    /// WD_Fact_1 and WD_Fact_2, see [`watchdog_factors`]. Without them the slave does not watch its master.
+    pub watchdog: Option<[u8; 2]>,
+    /// min T_SDR in bit times; 0 keeps what the slave has.
+    pub min_tsdr: u8,
+    /// Group_Ident.
+    pub group: u8,
+    /// The slave shall support Sync.
+    pub sync: bool,
+    /// The slave shall support Freeze.
+    pub freeze: bool,
+    /// In Clear the slave is sent outputs of length zero instead of zeros. `user_prm` must tell it so.
+    pub fail_safe: bool,
+    /// Diag_Update_Delay of the GSD file: so many diagnoses after Set_Prm may still ask for parameters.
+    pub diag_update_delay: u8,
+}
+
+impl<'a> SlaveParameters<'a> {
+    /// A slave with a watchdog of one second, min T_SDR 11 and nothing else.
+    #[must_use]
+    pub const fn new(address: u8, ident: u16, cfg: &'a [u8]) -> Self {
+        Self {
+            address,
+            ident,
+            cfg,
+            user_prm: &[],
+            watchdog: Some([10, 10]),
+            min_tsdr: 11,
+            group: 0,
+            sync: false,
+            freeze: false,
+            fail_safe: false,
+            diag_update_delay: 0,
+        }
+    }
+}
+
+/// WD_Fact_1 and WD_Fact_2 of the shortest watchdog that is not shorter than `ms` milliseconds, counted in units of
+/// `base_ms` (10, or 1 with WD_Base_1ms). Nothing for more than 255 x 255 units. profibus-wire 2.4.
+#[must_use]
+pub const fn watchdog_factors(ms: u32, base_ms: u32) -> Option<[u8; 2]> {
+    if base_ms == 0 || ms > base_ms.saturating_mul(255 * 255) {
+        return None;
+    }
+    let units = at_least_one(ms.div_ceil(base_ms));
+    let first = at_least_one(units.div_ceil(255));
+    let second = units.div_ceil(first);
+    Some([first as u8, second as u8])
+}
+
+const fn at_least_one(factor: u32) -> u32 {
+    if factor == 0 { 1 } else { factor }
+}
+
+/// Why a master cannot exchange with such a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejected {
+    /// It has as many slaves as it has room for.
+    Full {
+        /// How many.
+        capacity: usize,
+    },
+    /// The address is above 125, or the master's own.
+    Address(u8),
+    /// There is a slave with this address.
+    Taken(u8),
+    /// The configuration is none.
+    Cfg(CfgError),
+    /// Configuration, user parameters, inputs or outputs are too long.
+    TooLong {
+        /// What is.
+        what: &'static str,
+        /// How many octets it has.
+        octets: usize,
+        /// How many it may have.
+        room: usize,
+    },
+    /// A watchdog factor is 0.
+    Watchdog,
+}
+
+impl fmt::Display for Rejected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Full { capacity } => write!(f, "the master has room for {capacity} slaves"),
+            Self::Address(address) => write!(f, "no slave of this master can have the address {address}"),
+            Self::Taken(address) => write!(f, "there is a slave with the address {address} already"),
+            Self::Cfg(defect) => write!(f, "the configuration is wrong: {defect}"),
+            Self::TooLong { what, octets, room } => write!(f, "{what}: {octets} octets, and there is room for {room}"),
+            Self::Watchdog => f.write_str("a watchdog factor must be 1 to 255, not 0"),
+        }
+    }
+}
+
+impl core::error::Error for Rejected {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn watchdog_factors_are_the_shortest_that_suffice() {
+        for (ms, base, factors) in [
+            (0, 10, Some([1, 1])),
+            (300, 10, Some([1, 30])),
+            (1000, 10, Some([1, 100])),
+            (2551, 10, Some([2, 128])),
+            (7, 1, Some([1, 7])),
+            (650_250, 10, Some([255, 255])),
+            (650_251, 10, None),
+            (1, 0, None),
+        ] {
+            assert_eq!(watchdog_factors(ms, base), factors, "{ms} ms");
+        }
+        for ms in (0..650_000).step_by(37) {
+            let [first, second] = watchdog_factors(ms, 10).unwrap();
+            assert!(u32::from(first) * u32::from(second) * 10 >= ms);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! A master alone with a test that answers for everybody else.
+
+use super::{hex, is_housekeeping, text};
+use profivac_dp::link::active::{Active, Requests};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+
+/// What the master sent, and when it began.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    pub start: BitTime,
+    pub octets: Vec<u8>,
+}
+
+impl Said {
+    pub fn text(&self) -> String {
+        text(&self.octets)
+    }
+
+    pub fn is_token(&self) -> bool {
+        self.octets[0] == 0xDC
+    }
+}
+
+pub struct Desk<R> {
+    pub station: Active<R>,
+    receiver: Receiver,
+    /// When the last telegram ended, whoever sent it.
+    pub now: BitTime,
+}
+
+impl<R: Requests> Desk<R> {
+    pub fn new(station: Active<R>) -> Self {
+        Self { station, receiver: Receiver::new(BitTime(0)), now: BitTime(0) }
+    }
+
+    /// The next telegram of the master. Nobody else speaks until it has left.
+    pub fn says(&mut self) -> Said {
+        loop {
+            let due = self.station.wake_at().expect("a master always has something to wait for");
+            self.now = self.now.max(due);
+            if let Some(transmit) = self.station.poll(self.now) {
+                let said = Said { start: transmit.not_before.max(self.now), octets: transmit.octets.to_vec() };
+                self.now = said.start + said.octets.len() as u64 * CHARACTER_TBIT;
+                self.station.sent(self.now);
+                return said;
+            }
+        }
+    }
+
+    /// The next telegram of the master that is a message to somebody.
+    pub fn asks(&mut self) -> Said {
+        loop {
+            let said = self.says();
+            if !is_housekeeping(&said.octets) {
+                return said;
+            }
+        }
+    }
+
+    /// After `gap` bit times of idle line the master hears the octets in `telegram`.
+    pub fn hears_after(&mut self, gap: u64, telegram: &str) {
+        self.hears_octets(gap, &hex(telegram));
+    }
+
+    /// An answer that comes as early as it may.
+    pub fn hears(&mut self, telegram: &str) {
+        self.hears_after(11, telegram);
+    }
+
+    pub fn hears_octets(&mut self, gap: u64, octets: &[u8]) {
+        self.now = self.now + gap;
+        for octet in octets {
+            self.now = self.now + CHARACTER_TBIT;
+            match self.receiver.octet(self.now, *octet) {
+                Heard::Telegram(telegram) => assert_eq!(self.station.telegram(self.now, &telegram), None),
+                Heard::Nothing | Heard::Damaged(_) => self.station.activity(self.now),
+            }
+        }
+    }
+
+    /// Plays a dialogue: `M` lines are the next message of the master, `S` lines what it hears then.
+    /// Everything after `|` is a remark.
+    pub fn dialogue(&mut self, script: &str) {
+        for line in script.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            let telegram = line[1..].split('|').next().unwrap().trim();
+            match &line[..1] {
+                "M" => assert_eq!(self.asks().text(), telegram, "instead of: {line}"),
+                "S" => self.hears(telegram),
+                _ => panic!("neither master nor slave: {line}"),
+            }
+        }
+    }
+}

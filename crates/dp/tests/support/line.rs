@@ -1,0 +1,178 @@
+//! A line in bit times: one master, some slaves, and whatever the test lets go wrong. Every octet reaches every station
+//! that does not send; two that speak at once fail the test.
+
+use super::plain::Plain;
+use super::{is_housekeeping, text};
+use profivac_dp::link::active::{Active, Requests};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station, Transmit};
+use profivac_dp::slave::Slave;
+
+/// Who sent a telegram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum From {
+    Master,
+    /// The slave with this place in [`Line::slaves`].
+    Slave(usize),
+}
+
+/// One telegram that was on the line, as it left its sender.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    pub from: From,
+    pub start: BitTime,
+    pub end: BitTime,
+    pub octets: Vec<u8>,
+}
+
+/// What a station wants to send, and when at the earliest.
+type Given = Option<(BitTime, Vec<u8>)>;
+
+/// What the line makes of a telegram: other octets, or none.
+type Tamper = Box<dyn FnMut(From, &[u8]) -> Vec<u8>>;
+
+/// A telegram on its way.
+struct Flight {
+    entry: Entry,
+    /// What arrives.
+    heard: Vec<u8>,
+    /// How many of its octets have arrived.
+    arrived: usize,
+}
+
+pub struct Line<R> {
+    pub master: Active<R>,
+    master_receiver: Receiver,
+    pub slaves: Vec<Slave<Plain>>,
+    receivers: Vec<Receiver>,
+    flight: Option<Flight>,
+    pub tamper: Option<Tamper>,
+    pub trace: Vec<Entry>,
+    pub now: BitTime,
+}
+
+impl<R: Requests> Line<R> {
+    pub fn new(master: Active<R>) -> Self {
+        Self {
+            master,
+            master_receiver: Receiver::new(BitTime(0)),
+            slaves: Vec::new(),
+            receivers: Vec::new(),
+            flight: None,
+            tamper: None,
+            trace: Vec::new(),
+            now: BitTime(0),
+        }
+    }
+
+    pub fn attach(&mut self, device: Plain, address: u8) {
+        self.slaves.push(Slave::new(device, address, Baud::B1500000));
+        self.receivers.push(Receiver::new(self.now));
+    }
+
+    /// Lets the bus run until `done`, and fails the test if that takes longer than `limit_tbit`.
+    pub fn run_until(&mut self, limit_tbit: u64, mut done: impl FnMut(&mut Self) -> bool) {
+        let limit = self.now + limit_tbit;
+        while !done(self) {
+            if self.now > limit {
+                self.fail("this takes too long");
+            }
+            self.step();
+        }
+    }
+
+    pub fn run_for(&mut self, tbit: u64) {
+        let end = self.now + tbit;
+        while self.now < end {
+            self.step();
+        }
+    }
+
+    /// One character, or one deadline.
+    fn step(&mut self) {
+        let character = self.flight.as_ref().map(|flight| flight.entry.start + (flight.arrived as u64 + 1) * 11);
+        let wake = self.slaves.iter().filter_map(Station::wake_at).chain(self.master.wake_at()).min();
+        match (character, wake) {
+            (Some(character), wake) if wake.is_none_or(|wake| character <= wake) => self.character(character),
+            (_, Some(wake)) => self.deadline(self.now.max(wake)),
+            _ => self.fail("nothing will ever happen again"),
+        }
+    }
+
+    fn deadline(&mut self, now: BitTime) {
+        self.now = now;
+        let mut all = vec![(From::Master, given(self.master.poll(now)))];
+        for (place, slave) in self.slaves.iter_mut().enumerate() {
+            all.push((From::Slave(place), given(slave.poll(now))));
+        }
+        self.take_off(all);
+    }
+
+    /// The next octet of the telegram on the line has ended.
+    fn character(&mut self, end: BitTime) {
+        self.now = end;
+        let Some(mut flight) = self.flight.take() else { return };
+        let octet = flight.heard.get(flight.arrived).copied();
+        flight.arrived += 1;
+        let from = flight.entry.from;
+        let over = flight.arrived >= flight.entry.octets.len().max(flight.heard.len());
+        if over {
+            match from {
+                From::Master => self.master.sent(end),
+                From::Slave(place) => self.slaves[place].sent(end),
+            }
+        } else {
+            self.flight = Some(flight);
+        }
+        let Some(octet) = octet else { return };
+        let mut answers = Vec::new();
+        if from != From::Master {
+            answers.push((From::Master, give(&mut self.master, &mut self.master_receiver, end, octet)));
+        }
+        for (place, slave) in self.slaves.iter_mut().enumerate().filter(|(place, _)| from != From::Slave(*place)) {
+            answers.push((From::Slave(place), give(slave, &mut self.receivers[place], end, octet)));
+        }
+        self.take_off(answers);
+    }
+
+    fn take_off(&mut self, telegrams: Vec<(From, Given)>) {
+        for (from, (not_before, octets)) in telegrams.into_iter().filter_map(|(from, given)| Some((from, given?))) {
+            if self.flight.is_some() {
+                self.fail(&format!("{from:?} speaks at {not_before} while another does: {}", text(&octets)));
+            }
+            let start = not_before.max(self.now);
+            let end = start + octets.len() as u64 * CHARACTER_TBIT;
+            let heard = self.tamper.as_mut().map_or_else(|| octets.clone(), |tamper| tamper(from, &octets));
+            let entry = Entry { from, start, end, octets };
+            self.trace.push(entry.clone());
+            self.flight = Some(Flight { entry, heard, arrived: 0 });
+        }
+    }
+
+    /// The messages and answers from entry `first` of the trace on.
+    pub fn messages(&self, first: usize) -> Vec<String> {
+        let of_interest = self.trace[first..].iter().filter(|entry| !is_housekeeping(&entry.octets));
+        of_interest.map(|entry| text(&entry.octets)).collect()
+    }
+
+    fn fail(&self, what: &str) -> ! {
+        for entry in self.trace.iter().rev().take(30).rev() {
+            println!("{:>9} {:>9} {:?}: {}", entry.start, entry.end, entry.from, text(&entry.octets));
+        }
+        panic!("at {}: {what}", self.now);
+    }
+}
+
+fn given(transmit: Option<Transmit<'_>>) -> Given {
+    transmit.map(|transmit| (transmit.not_before, transmit.octets.to_vec()))
+}
+
+/// One octet for one station.
+fn give(station: &mut impl Station, receiver: &mut Receiver, end: BitTime, octet: u8) -> Given {
+    match receiver.octet(end, octet) {
+        Heard::Telegram(telegram) => given(station.telegram(end, &telegram)),
+        Heard::Nothing | Heard::Damaged(_) => {
+            station.activity(end);
+            None
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! What the tests of the master side stand on: a desk where the test plays the rest of the bus telegram by telegram, a line
+//! that joins one master and some slaves octet by octet, and a plain device to put into a slave.
+#![allow(dead_code, reason = "every file in tests/ is a crate of its own and uses a part of this")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "these are tests, outside of test functions"
+)]
+
+pub mod desk;
+pub mod line;
+pub mod plain;
+
+use profivac_dp::link::Baud;
+use profivac_dp::link::active::BusParameters;
+
+/// Octets as a person reads a trace.
+pub fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
+}
+
+/// The other way round.
+pub fn text(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+/// Master 2 at 1.5 Mbit/s (T_SL 300, T_ID1 37, T_ID2 150). Its GAP is small and it asks there one time in 255, so that the
+/// dialogues are about something else: [`is_housekeeping`].
+pub fn bus() -> BusParameters {
+    BusParameters { gap_factor: 255, hsa: 2, ..BusParameters::new(2, Baud::B1500000) }
+}
+
+/// Whether a telegram is a token, or asks the GAP of [`bus`] who is there.
+pub fn is_housekeeping(octets: &[u8]) -> bool {
+    matches!(octets, [0xDC, ..] | [0x10, 0 | 1, 2, 0x49, ..])
+}
+
+/// Numbers that repeat: a test prints its seed and can be run with it again.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        println!("seed {seed:#x}");
+        Self(seed)
+    }
+
+    pub fn next(&mut self) -> u64 {
+        // SplitMix64
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound as u64) as usize
+    }
+}
