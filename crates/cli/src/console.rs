@@ -1,0 +1,104 @@
+//! Lines from standard input and the wish to stop, beside whatever else a command waits for.
+
+use rustix::fd::{AsFd, BorrowedFd};
+use rustix::io::Errno;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::io::{self, Write};
+use std::os::unix::net::UnixStream;
+
+/// A line longer than this is no command.
+const MAX_LINE: usize = 4096;
+
+/// What people and scripts say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Said {
+    /// A line.
+    Line(String),
+    /// SIGTERM or SIGINT.
+    Stop,
+}
+
+/// Standard input and the signals that end a program.
+#[derive(Debug)]
+pub struct Console {
+    stdin: io::Stdin,
+    /// End of file has not come.
+    open: bool,
+    begun: Vec<u8>,
+    signals: UnixStream,
+}
+
+impl Console {
+    /// Signals are no longer deadly from here on, but said.
+    pub fn open() -> io::Result<Self> {
+        let (signals, handler) = UnixStream::pair()?;
+        signal_hook::low_level::pipe::register(SIGINT, handler.try_clone()?)?;
+        signal_hook::low_level::pipe::register(SIGTERM, handler)?;
+        Ok(Self { stdin: io::stdin(), open: true, begun: Vec::new(), signals })
+    }
+
+    /// What to wait for.
+    pub fn watched(&self) -> Vec<BorrowedFd<'_>> {
+        let stdin = self.open.then(|| self.stdin.as_fd());
+        [Some(self.signals.as_fd()), stdin].into_iter().flatten().collect()
+    }
+
+    /// What was said, if what is [`watched`](Self::watched) became `readable`.
+    pub fn said(&mut self, readable: &[bool]) -> Vec<Said> {
+        let mut said = Vec::new();
+        if readable.get(1) == Some(&true) {
+            self.read(&mut said);
+        }
+        if readable.first() == Some(&true) {
+            said.push(Said::Stop);
+        }
+        said
+    }
+
+    fn read(&mut self, said: &mut Vec<Said>) {
+        let mut buffer = [0; MAX_LINE];
+        match rustix::io::read(&self.stdin, &mut buffer) {
+            Ok(0) => self.open = false,
+            Ok(length) => self.begun.extend(buffer.iter().take(length)),
+            Err(Errno::INTR | Errno::AGAIN) => {}
+            Err(_) => self.open = false,
+        }
+        lines(&mut self.begun, said);
+        // The last line may end with the file.
+        if (!self.open && !self.begun.is_empty()) || self.begun.len() > MAX_LINE {
+            said.push(line(&std::mem::take(&mut self.begun)));
+        }
+    }
+}
+
+/// Takes the complete lines out of what has been read.
+fn lines(begun: &mut Vec<u8>, said: &mut Vec<Said>) {
+    while let Some(end) = begun.iter().position(|octet| *octet == b'\n') {
+        let complete: Vec<u8> = begun.drain(..=end).collect();
+        said.push(line(&complete));
+    }
+}
+
+fn line(octets: &[u8]) -> Said {
+    Said::Line(String::from_utf8_lossy(octets).trim().to_owned())
+}
+
+/// Writes one line to standard output. Nobody has to read it.
+pub fn say(line: &str) {
+    let mut out = io::stdout().lock();
+    writeln!(out, "{line}").and_then(|()| out.flush()).ok();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_taken_as_they_become_complete() {
+        let mut begun = b"state 5\r\n\nqui".to_vec();
+        let mut said = Vec::new();
+        lines(&mut begun, &mut said);
+        assert_eq!(said, [Said::Line("state 5".to_owned()), Said::Line(String::new())]);
+        assert_eq!(begun, b"qui");
+    }
+}

@@ -1,0 +1,62 @@
+//! How a command fails: a sentence for people and an exit code for scripts.
+
+use profivac_host::instrument::SpecError;
+use profivac_host::port::PortError;
+use std::fmt;
+use std::process::ExitCode;
+
+/// Why a command ended early.
+#[derive(Debug)]
+pub struct Failure {
+    kind: Kind,
+    sentence: String,
+}
+
+/// The exit codes, as the help lists them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Usage = 2,
+    Port = 3,
+}
+
+impl From<PortError> for Failure {
+    fn from(error: PortError) -> Self {
+        let kind = match error {
+            PortError::Address(_) => Kind::Usage,
+            PortError::Missing(_)
+            | PortError::InUse(_)
+            | PortError::Denied(_)
+            | PortError::NotSerial(_)
+            | PortError::Rate { .. }
+            | PortError::Exists(_)
+            | PortError::Lost(_)
+            | PortError::System { .. } => Kind::Port,
+        };
+        Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<SpecError> for Failure {
+    fn from(error: SpecError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    /// What the system refuses beside a port: signals, the terminal.
+    fn from(error: std::io::Error) -> Self {
+        Self { kind: Kind::Port, sentence: error.to_string() }
+    }
+}
+
+impl From<Failure> for ExitCode {
+    fn from(failure: Failure) -> Self {
+        Self::from(failure.kind as u8)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.sentence)
+    }
+}

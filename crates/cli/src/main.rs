@@ -1,0 +1,42 @@
+//! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
+
+mod console;
+mod failure;
+mod simulate;
+mod values;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// PROFIBUS DP for vacuum gauges: virtual devices, a bus master, and the tools around them.
+#[derive(Debug, Parser)]
+#[command(name = "profivac", version, arg_required_else_help = true, after_help = EXIT_CODES)]
+struct Profivac {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  the device refused
+  2  wrong usage, unknown device, two devices at one address, or a bad file
+  3  the port is missing, busy or lost, or nobody answers";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Simulate(simulate::Arguments),
+}
+
+fn main() -> ExitCode {
+    let done = match Profivac::parse().command {
+        Command::Simulate(arguments) => simulate::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("profivac: {failure}");
+            failure.into()
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! `profivac simulate`: virtual devices on a port, operated by lines on standard input.
+
+mod order;
+mod state;
+
+use crate::console::{Console, Said, say};
+use crate::failure::Failure;
+use crate::values;
+use clap::{ArgGroup, Args};
+use order::{DeviceOrder, Order};
+use profivac_devices::Action;
+use profivac_dp::link::Baud;
+use profivac_host::bench::{Conditions, VirtualDevice};
+use profivac_host::gas::Gas;
+use profivac_host::instrument::{Spec, check_places};
+use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
+use profivac_host::pressure::Pressure;
+use profivac_host::segment::Segment;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Virtual devices on a pty, a serial device or TCP, which any PROFIBUS master takes for real ones.
+///
+/// Prints `ready` and the port once it serves. Then it takes lines on standard input and answers each with one line that
+/// begins `ok` or `error:`. End of file keeps it serving; `quit`, SIGTERM and SIGINT end it.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES, group = ArgGroup::new("port").required(true))]
+pub struct Arguments {
+    /// Make a pty and link PATH to it: the serial port of a master
+    #[arg(long, value_name = "PATH", group = "port")]
+    pty: Option<PathBuf>,
+    /// Use a serial device, or the pty of a hub
+    #[arg(long, value_name = "DEV", group = "port")]
+    serial: Option<String>,
+    /// Listen for masters; port 0 takes a free one
+    #[arg(long, value_name = "HOST:PORT", group = "port")]
+    tcp: Option<String>,
+    /// Bits per second; delays are counted in its bit times
+    #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
+    baud: Baud,
+    /// Give every octet the time it would take on a line
+    #[arg(long)]
+    pace: bool,
+    /// The true pressure, with its unit
+    #[arg(long, value_name = "PRESSURE", default_value = "1e-3 mbar", allow_hyphen_values = true)]
+    pressure: Pressure,
+    /// The pressure outside of the chamber
+    #[arg(long, value_name = "PRESSURE", default_value = "1013.25 mbar", allow_hyphen_values = true)]
+    atmosphere: Pressure,
+    /// What the chamber is filled with
+    #[arg(long, value_name = "GAS", default_value = "n2")]
+    gas: Gas,
+    /// A device and the setting of its address switch; 126 is a setting outside 0 to 125
+    #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required = true)]
+    devices: Vec<Spec>,
+}
+
+const EXAMPLES: &str = "\
+Lines on standard input:
+  pressure 5e-6 mbar            the true pressure
+  atmosphere 1000 mbar          the pressure outside
+  gas ar                        what the chamber is filled with
+  fault ADDR NAME               a fault begins; a wrong name is answered with the list
+  clear ADDR NAME               a fault ends
+  power ADDR off|on             the device is switched off, or on again
+  button ADDR N                 a push button is pressed once
+  switch ADDR NAME VALUE        a switch or input is set
+  pot ADDR a|b VOLTS            a set point potentiometer is turned
+  advance SECONDS               time passes for the devices, not on the bus
+  state ADDR                    answers `ok {json}`
+  quit                          ends the simulation
+
+Examples:
+  profivac simulate --pty /tmp/gauge bcg450@5
+  profivac simulate --pty /tmp/line --pressure '5e-6 mbar' --gas ar bcg450@5 bcg450@6:unit=torr
+  profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5";
+
+/// Serves until somebody wants it to end.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    check_places(&arguments.devices)?;
+    let conditions = Conditions { pressure: arguments.pressure, atmosphere: arguments.atmosphere, gas: arguments.gas };
+    let mut devices = Vec::new();
+    for spec in &arguments.devices {
+        devices.push(VirtualDevice::new(spec.build(arguments.baud)?, spec.place, arguments.baud, conditions));
+    }
+    let mut console = Console::open()?;
+    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
+    let mut simulation = Simulation { segment, conditions };
+    say(&format!("ready {}", simulation.segment.port().name()));
+    loop {
+        let readable = simulation.segment.serve(&console.watched(), Duration::MAX)?;
+        for said in console.said(&readable) {
+            if simulation.hear(&said).is_break() {
+                return Ok(());
+            }
+        }
+    }
+}
+
+fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
+    Ok(match (&arguments.pty, &arguments.serial, &arguments.tcp) {
+        (Some(path), ..) => Box::new(Pty::create(path)?),
+        (_, Some(device), _) => Box::new(Serial::open(device, arguments.baud)?),
+        (.., address) => Box::new(TcpServer::listen(address.as_deref().unwrap_or_default())?),
+    })
+}
+
+/// What the lines act on.
+struct Simulation {
+    segment: Segment<VirtualDevice>,
+    conditions: Conditions,
+}
+
+impl Simulation {
+    /// Does what was said and answers.
+    fn hear(&mut self, said: &Said) -> ControlFlow<()> {
+        let Said::Line(line) = said else { return ControlFlow::Break(()) };
+        let order = Order::parse(line);
+        let quits = matches!(order, Ok(Order::Quit));
+        match order.and_then(|order| self.obey(&order)) {
+            Ok(None) => say("ok"),
+            Ok(Some(answer)) => say(&format!("ok {answer}")),
+            Err(reason) => say(&format!("error: {reason}")),
+        }
+        if quits { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn obey(&mut self, order: &Order<'_>) -> Result<Option<String>, String> {
+        match order {
+            Order::Pressure(pressure) => self.expose(Conditions { pressure: *pressure, ..self.conditions }),
+            Order::Atmosphere(atmosphere) => self.expose(Conditions { atmosphere: *atmosphere, ..self.conditions }),
+            Order::Gas(gas) => self.expose(Conditions { gas: *gas, ..self.conditions }),
+            Order::Advance(seconds) => {
+                self.segment.stations_mut().iter_mut().for_each(|device| device.advance(*seconds));
+            }
+            Order::Device(place, order) => return self.obey_at(*place, order),
+            Order::Quit => {}
+        }
+        Ok(None)
+    }
+
+    fn expose(&mut self, conditions: Conditions) {
+        self.conditions = conditions;
+        self.segment.stations_mut().iter_mut().for_each(|device| device.expose(conditions));
+    }
+
+    fn obey_at(&mut self, place: u8, order: &DeviceOrder<'_>) -> Result<Option<String>, String> {
+        let true_mbar = self.conditions.pressure.mbar();
+        let device = self.device(place)?;
+        match order {
+            DeviceOrder::Power(on) => device.power(*on),
+            DeviceOrder::State => return Ok(Some(state::json(device, true_mbar))),
+            DeviceOrder::Operate(action) => {
+                let name = device.instrument().name();
+                device.operate(*action).map_err(|unknown| refusal(name, *action, unknown.expected))?;
+            }
+        }
+        Ok(None)
+    }
+
+    fn device(&mut self, place: u8) -> Result<&mut VirtualDevice, String> {
+        let places = self.segment.stations().iter().map(|device| device.place().to_string());
+        let unknown = format!("no device at address {place}; there are {}", places.collect::<Vec<_>>().join(", "));
+        self.segment.stations_mut().iter_mut().find(|device| device.place() == place).ok_or(unknown)
+    }
+}
+
+/// The device has nothing like that.
+fn refusal(device: &str, action: Action<'_>, expected: &[&str]) -> String {
+    let what = match action {
+        Action::Fault { name, .. } => format!("fault {name:?}"),
+        Action::Button(number) => format!("button {number}"),
+        Action::Switch { name, value } => format!("switch {name:?} with a position {value:?}"),
+        Action::Pot { which, .. } => format!("potentiometer {which:?}"),
+    };
+    match expected {
+        [] => format!("{device} has no {what}"),
+        expected => format!("{device} has no {what}; it has {}", expected.join(", ")),
+    }
+}

@@ -1,0 +1,12 @@
+//! Values on the command line that more than one command takes.
+
+use profivac_dp::link::Baud;
+
+/// A transmission rate in bits per second.
+pub fn baud(text: &str) -> Result<Baud, String> {
+    let known = text.parse().ok().and_then(Baud::from_bits_per_second);
+    known.ok_or_else(|| {
+        let rates = Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
+        format!("expected a PROFIBUS rate out of {rates}, got {text:?}")
+    })
+}

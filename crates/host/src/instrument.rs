@@ -1,0 +1,211 @@
+//! Devices by name: `bcg450@5:unit=torr`.
+//!
+//! To add a device, add its line to [`MODELS`].
+
+use crate::bench::Unit;
+use crate::stand_in::StandIn;
+use profivac_devices::Instrument;
+use profivac_dp::link::Baud;
+use profivac_dp::slave::Slave;
+use std::collections::BTreeSet;
+use std::str::FromStr;
+
+/// The highest address on a command line: 126 is a switch outside 0 to 125.
+const MAX_PLACE: u8 = 126;
+
+/// Keys every device has.
+const COMMON_KEYS: [&str; 2] = ["serial", "unit"];
+
+/// How a device is made.
+pub struct Model {
+    /// Its name.
+    pub name: &'static str,
+    /// Its own keys, beside [`COMMON_KEYS`].
+    keys: &'static [&'static str],
+    build: fn(&Spec, Baud) -> Made,
+}
+
+/// A device, or why there is none.
+type Made = Result<Box<dyn Unit>, SpecError>;
+
+/// All devices there are.
+pub const MODELS: &[Model] = &[Model { name: "bcg450", keys: &[], build: stand_in }];
+
+fn stand_in(spec: &Spec, baud: Baud) -> Made {
+    Ok(slave(StandIn::new(spec.place), baud))
+}
+
+fn slave<I: Instrument + 'static>(instrument: I, baud: Baud) -> Box<dyn Unit> {
+    let address = instrument.station_address();
+    Box::new(Slave::new(instrument, address, baud))
+}
+
+/// One device as the command line names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Spec {
+    /// The name of the device.
+    pub device: String,
+    /// The setting of its address switch, 0 to 126.
+    pub place: u8,
+    /// Keys with their values, each key once.
+    pub keys: Vec<(String, String)>,
+}
+
+/// Why there is no such device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SpecError {
+    /// Not of the form `DEVICE@ADDR[:key=value,...]`.
+    #[error("expected DEVICE@ADDR[:key=value,...] like bcg450@5, got {0:?}")]
+    Form(String),
+    /// No address.
+    #[error("expected an address from 0 to 126, got {0:?}")]
+    Address(String),
+    /// No device of this name.
+    #[error("unknown device {0:?}; there are {known}", known = names())]
+    Device(String),
+    /// The device has no such key.
+    #[error("{device} has no key {key:?}; it has {keys}", keys = expected.join(", "))]
+    Key {
+        /// The device.
+        device: String,
+        /// What was asked for.
+        key: String,
+        /// What it has.
+        expected: Vec<&'static str>,
+    },
+    /// A key stands twice.
+    #[error("the key {0:?} is given twice")]
+    Twice(String),
+    /// A key cannot have this value.
+    #[error("{device}: expected {key}={expected}, got {value:?}")]
+    Value {
+        /// The device.
+        device: String,
+        /// The key.
+        key: String,
+        /// The values it can have.
+        expected: String,
+        /// What was asked for.
+        value: String,
+    },
+    /// Two devices have their switch on one address.
+    #[error("two devices at address {0}")]
+    SameAddress(u8),
+}
+
+impl FromStr for Spec {
+    type Err = SpecError;
+
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        let form = || SpecError::Form(text.to_owned());
+        let (device, rest) = text.split_once('@').ok_or_else(form)?;
+        let (place, keys) = rest.split_once(':').map_or((rest, None), |(place, keys)| (place, Some(keys)));
+        let model = model(device)?;
+        let place = parse_place(place)?;
+        let mut spec = Self { device: device.to_owned(), place, keys: Vec::new() };
+        for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
+            let (key, value) = pair.split_once('=').ok_or_else(form)?;
+            spec.add(model, key, value)?;
+        }
+        Ok(spec)
+    }
+}
+
+impl Spec {
+    fn add(&mut self, model: &Model, key: &str, value: &str) -> Result<(), SpecError> {
+        let mut expected = model.keys.iter().chain(&COMMON_KEYS);
+        if !expected.clone().any(|known| *known == key) {
+            let expected = expected.by_ref().copied().collect();
+            return Err(SpecError::Key { device: self.device.clone(), key: key.to_owned(), expected });
+        }
+        if self.value(key).is_some() {
+            return Err(SpecError::Twice(key.to_owned()));
+        }
+        self.keys.push((key.to_owned(), value.to_owned()));
+        Ok(())
+    }
+
+    /// The value of a key, if it is given.
+    #[must_use]
+    pub fn value(&self, key: &str) -> Option<&str> {
+        self.keys.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
+    }
+
+    /// Makes the device.
+    ///
+    /// # Errors
+    /// [`SpecError::Value`] when a key has a value the device does not take.
+    pub fn build(&self, baud: Baud) -> Result<Box<dyn Unit>, SpecError> {
+        (model(&self.device)?.build)(self, baud)
+    }
+}
+
+/// An address a switch can have, as people write it.
+///
+/// # Errors
+/// [`SpecError::Address`] when it is none.
+pub fn parse_place(text: &str) -> Result<u8, SpecError> {
+    let place = text.parse().ok().filter(|place| *place <= MAX_PLACE);
+    place.ok_or_else(|| SpecError::Address(text.to_owned()))
+}
+
+/// Checks that no two devices have their switch on one address.
+///
+/// # Errors
+/// [`SpecError::SameAddress`] names the first that is taken.
+pub fn check_places(specs: &[Spec]) -> Result<(), SpecError> {
+    let mut taken = BTreeSet::new();
+    match specs.iter().find(|spec| !taken.insert(spec.place)) {
+        Some(spec) => Err(SpecError::SameAddress(spec.place)),
+        None => Ok(()),
+    }
+}
+
+fn model(name: &str) -> Result<&'static Model, SpecError> {
+    MODELS.iter().find(|model| model.name == name).ok_or_else(|| SpecError::Device(name.to_owned()))
+}
+
+fn names() -> String {
+    MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Spec, SpecError> {
+        text.parse()
+    }
+
+    #[test]
+    fn a_spec_has_a_device_an_address_and_keys() {
+        let spec = parse("bcg450@126:unit=torr,serial=4711").unwrap();
+        assert_eq!((spec.device.as_str(), spec.place), ("bcg450", 126));
+        assert_eq!((spec.value("unit"), spec.value("serial"), spec.value("atm")), (Some("torr"), Some("4711"), None));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, error) in [
+            ("bcg450", SpecError::Form("bcg450".to_owned())),
+            ("bcg450@5:unit", SpecError::Form("bcg450@5:unit".to_owned())),
+            ("bcg451@5", SpecError::Device("bcg451".to_owned())),
+            ("bcg450@127", SpecError::Address("127".to_owned())),
+            ("bcg450@", SpecError::Address(String::new())),
+            ("bcg450@-1", SpecError::Address("-1".to_owned())),
+            ("bcg450@5:unit=pa,unit=pa", SpecError::Twice("unit".to_owned())),
+        ] {
+            assert_eq!(parse(text), Err(error), "{text}");
+        }
+        let sentence = parse("bcg450@5:atm=on").unwrap_err().to_string();
+        assert_eq!(sentence, "bcg450 has no key \"atm\"; it has serial, unit");
+    }
+
+    #[test]
+    fn an_address_is_given_once() {
+        let specs = |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect::<Vec<Spec>>();
+        assert_eq!(check_places(&specs(&["bcg450@5", "bcg450@6"])), Ok(()));
+        let twice = check_places(&specs(&["bcg450@5", "bcg450@6", "bcg450@5"]));
+        assert_eq!(twice, Err(SpecError::SameAddress(5)));
+    }
+}

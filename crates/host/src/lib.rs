@@ -1,0 +1,21 @@
+//! Stations on the ports of a computer.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
+//! | [`line`] | stations that share a line, without port and clock |
+//! | [`segment`] | a line on a port, in real time |
+//! | [`clock`] | bit times on the monotonic clock |
+//! | [`bench`] | virtual devices: power, pressure, faults |
+//! | [`instrument`] | devices by name, as a command line has them |
+//! | [`gas`], [`pressure`] | what surrounds them |
+
+pub mod bench;
+pub mod clock;
+pub mod gas;
+pub mod instrument;
+pub mod line;
+pub mod port;
+pub mod pressure;
+pub mod segment;
+mod stand_in;

@@ -1,0 +1,316 @@
+//! Stations that share a line, without the port and without a clock.
+//!
+//! What arrives from outside is decoded once and handed to every station; what a station sends reaches the outside and every
+//! other station here, never the sender. The same [`Line`] serves one gauge on a serial port and a whole segment in memory.
+
+use crate::port::Character;
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station, Transmit};
+use profivac_wire::Telegram;
+use std::collections::VecDeque;
+
+/// How octets leave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// They have arrived as soon as they are written: a pty, TCP.
+    Instant,
+    /// A telegram is written at once and the port takes eleven bit times an octet: a serial device.
+    ByPort,
+    /// Each octet is written when its last bit would have passed: ptys at the pace of a line, and segments in memory.
+    ByLine,
+}
+
+/// A telegram on its way.
+#[derive(Clone, Debug)]
+struct Outgoing {
+    /// Which station sends it.
+    sender: usize,
+    not_before: BitTime,
+    octets: Vec<u8>,
+    /// When it began to leave.
+    began: Option<BitTime>,
+    /// How many octets have left.
+    left: usize,
+}
+
+/// Stations on one line.
+#[derive(Clone, Debug)]
+pub struct Line<S> {
+    stations: Vec<S>,
+    receiver: Receiver,
+    pace: Pace,
+    queue: VecDeque<Outgoing>,
+}
+
+impl<S: Station> Line<S> {
+    /// Joins `stations`; `receiver` decodes what comes from outside.
+    #[must_use]
+    pub fn new(stations: Vec<S>, receiver: Receiver, pace: Pace) -> Self {
+        Self { stations, receiver, pace, queue: VecDeque::new() }
+    }
+
+    /// The stations, in the order they were given.
+    pub fn stations(&self) -> &[S] {
+        &self.stations
+    }
+
+    /// The stations, to do something to them.
+    pub fn stations_mut(&mut self) -> &mut [S] {
+        &mut self.stations
+    }
+
+    /// How many telegrams from outside were damaged.
+    pub const fn damaged(&self) -> u32 {
+        self.receiver.damaged()
+    }
+
+    /// A character from outside ended at `end`.
+    pub fn hear(&mut self, end: BitTime, character: Character) {
+        let heard = match character {
+            Character::Octet(octet) => self.receiver.octet(end, octet),
+            Character::Broken => {
+                self.receiver.character_error(end);
+                Heard::Nothing
+            }
+        };
+        match heard {
+            Heard::Telegram(telegram) => deliver(&mut self.stations, &mut self.queue, None, end, &telegram),
+            Heard::Nothing | Heard::Damaged(_) => self.stations.iter_mut().for_each(|station| station.activity(end)),
+        }
+    }
+
+    /// Time has come to `now`: stations do what they must, telegrams leave. What goes outside is appended to `out`.
+    pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
+        self.leave(now, out);
+        for (sender, station) in self.stations.iter_mut().enumerate() {
+            if station.wake_at().is_some_and(|wake_at| wake_at <= now) {
+                let transmit = station.poll(now);
+                self.queue.extend(transmit.map(|transmit| outgoing(sender, transmit)));
+            }
+        }
+        self.leave(now, out);
+    }
+
+    /// When to call [`advance`](Self::advance) next, if nothing is heard before.
+    pub fn wake_at(&self) -> Option<BitTime> {
+        let wakes = self.stations.iter().filter_map(Station::wake_at);
+        let leaves = self.queue.front().map(|first| self.next_octet(first));
+        wakes.chain(leaves).min()
+    }
+
+    /// When something about the first telegram of the queue happens next.
+    fn next_octet(&self, first: &Outgoing) -> BitTime {
+        match (first.began, self.pace) {
+            (None, _) => first.not_before,
+            (Some(began), Pace::Instant) => began,
+            (Some(began), Pace::ByPort | Pace::ByLine) => began + octets_tbit(first.left.saturating_add(1)),
+        }
+    }
+
+    /// Lets everything leave that is due. One telegram leaves after the other: two answers at once would be a collision, and
+    /// a line that only carries octets has none.
+    fn leave(&mut self, now: BitTime, out: &mut Vec<u8>) {
+        while let Some(mut first) = self.queue.pop_front() {
+            let due = self.next_octet(&first);
+            if due > now {
+                self.queue.push_front(first);
+                return;
+            }
+            match (first.began, self.pace) {
+                (_, Pace::Instant) => {
+                    out.extend_from_slice(&first.octets);
+                    self.arrive(&first, now);
+                    continue;
+                }
+                (None, Pace::ByPort) => {
+                    first.began = Some(now);
+                    out.extend_from_slice(&first.octets);
+                }
+                (None, Pace::ByLine) => first.began = Some(now),
+                (Some(_), pace) => {
+                    if pace == Pace::ByLine {
+                        out.extend(first.octets.get(first.left));
+                    }
+                    first.left = first.left.saturating_add(1);
+                    if first.left >= first.octets.len() {
+                        self.arrive(&first, due);
+                        continue;
+                    }
+                    self.busy(first.sender, due);
+                }
+            }
+            self.queue.push_front(first);
+        }
+    }
+
+    /// The other stations notice that somebody speaks.
+    fn busy(&mut self, sender: usize, end: BitTime) {
+        let others = self.stations.iter_mut().enumerate().filter(|(number, _)| *number != sender);
+        others.for_each(|(_, station)| station.activity(end));
+    }
+
+    /// A telegram of ours has left completely: the sender learns it, the others hear it.
+    fn arrive(&mut self, first: &Outgoing, end: BitTime) {
+        if let Some(sender) = self.stations.get_mut(first.sender) {
+            sender.sent(end);
+        }
+        if let Ok(telegram) = Telegram::parse(&first.octets) {
+            deliver(&mut self.stations, &mut self.queue, Some(first.sender), end, &telegram);
+        }
+    }
+}
+
+fn deliver<S: Station>(
+    stations: &mut [S],
+    queue: &mut VecDeque<Outgoing>,
+    sender: Option<usize>,
+    end: BitTime,
+    telegram: &Telegram<'_>,
+) {
+    for (number, station) in stations.iter_mut().enumerate() {
+        if Some(number) != sender {
+            queue.extend(station.telegram(end, telegram).map(|transmit| outgoing(number, transmit)));
+        }
+    }
+}
+
+fn outgoing(sender: usize, transmit: Transmit<'_>) -> Outgoing {
+    Outgoing { sender, not_before: transmit.not_before, octets: transmit.octets.to_vec(), began: None, left: 0 }
+}
+
+fn octets_tbit(octets: usize) -> u64 {
+    CHARACTER_TBIT.saturating_mul(octets as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_dp::link::T_SYN_TBIT;
+
+    const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
+    const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
+
+    /// Answers FDL status, and writes down everything that happens to it.
+    #[derive(Debug, Default)]
+    struct Notebook {
+        address: u8,
+        notes: Vec<(u64, String)>,
+        wake_at: Option<BitTime>,
+        octets: Vec<u8>,
+    }
+
+    impl Notebook {
+        fn at(address: u8) -> Self {
+            Self { address, ..Self::default() }
+        }
+
+        fn note(&mut self, at: BitTime, what: impl Into<String>) {
+            self.notes.push((at.0, what.into()));
+        }
+    }
+
+    impl Station for Notebook {
+        fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+            let Telegram::Frame(frame) = telegram else { return None };
+            self.note(end, format!("{} to {}", frame.sa, frame.da));
+            if frame.da != self.address || frame.fc != 0x49 {
+                return None;
+            }
+            self.octets = ANSWER.to_vec();
+            Some(Transmit { not_before: end + 11, octets: &self.octets })
+        }
+
+        fn activity(&mut self, end: BitTime) {
+            self.note(end, "busy");
+        }
+
+        fn sent(&mut self, end: BitTime) {
+            self.note(end, "sent");
+        }
+
+        fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+            self.wake_at = None;
+            self.octets = REQUEST.to_vec();
+            Some(Transmit { not_before: now, octets: &self.octets })
+        }
+
+        fn wake_at(&self) -> Option<BitTime> {
+            self.wake_at
+        }
+    }
+
+    fn line(pace: Pace, stations: Vec<Notebook>) -> Line<Notebook> {
+        Line::new(stations, Receiver::with_idle(BitTime(0), T_SYN_TBIT), pace)
+    }
+
+    fn notes(line: &Line<Notebook>, station: usize) -> Vec<(u64, &str)> {
+        line.stations()[station].notes.iter().map(|(at, what)| (*at, what.as_str())).collect()
+    }
+
+    #[test]
+    fn a_request_from_outside_is_answered_not_before_its_time() {
+        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        let mut out = Vec::new();
+        line.advance(BitTime(110), &mut out);
+        assert_eq!((out.as_slice(), line.wake_at()), (&[][..], Some(BitTime(111))));
+        line.advance(BitTime(115), &mut out);
+        assert_eq!((out.as_slice(), line.wake_at()), (&ANSWER[..], None));
+        assert_eq!(notes(&line, 0).last(), Some(&(115, "sent")));
+    }
+
+    #[test]
+    fn stations_hear_requests_and_each_others_answers_but_not_themselves() {
+        let mut line = line(Pace::Instant, vec![Notebook::at(8), Notebook::at(9)]);
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        line.advance(BitTime(111), &mut Vec::new());
+        let telegrams = |station| {
+            let notes = notes(&line, station);
+            notes.into_iter().filter(|(_, what)| *what != "busy").collect::<Vec<_>>()
+        };
+        assert_eq!(telegrams(0), [(100, "2 to 8"), (111, "sent")]);
+        assert_eq!(telegrams(1), [(100, "2 to 8"), (111, "8 to 2")]);
+    }
+
+    #[test]
+    fn a_paced_line_gives_each_octet_its_eleven_bit_times() {
+        let mut line = line(Pace::ByLine, vec![Notebook::at(8), Notebook::at(2)]);
+        line.stations_mut()[1].wake_at = Some(BitTime(50));
+        let mut left = Vec::new();
+        while let Some(at) = line.wake_at() {
+            let mut out = Vec::new();
+            line.advance(at, &mut out);
+            left.extend(out.into_iter().map(|octet| (at.0, octet)));
+        }
+        let request = REQUEST.iter().zip(1..).map(|(octet, number)| (50 + 11 * number, *octet));
+        let answer = ANSWER.iter().zip(1..).map(|(octet, number)| (50 + 66 + 11 + 11 * number, *octet));
+        assert_eq!(left, request.chain(answer).collect::<Vec<_>>());
+        let busy = |from: u64| (1..6).map(move |number| (from + 11 * number, "busy"));
+        let answered = [(116, "sent")].into_iter().chain(busy(127)).chain([(193, "8 to 2")]);
+        assert_eq!(notes(&line, 1), answered.collect::<Vec<_>>());
+        let asked = busy(50).chain([(116, "2 to 8"), (193, "sent")]);
+        assert_eq!(notes(&line, 0), asked.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_port_that_paces_gets_a_telegram_at_once() {
+        let mut line = line(Pace::ByPort, vec![Notebook::at(2)]);
+        line.stations_mut()[0].wake_at = Some(BitTime(50));
+        let mut out = Vec::new();
+        line.advance(BitTime(50), &mut out);
+        assert_eq!(out, REQUEST);
+        line.advance(BitTime(115), &mut out);
+        assert_eq!(notes(&line, 0), []);
+        line.advance(BitTime(120), &mut out);
+        assert_eq!((out.len(), notes(&line, 0)), (REQUEST.len(), vec![(116, "sent")]));
+    }
+
+    #[test]
+    fn a_broken_character_breaks_the_telegram_for_everybody() {
+        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+        REQUEST[..3].iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        line.hear(BitTime(100), Character::Broken);
+        REQUEST[4..].iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        assert!(notes(&line, 0).iter().all(|(_, what)| *what == "busy"));
+        assert_eq!(line.damaged(), 1);
+    }
+}

@@ -1,0 +1,90 @@
+//! Our own octets, as some RS-485 adapters return them. profibus-wire 9.4, point 37.
+//!
+//! Whether an adapter does so is not asked but heard: octets are held back as long as they are the ones just sent. No other
+//! station can send the same telegram next, so as soon as an octet differs there is no echo, and what was held is let go.
+
+use super::Character;
+use std::collections::VecDeque;
+
+/// More than this is never expected back: what is older was not echoed.
+const CAPACITY: usize = 1024;
+
+/// Takes our own octets out of what is heard.
+#[derive(Clone, Debug, Default)]
+pub struct Echo {
+    expected: VecDeque<u8>,
+    held: Vec<Character>,
+}
+
+impl Echo {
+    /// These octets were sent.
+    pub fn sent(&mut self, octets: &[u8]) {
+        if self.expected.len() > CAPACITY {
+            self.expected.clear();
+        }
+        self.expected.extend(octets);
+    }
+
+    /// Appends to `heard` what is not an echo.
+    pub fn filter(&mut self, character: Character, heard: &mut Vec<Character>) {
+        match (self.expected.front(), character) {
+            (Some(expected), Character::Octet(octet)) if *expected == octet => {
+                self.expected.pop_front();
+                self.held.push(character);
+                if self.expected.is_empty() {
+                    self.held.clear();
+                }
+            }
+            _ => {
+                self.expected.clear();
+                heard.append(&mut self.held);
+                heard.push(character);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filtered(echo: &mut Echo, octets: &[u8]) -> Vec<u8> {
+        let mut heard = Vec::new();
+        octets.iter().for_each(|octet| echo.filter(Character::Octet(*octet), &mut heard));
+        let octet = |character: &Character| match character {
+            Character::Octet(octet) => *octet,
+            Character::Broken => panic!("nothing is broken here"),
+        };
+        heard.iter().map(octet).collect()
+    }
+
+    const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
+    const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
+
+    #[test]
+    fn an_echo_is_taken_out_and_what_follows_is_heard() {
+        let mut echo = Echo::default();
+        echo.sent(&ANSWER);
+        assert_eq!(filtered(&mut echo, &[ANSWER, REQUEST].concat()), REQUEST);
+        echo.sent(&ANSWER);
+        assert_eq!(filtered(&mut echo, &ANSWER), []);
+    }
+
+    #[test]
+    fn without_an_echo_nothing_is_lost() {
+        let mut echo = Echo::default();
+        echo.sent(&ANSWER);
+        assert_eq!(filtered(&mut echo, &REQUEST), REQUEST);
+        assert_eq!(filtered(&mut echo, &ANSWER), ANSWER);
+    }
+
+    #[test]
+    fn a_damaged_echo_is_heard_as_what_it_is() {
+        let mut echo = Echo::default();
+        echo.sent(&ANSWER);
+        let mut heard = Vec::new();
+        echo.filter(Character::Octet(0x10), &mut heard);
+        echo.filter(Character::Broken, &mut heard);
+        assert_eq!(heard, [Character::Octet(0x10), Character::Broken]);
+    }
+}

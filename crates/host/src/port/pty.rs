@@ -1,0 +1,134 @@
+//! A pty that profivac serves: its path is a link to what a master opens as its serial port.
+//!
+//! The other side may be closed and opened again as often as it likes. While nobody has it open nothing is sent, and what
+//! the last one left unread is thrown away, so nobody ever reads an answer to somebody else's request. The kernel knows
+//! whether anybody is there (the pty reports a hang-up if not) and tells when somebody comes (inotify).
+
+use super::{CHUNK, Character, Port, PortError};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
+use rustix::fs::{Mode, OFlags};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
+use std::ffi::OsString;
+use std::fs;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+
+/// Our side of a pty, and the link to the other side.
+#[derive(Debug)]
+pub struct Pty {
+    name: String,
+    link: PathBuf,
+    side: PathBuf,
+    ours: OwnedFd,
+    /// Reports every opening of the other side.
+    openings: OwnedFd,
+    /// Somebody has the other side open.
+    present: bool,
+}
+
+impl Pty {
+    /// Makes a pty and links `path` to it. A link that leads nowhere is replaced.
+    ///
+    /// # Errors
+    /// [`PortError::Exists`] when there is something else at `path`, [`PortError::Missing`] when its folder does not exist.
+    pub fn create(path: &Path) -> Result<Self, PortError> {
+        let name = path.display().to_string();
+        let opening = |errno| PortError::opening(&name, errno);
+        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
+        rustix::io::ioctl_fionbio(&ours, true).map_err(opening)?;
+        grantpt(&ours).map_err(opening)?;
+        unlockpt(&ours).map_err(opening)?;
+        let side = PathBuf::from(OsString::from_vec(ptsname(&ours, Vec::new()).map_err(opening)?.into_bytes()));
+        reset(&side).map_err(opening)?;
+        let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).map_err(opening)?;
+        inotify::add_watch(&openings, &side, WatchFlags::OPEN).map_err(opening)?;
+        link(path, &side, &name)?;
+        Ok(Self { name, link: path.to_owned(), side, ours, openings, present: false })
+    }
+
+    /// Looks whether somebody has the other side open, and clears up after the last one.
+    fn look(&mut self) -> Result<(), Errno> {
+        let mut events = [PollFd::new(&self.ours, PollFlags::IN)];
+        poll(&mut events, Some(&Timespec::default()))?;
+        let seen = events.first().map_or(PollFlags::empty(), PollFd::revents);
+        // What was written before the other side was closed is still to be read.
+        let present = seen.contains(PollFlags::IN) || !seen.contains(PollFlags::HUP);
+        if self.present && !present {
+            reset(&self.side)?;
+        }
+        self.present = present;
+        Ok(())
+    }
+}
+
+impl Port for Pty {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// A hang-up is reported without end, so our side is only watched while somebody is there.
+    fn watched(&self) -> Vec<BorrowedFd<'_>> {
+        let ours = self.present.then(|| self.ours.as_fd());
+        [Some(self.openings.as_fd()), ours].into_iter().flatten().collect()
+    }
+
+    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+        let mut buffer = [0; CHUNK];
+        while let Ok(1..) = rustix::io::read(&self.openings, &mut buffer) {}
+        self.look().map_err(|errno| PortError::using(&self.name, errno))?;
+        match rustix::io::read(&self.ours, &mut buffer) {
+            Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
+            // Nothing there, or nobody.
+            Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => {}
+            Err(errno) => return Err(PortError::using(&self.name, errno)),
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        if !self.present {
+            return Ok(());
+        }
+        match rustix::io::write(&self.ours, octets) {
+            Ok(_) | Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => Ok(()),
+            Err(errno) => Err(PortError::using(&self.name, errno)),
+        }
+    }
+}
+
+impl Drop for Pty {
+    fn drop(&mut self) {
+        if fs::read_link(&self.link).is_ok_and(|side| side == self.side) {
+            // Nothing can be done about a link that cannot be removed.
+            fs::remove_file(&self.link).ok();
+        }
+    }
+}
+
+/// Makes the other side raw and forgets what was not read there.
+fn reset(side: &Path) -> Result<(), Errno> {
+    let other = rustix::fs::open(side, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
+    let mut settings = tcgetattr(&other)?;
+    settings.make_raw();
+    tcsetattr(&other, OptionalActions::Now, &settings)?;
+    tcflush(&other, QueueSelector::IOFlush)
+}
+
+fn link(path: &Path, side: &Path, name: &str) -> Result<(), PortError> {
+    if fs::read_link(path).is_ok() && !path.exists() {
+        fs::remove_file(path).map_err(|error| refused(name, error))?;
+    }
+    std::os::unix::fs::symlink(side, path).map_err(|error| refused(name, error))
+}
+
+fn refused(name: &str, error: std::io::Error) -> PortError {
+    match Errno::from_io_error(&error) {
+        Some(Errno::EXIST) => PortError::Exists(name.to_owned()),
+        Some(errno) => PortError::opening(name, errno),
+        None => PortError::system(name, error),
+    }
+}
