@@ -28,6 +28,8 @@ fn devices_are_checked_before_anything_is_opened() {
     simulate(&["bcg450"], "expected DEVICE@ADDR[:key=value,...] like bcg450@5, got \"bcg450\"");
     simulate(&["bcg450@5:color=red"], "bcg450 has no key \"color\"; it has ");
     simulate(&["bcg450@5", "bcg450@5"], "two devices at address 5");
+    simulate(&["bcg450@5:unit=psi"], "bcg450: expected unit=COUNTS|Torr|Micron|mbar|Pascal, got \"psi\"");
+    simulate(&["--state", "/dev/null", "bcg450@5"], "--state /dev/null: ");
     simulate(&[], "required");
 }
 

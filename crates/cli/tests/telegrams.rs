@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{End, Folder, Program, sd2};
+use common::{End, Folder, Program, sd1, sd2};
 
 const FDL_STATUS_5: &str = "10 05 02 49 50 16";
 const FDL_STATUS_6: &str = "10 06 02 49 51 16";
@@ -28,6 +28,31 @@ fn a_device_on_a_pty_answers() {
     let (_program, mut line) = on_a_pty(&folder, &["bcg450@5"]);
     line.ask(FDL_STATUS_5, PRESENT_5);
     line.ask(&sd2(5, 60, 0x6D, ""), DIAG_5_AFTER_POWER_UP);
+}
+
+/// Set_Prm with mbar (tira41d1 1.5), Chk_Cfg with telegram 5 (tira41d1 2.3), and the pressures read cyclically.
+#[test]
+fn the_pressure_that_is_set_is_exchanged() {
+    let folder = Folder::new();
+    let (mut program, mut line) = on_a_pty(&folder, &["--pressure", "2e-8 mbar", "bcg450@5"]);
+    line.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
+    line.ask(&sd2(5, 62, 0x7D, "44 86 05 05 05 08"), "E5");
+    let mut fc = 0x7D;
+    for (set, mbar) in [
+        ("", 2e-8),
+        ("pressure 5e-6 mbar", 5e-6),
+        ("pressure 1 mTorr", 1.333_223_7e-3),
+        ("gas he", 1.333_223_7e-3 / 5.9),
+    ] {
+        if !set.is_empty() {
+            assert_eq!(program.tell(set), "ok");
+        }
+        fc ^= 0x20;
+        let inputs = line.exchange(&sd1(5, fc), 7);
+        let value = f64::from(f32::from_be_bytes(inputs[3..].try_into().unwrap()));
+        assert!((value / mbar - 1.0).abs() < 1e-6, "{set}: {value} mbar");
+    }
+    assert_eq!(program.state(5)["device_state"], "EXECUTING");
 }
 
 #[test]

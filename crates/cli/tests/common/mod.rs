@@ -175,6 +175,19 @@ impl End {
         assert_eq!(text(&came), text(&expected));
     }
 
+    /// A request and the data unit of its answer, an SD2 without access points and with so many octets.
+    pub fn exchange(&mut self, request: &str, octets: usize) -> Vec<u8> {
+        self.send(request);
+        let mut came = Vec::new();
+        while came.len() < octets + 9 {
+            let more = self.receive();
+            assert!(!more.is_empty(), "{} came in answer to {request}", text(&came));
+            came.extend(more);
+        }
+        assert_eq!((came[0], usize::from(came[1])), (0x68, octets + 3), "{}", text(&came));
+        came[7..7 + octets].to_vec()
+    }
+
     /// A request that is repeated until it is answered, as a master does on a disturbed line.
     pub fn insist(&mut self, request: &str, answer: &str) {
         let expected = octets(answer);
@@ -229,4 +242,9 @@ pub fn sd2(da: u8, dsap: u8, fc: u8, du: &str) -> String {
     let length = body.len() as u8;
     let sum = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
     text(&[vec![0x68, length, length, 0x68], body, vec![sum, 0x16]].concat())
+}
+
+/// An SD1 from master 2.
+pub fn sd1(da: u8, fc: u8) -> String {
+    text(&[0x10, da, 2, fc, da.wrapping_add(2).wrapping_add(fc), 0x16])
 }
