@@ -19,6 +19,13 @@ enum Kind {
     Port = 3,
 }
 
+impl Failure {
+    /// The command line asks for what cannot be.
+    pub fn usage(sentence: impl Into<String>) -> Self {
+        Self { kind: Kind::Usage, sentence: sentence.into() }
+    }
+}
+
 impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {

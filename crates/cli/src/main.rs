@@ -2,6 +2,7 @@
 
 mod console;
 mod failure;
+mod hub;
 mod simulate;
 mod values;
 
@@ -26,11 +27,13 @@ Exit codes:
 #[derive(Debug, Subcommand)]
 enum Command {
     Simulate(simulate::Arguments),
+    Hub(hub::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Profivac::parse().command {
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Hub(arguments) => hub::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

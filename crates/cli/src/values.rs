@@ -10,3 +10,9 @@ pub fn baud(text: &str) -> Result<Baud, String> {
         format!("expected a PROFIBUS rate out of {rates}, got {text:?}")
     })
 }
+
+/// A probability.
+pub fn probability(text: &str) -> Result<f64, String> {
+    let probability = text.parse().ok().filter(|number| (0.0..=1.0).contains(number));
+    probability.ok_or_else(|| format!("expected a probability from 0 to 1, got {text:?}"))
+}

@@ -11,6 +11,9 @@ use profivac_wire::Telegram;
 /// controller's values) happens this often.
 const TICK_MS: u64 = 100;
 
+/// Time is handed out in pieces no shorter than this, in milliseconds: nothing in a device is quicker.
+const GRAIN_MS: u64 = 10;
+
 /// What surrounds the devices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions {
@@ -166,8 +169,12 @@ impl VirtualDevice {
 
     /// The device lives through bus time up to `now`.
     fn live(&mut self, now: BitTime) {
-        let seconds = (now - self.lived) as f64 / f64::from(self.baud.bits_per_second());
-        self.lived = self.lived.max(now);
+        let tbit = now - self.lived;
+        if tbit < self.baud.tbit_of_ms(GRAIN_MS) {
+            return;
+        }
+        let seconds = tbit as f64 / f64::from(self.baud.bits_per_second());
+        self.lived = now;
         if self.powered {
             self.unit.instrument_mut().advance(seconds);
         }

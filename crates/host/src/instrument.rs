@@ -1,10 +1,13 @@
 //! Devices by name: `bcg450@5:unit=torr`.
 //!
-//! To add a device, add its line to [`MODELS`].
+//! To add a device, add its entry to [`DEVICES`].
 
 use crate::bench::Unit;
-use crate::stand_in::StandIn;
+use crate::memory::Memory;
 use profivac_devices::Instrument;
+use profivac_devices::bcg450::{self, Bcg450};
+use profivac_devices::model::Model;
+use profivac_devices::profile::{Serial, Setup};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 use std::collections::BTreeSet;
@@ -16,24 +19,30 @@ const MAX_PLACE: u8 = 126;
 /// Keys every device has.
 const COMMON_KEYS: [&str; 2] = ["serial", "unit"];
 
-/// How a device is made.
-pub struct Model {
-    /// Its name.
-    pub name: &'static str,
+/// The longest serial number.
+const MAX_SERIAL: usize = 30;
+
+/// What a serial number looks like.
+const SERIAL: &str = "1 to 30 ASCII characters";
+
+/// A device there is.
+pub struct Entry {
+    /// Its tables.
+    pub model: &'static Model,
     /// Its own keys, beside [`COMMON_KEYS`].
     keys: &'static [&'static str],
-    build: fn(&Spec, Baud) -> Made,
+    build: fn(&Spec, Setup, Memory, Baud) -> Made,
 }
 
 /// A device, or why there is none.
 type Made = Result<Box<dyn Unit>, SpecError>;
 
 /// All devices there are.
-pub const MODELS: &[Model] = &[Model { name: "bcg450", keys: &[], build: stand_in }];
-
-fn stand_in(spec: &Spec, baud: Baud) -> Made {
-    Ok(slave(StandIn::new(spec.place), baud))
-}
+pub const DEVICES: &[Entry] = &[Entry {
+    model: &bcg450::table::MODEL,
+    keys: &[],
+    build: |_, setup, memory, baud| Ok(slave(Bcg450::new(memory, setup), baud)),
+}];
 
 fn slave<I: Instrument + 'static>(instrument: I, baud: Baud) -> Box<dyn Unit> {
     let address = instrument.station_address();
@@ -82,7 +91,7 @@ pub enum SpecError {
         /// The device.
         device: String,
         /// The key.
-        key: String,
+        key: &'static str,
         /// The values it can have.
         expected: String,
         /// What was asked for.
@@ -100,20 +109,20 @@ impl FromStr for Spec {
         let form = || SpecError::Form(text.to_owned());
         let (device, rest) = text.split_once('@').ok_or_else(form)?;
         let (place, keys) = rest.split_once(':').map_or((rest, None), |(place, keys)| (place, Some(keys)));
-        let model = model(device)?;
+        let entry = entry(device)?;
         let place = parse_place(place)?;
         let mut spec = Self { device: device.to_owned(), place, keys: Vec::new() };
         for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
             let (key, value) = pair.split_once('=').ok_or_else(form)?;
-            spec.add(model, key, value)?;
+            spec.add(entry, key, value)?;
         }
         Ok(spec)
     }
 }
 
 impl Spec {
-    fn add(&mut self, model: &Model, key: &str, value: &str) -> Result<(), SpecError> {
-        let mut expected = model.keys.iter().chain(&COMMON_KEYS);
+    fn add(&mut self, entry: &Entry, key: &str, value: &str) -> Result<(), SpecError> {
+        let mut expected = entry.keys.iter().chain(&COMMON_KEYS);
         if !expected.clone().any(|known| *known == key) {
             let expected = expected.by_ref().copied().collect();
             return Err(SpecError::Key { device: self.device.clone(), key: key.to_owned(), expected });
@@ -131,12 +140,37 @@ impl Spec {
         self.keys.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
     }
 
-    /// Makes the device.
+    /// Makes the device with what its memory holds.
     ///
     /// # Errors
     /// [`SpecError::Value`] when a key has a value the device does not take.
-    pub fn build(&self, baud: Baud) -> Result<Box<dyn Unit>, SpecError> {
-        (model(&self.device)?.build)(self, baud)
+    pub fn build(&self, memory: Memory, baud: Baud) -> Result<Box<dyn Unit>, SpecError> {
+        let entry = entry(&self.device)?;
+        (entry.build)(self, self.setup(entry.model)?, memory, baud)
+    }
+
+    /// What the keys of every device say.
+    fn setup(&self, model: &Model) -> Result<Setup, SpecError> {
+        let mut setup = Setup::new(self.place);
+        if let Some(text) = self.value("serial") {
+            let fits = text.is_ascii() && !text.is_empty() && text.len() <= MAX_SERIAL;
+            setup.serial = fits.then(|| Serial::new(text)).ok_or_else(|| self.wrong("serial", SERIAL))?;
+        }
+        if let Some(name) = self.value("unit") {
+            let names = || model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join("|");
+            setup.unit = Some(model.unit_named(name).ok_or_else(|| self.wrong("unit", &names()))?);
+        }
+        Ok(setup)
+    }
+
+    /// The value of `key` is none of those the device takes.
+    fn wrong(&self, key: &'static str, expected: &str) -> SpecError {
+        SpecError::Value {
+            device: self.device.clone(),
+            key,
+            expected: expected.to_owned(),
+            value: self.value(key).unwrap_or_default().to_owned(),
+        }
     }
 }
 
@@ -161,12 +195,16 @@ pub fn check_places(specs: &[Spec]) -> Result<(), SpecError> {
     }
 }
 
-fn model(name: &str) -> Result<&'static Model, SpecError> {
-    MODELS.iter().find(|model| model.name == name).ok_or_else(|| SpecError::Device(name.to_owned()))
+/// The device of this name.
+///
+/// # Errors
+/// [`SpecError::Device`] when there is none; it lists those there are.
+pub fn entry(name: &str) -> Result<&'static Entry, SpecError> {
+    DEVICES.iter().find(|entry| entry.model.name == name).ok_or_else(|| SpecError::Device(name.to_owned()))
 }
 
 fn names() -> String {
-    MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", ")
+    DEVICES.iter().map(|entry| entry.model.name).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -199,6 +237,21 @@ mod tests {
         }
         let sentence = parse("bcg450@5:atm=on").unwrap_err().to_string();
         assert_eq!(sentence, "bcg450 has no key \"atm\"; it has serial, unit");
+    }
+
+    #[test]
+    fn a_value_the_device_does_not_take_is_refused_with_those_it_takes() {
+        let build = |text: &str| match parse(text).unwrap().build(Memory::volatile(), Baud::B19200) {
+            Ok(_) => "built".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        assert_eq!(build("bcg450@5:unit=hpa,serial=4711"), "built");
+        let units = "bcg450: expected unit=COUNTS|Torr|Micron|mbar|Pascal, got \"psi\"";
+        assert_eq!(build("bcg450@5:unit=psi"), units);
+        for serial in ["", "Zähler", "1234567890123456789012345678901"] {
+            let expected = format!("bcg450: expected serial=1 to 30 ASCII characters, got {serial:?}");
+            assert_eq!(build(&format!("bcg450@5:serial={serial}")), expected);
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`bench`] | virtual devices: power, pressure, faults |
 //! | [`instrument`] | devices by name, as a command line has them |
+//! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
 //! | [`gas`], [`pressure`] | what surrounds them |
 
 pub mod bench;
@@ -15,7 +16,7 @@ pub mod clock;
 pub mod gas;
 pub mod instrument;
 pub mod line;
+pub mod memory;
 pub mod port;
 pub mod pressure;
 pub mod segment;
-mod stand_in;

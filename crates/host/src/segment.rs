@@ -5,11 +5,9 @@
 
 use crate::clock::{Clock, tbit_of};
 use crate::line::{Line, Pace};
-use crate::port::{Character, Port, PortError};
+use crate::port::{Character, Port, PortError, wait};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, Station, T_SYN_TBIT};
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::BorrowedFd;
-use rustix::io::Errno;
 use std::time::Duration;
 
 /// How long a line must be silent to count as idle, and how long a telegram may pause. free choice: longer than the pieces
@@ -80,8 +78,9 @@ impl<S: Station> Segment<S> {
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let due = self.line.wake_at().map_or(at_most, |wake_at| self.clock.until(wake_at).min(at_most));
-        let readable = wait(&self.port.watched(), others, due)
-            .map_err(|source| PortError::System { name: self.port.name().to_owned(), source: source.into() })?;
+        let watched: Vec<_> = others.iter().copied().chain(self.port.watched()).collect();
+        let mut readable = wait(&watched, due)?;
+        readable.truncate(others.len());
         self.receive()?;
         self.out.clear();
         self.line.advance(self.clock.now(), &mut self.out);
@@ -104,15 +103,4 @@ impl<S: Station> Segment<S> {
         }
         Ok(())
     }
-}
-
-/// Waits until a descriptor is readable, `at_most` so long. Says which of `others` are.
-fn wait(port: &[BorrowedFd<'_>], others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, Errno> {
-    let mut events: Vec<_> = others.iter().chain(port).map(|fd| PollFd::from_borrowed_fd(*fd, PollFlags::IN)).collect();
-    let timeout = Timespec::try_from(at_most).ok();
-    match poll(&mut events, timeout.as_ref()) {
-        Ok(_) | Err(Errno::INTR) => {}
-        Err(errno) => return Err(errno),
-    }
-    Ok(events.iter().take(others.len()).map(|event| !event.revents().is_empty()).collect())
 }

@@ -13,11 +13,12 @@ use profivac_dp::link::Baud;
 use profivac_host::bench::{Conditions, VirtualDevice};
 use profivac_host::gas::Gas;
 use profivac_host::instrument::{Spec, check_places};
+use profivac_host::memory::Memory;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::pressure::Pressure;
 use profivac_host::segment::Segment;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Virtual devices on a pty, a serial device or TCP, which any PROFIBUS master takes for real ones.
@@ -51,6 +52,9 @@ pub struct Arguments {
     /// What the chamber is filled with
     #[arg(long, value_name = "GAS", default_value = "n2")]
     gas: Gas,
+    /// Keep nonvolatile values in files in DIR, one for each device and address
+    #[arg(long, value_name = "DIR")]
+    state: Option<PathBuf>,
     /// A device and the setting of its address switch; 126 is a setting outside 0 to 125
     #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required = true)]
     devices: Vec<Spec>,
@@ -74,6 +78,7 @@ Lines on standard input:
 Examples:
   profivac simulate --pty /tmp/gauge bcg450@5
   profivac simulate --pty /tmp/line --pressure '5e-6 mbar' --gas ar bcg450@5 bcg450@6:unit=torr
+  profivac simulate --pty /tmp/gauge --state ~/gauges bcg450@126:serial=4711
   profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5";
 
 /// Serves until somebody wants it to end.
@@ -82,7 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let conditions = Conditions { pressure: arguments.pressure, atmosphere: arguments.atmosphere, gas: arguments.gas };
     let mut devices = Vec::new();
     for spec in &arguments.devices {
-        devices.push(VirtualDevice::new(spec.build(arguments.baud)?, spec.place, arguments.baud, conditions));
+        let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
+        devices.push(VirtualDevice::new(unit, spec.place, arguments.baud, conditions));
     }
     let mut console = Console::open()?;
     let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
@@ -96,6 +102,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
         }
     }
+}
+
+/// The memory of a device: as it was left in the folder, or as from the box.
+fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
+    let Some(folder) = folder else { return Ok(Memory::volatile()) };
+    let opened = Memory::open(folder, &spec.device, spec.place)
+        .map_err(|error| Failure::usage(format!("--state {}: {error}", folder.display())))?;
+    if let Some(aside) = opened.aside {
+        let Spec { device, place, .. } = spec;
+        eprintln!(
+            "profivac: the memory of {device} at address {place} is damaged: kept as {}, defaults used",
+            aside.display()
+        );
+    }
+    Ok(opened.memory)
 }
 
 fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {

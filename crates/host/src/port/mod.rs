@@ -20,8 +20,10 @@ pub use serial::Serial;
 pub use tcp::{TcpClient, TcpServer};
 
 use profivac_dp::link::Baud;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::BorrowedFd;
 use rustix::io::Errno;
+use std::time::Duration;
 
 /// What a port heard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,6 +139,20 @@ pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
     match name.strip_prefix("tcp://") {
         Some(address) => Ok(Box::new(TcpClient::connect(address)?)),
         None => Ok(Box::new(Serial::open(name, baud)?)),
+    }
+}
+
+/// Waits until something is readable, `at_most` so long, and says what is.
+///
+/// # Errors
+/// [`PortError::System`] when the system cannot wait.
+pub fn wait(watched: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
+    let mut events: Vec<_> = watched.iter().map(|fd| PollFd::from_borrowed_fd(*fd, PollFlags::IN)).collect();
+    // A time too long for the system is as good as none.
+    let timeout = Timespec::try_from(at_most).ok();
+    match poll(&mut events, timeout.as_ref()) {
+        Ok(_) | Err(Errno::INTR) => Ok(events.iter().map(|event| !event.revents().is_empty()).collect()),
+        Err(errno) => Err(PortError::system("poll", errno)),
     }
 }
 

@@ -91,6 +91,10 @@ impl Port for Pty {
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
         if !self.present {
+            // Somebody may have come since we looked last.
+            self.look().map_err(|errno| PortError::using(&self.name, errno))?;
+        }
+        if !self.present {
             return Ok(());
         }
         match rustix::io::write(&self.ours, octets) {

@@ -1,0 +1,281 @@
+//! `profivac hub`: a virtual RS-485 line between ptys, with disturbances on command.
+
+use crate::console::{Console, Said, say};
+use crate::failure::Failure;
+use crate::values;
+use clap::Args;
+use fastrand::Rng;
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
+use profivac_host::clock::Clock;
+use profivac_host::port::{Character, Port, PortError, Pty, wait};
+use std::collections::{BTreeSet, VecDeque};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// A virtual RS-485 line: what one program writes to its pty, all others read from theirs.
+///
+/// Prints `ready` and the paths once it serves. Then it takes lines on standard input and answers each with one line that
+/// begins `ok` or `error:`. End of file keeps it serving; `quit`, SIGTERM and SIGINT end it.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Make a pty and link PATH to it; at least two
+    #[arg(long = "pty", value_name = "PATH", required = true)]
+    ptys: Vec<PathBuf>,
+    /// How likely a bit of an octet is flipped on the line
+    #[arg(long, value_name = "P", default_value = "0", value_parser = values::probability, allow_hyphen_values = true)]
+    flip: f64,
+    /// How likely an octet is lost on the line
+    #[arg(long, value_name = "P", default_value = "0", value_parser = values::probability, allow_hyphen_values = true)]
+    drop: f64,
+    /// Which of all possible disturbances: the same number, the same disturbances
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Give every octet the time it would take at this rate
+    #[arg(long, value_name = "BAUD", value_parser = values::baud)]
+    pace: Option<Baud>,
+}
+
+const EXAMPLES: &str = "\
+Lines on standard input:
+  mute PATH SECONDS             what PATH writes reaches nobody for so long
+  quit                          ends the hub
+
+Example: a master on /tmp/master, two devices, one octet in 500 damaged
+  profivac hub --pty /tmp/master --pty /tmp/a --pty /tmp/b --flip 0.002 --seed 7
+  profivac simulate --serial /tmp/a bcg450@5
+  profivac simulate --serial /tmp/b bcg450@6";
+
+/// Serves until somebody wants it to end.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    check(&arguments.ptys)?;
+    let mut hub = Hub::open(arguments)?;
+    let mut console = Console::open()?;
+    say(&format!("ready {}", hub.names().join(" ")));
+    loop {
+        let (readable, wanted) = {
+            let console = console.watched();
+            let wanted = console.len();
+            let watched: Vec<_> = console.into_iter().chain(hub.watched()).collect();
+            (wait(&watched, hub.due())?, wanted)
+        };
+        hub.serve()?;
+        for said in console.said(readable.get(..wanted).unwrap_or_default()) {
+            if hear(&mut hub, &said).is_break() {
+                let Noise { passed, flipped, dropped, .. } = hub.noise;
+                eprintln!("profivac: {passed} octets, {flipped} with a flipped bit, {dropped} lost");
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// A line has two ends at least, and no two in one place.
+fn check(ptys: &[PathBuf]) -> Result<(), Failure> {
+    if ptys.len() < 2 {
+        return Err(Failure::usage("expected at least two --pty, got one"));
+    }
+    let mut taken = BTreeSet::new();
+    match ptys.iter().find(|path| !taken.insert(*path)) {
+        Some(path) => Err(Failure::usage(format!("--pty {} is given twice", path.display()))),
+        None => Ok(()),
+    }
+}
+
+fn hear(hub: &mut Hub, said: &Said) -> ControlFlow<()> {
+    let Said::Line(line) = said else { return ControlFlow::Break(()) };
+    let words: Vec<&str> = line.split_whitespace().collect();
+    match words[..] {
+        ["mute", path, seconds] => match hub.mute(path, seconds) {
+            Ok(()) => say("ok"),
+            Err(reason) => say(&format!("error: {reason}")),
+        },
+        ["quit"] => {
+            say("ok");
+            return ControlFlow::Break(());
+        }
+        _ => say(&format!("error: expected mute PATH SECONDS or quit, got {line:?}")),
+    }
+    ControlFlow::Continue(())
+}
+
+/// One pty of the line.
+struct Tap {
+    pty: Pty,
+    muted_until: Option<Instant>,
+}
+
+/// The line.
+struct Hub {
+    taps: Vec<Tap>,
+    noise: Noise,
+    pace: Option<Pace>,
+    heard: Vec<Character>,
+}
+
+/// Octets on their way at the pace of a rate.
+struct Pace {
+    clock: Clock,
+    /// When the line is free again.
+    free: BitTime,
+    /// When an octet has passed, whose it is, and which.
+    queue: VecDeque<(BitTime, usize, u8)>,
+}
+
+impl Hub {
+    fn open(arguments: &Arguments) -> Result<Self, PortError> {
+        let mut taps = Vec::new();
+        for path in &arguments.ptys {
+            taps.push(Tap { pty: Pty::create(path)?, muted_until: None });
+        }
+        let pace = arguments.pace.map(|baud| Pace {
+            clock: Clock::starting_at(BitTime(0), baud),
+            free: BitTime(0),
+            queue: VecDeque::new(),
+        });
+        let noise = Noise::new(arguments.flip, arguments.drop, arguments.seed);
+        Ok(Self { taps, noise, pace, heard: Vec::new() })
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.taps.iter().map(|tap| tap.pty.name()).collect()
+    }
+
+    fn watched(&self) -> impl Iterator<Item = rustix::fd::BorrowedFd<'_>> {
+        self.taps.iter().flat_map(|tap| tap.pty.watched())
+    }
+
+    /// How long nothing happens by itself.
+    fn due(&self) -> Duration {
+        let next = self.pace.as_ref().and_then(|pace| pace.queue.front().map(|(end, ..)| pace.clock.until(*end)));
+        next.unwrap_or(Duration::MAX)
+    }
+
+    fn mute(&mut self, path: &str, seconds: &str) -> Result<(), String> {
+        let duration = seconds.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        let until = duration.and_then(|duration| Instant::now().checked_add(duration));
+        let until = until.ok_or_else(|| format!("expected a number of seconds, got {seconds:?}"))?;
+        let unknown = format!("no pty {path}; there are {}", self.names().join(", "));
+        let tap = self.taps.iter_mut().find(|tap| tap.pty.name() == path).ok_or(unknown)?;
+        tap.muted_until = Some(until);
+        Ok(())
+    }
+
+    fn serve(&mut self) -> Result<(), PortError> {
+        for from in 0..self.taps.len() {
+            let octets = self.take(from)?;
+            self.pass(from, &octets)?;
+        }
+        self.let_go()
+    }
+
+    /// What a tap says, as the line carries it.
+    fn take(&mut self, from: usize) -> Result<Vec<u8>, PortError> {
+        let Some(tap) = self.taps.get_mut(from) else { return Ok(Vec::new()) };
+        self.heard.clear();
+        tap.pty.receive(&mut self.heard)?;
+        if tap.muted_until.is_some_and(|until| Instant::now() < until) {
+            return Ok(Vec::new());
+        }
+        let noise = &mut self.noise;
+        let octet = |character: &Character| match character {
+            Character::Octet(octet) => noise.disturb(*octet),
+            Character::Broken => None,
+        };
+        Ok(self.heard.iter().filter_map(octet).collect())
+    }
+
+    fn pass(&mut self, from: usize, octets: &[u8]) -> Result<(), PortError> {
+        let Some(pace) = &mut self.pace else { return self.send(from, octets) };
+        for octet in octets {
+            pace.free = pace.free.max(pace.clock.now()) + CHARACTER_TBIT;
+            pace.queue.push_back((pace.free, from, *octet));
+        }
+        Ok(())
+    }
+
+    /// Octets whose time has passed arrive.
+    fn let_go(&mut self) -> Result<(), PortError> {
+        while let Some(pace) = &mut self.pace
+            && let Some((_, from, octet)) = pace.queue.pop_front_if(|(end, ..)| *end <= pace.clock.now())
+        {
+            self.send(from, &[octet])?;
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, from: usize, octets: &[u8]) -> Result<(), PortError> {
+        for (number, tap) in self.taps.iter_mut().enumerate() {
+            if number != from && !octets.is_empty() {
+                tap.pty.send(octets)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Flipped bits and lost octets: the same seed, the same ones.
+struct Noise {
+    rng: Rng,
+    flip: f64,
+    drop: f64,
+    passed: u64,
+    flipped: u64,
+    dropped: u64,
+}
+
+impl Noise {
+    fn new(flip: f64, drop: f64, seed: u64) -> Self {
+        Self { rng: Rng::with_seed(seed), flip, drop, passed: 0, flipped: 0, dropped: 0 }
+    }
+
+    /// What becomes of an octet. Draws three numbers for each, so that neither probability moves what the other hits.
+    fn disturb(&mut self, octet: u8) -> Option<u8> {
+        let (drop, flip, bit) = (self.rng.f64() < self.drop, self.rng.f64() < self.flip, self.rng.u8(..8));
+        self.passed += 1;
+        if drop {
+            self.dropped += 1;
+            return None;
+        }
+        self.flipped += u64::from(flip);
+        Some(if flip { octet ^ (1 << bit) } else { octet })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disturbed(flip: f64, drop: f64, seed: u64) -> Vec<Option<u8>> {
+        let mut noise = Noise::new(flip, drop, seed);
+        (0..=255).cycle().take(100_000).map(|octet| noise.disturb(octet)).collect()
+    }
+
+    #[test]
+    fn the_same_seed_disturbs_the_same_octets() {
+        assert_eq!(disturbed(0.01, 0.01, 7), disturbed(0.01, 0.01, 7));
+        assert_ne!(disturbed(0.01, 0.01, 7), disturbed(0.01, 0.01, 8));
+    }
+
+    #[test]
+    fn without_disturbances_every_octet_passes() {
+        assert!(disturbed(0.0, 0.0, 7).into_iter().eq((0..=255).cycle().take(100_000).map(Some)));
+    }
+
+    #[test]
+    fn disturbances_are_as_frequent_as_asked_for_and_flip_one_bit() {
+        let (mut lost, mut flipped) = (0, 0);
+        for (sent, came) in (0..=255_u8).cycle().zip(disturbed(0.02, 0.01, 7)) {
+            match came {
+                None => lost += 1,
+                Some(came) if came != sent => {
+                    assert_eq!((came ^ sent).count_ones(), 1);
+                    flipped += 1;
+                }
+                Some(_) => {}
+            }
+        }
+        assert!((900..1100).contains(&lost) && (1850..2150).contains(&flipped), "{lost} lost, {flipped} flipped");
+    }
+}

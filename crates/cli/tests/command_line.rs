@@ -1,0 +1,104 @@
+//! What cannot be done is said in one sentence, with the exit code of the contract.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Folder, Program, run};
+
+/// Runs a command and checks its exit code and what it says on standard error. Standard output stays empty.
+#[track_caller]
+fn fails(arguments: &[&str], code: i32, sentence: &str) {
+    let output = run(arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    assert!(said.contains(sentence), "{arguments:?}: {said}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+}
+
+/// A simulation on a pty that is never made.
+fn simulate(arguments: &[&str], sentence: &str) {
+    fails(&[&["simulate", "--pty", "/nowhere/at/all"], arguments].concat(), 2, sentence);
+}
+
+#[test]
+fn devices_are_checked_before_anything_is_opened() {
+    simulate(&["bcg451@5"], "unknown device \"bcg451\"; there are ");
+    simulate(&["bcg450@127"], "expected an address from 0 to 126, got \"127\"");
+    simulate(&["bcg450"], "expected DEVICE@ADDR[:key=value,...] like bcg450@5, got \"bcg450\"");
+    simulate(&["bcg450@5:color=red"], "bcg450 has no key \"color\"; it has ");
+    simulate(&["bcg450@5", "bcg450@5"], "two devices at address 5");
+    simulate(&["bcg450@5:unit=psi"], "bcg450: expected unit=COUNTS|Torr|Micron|mbar|Pascal, got \"psi\"");
+    simulate(&["--state", "/dev/null", "bcg450@5"], "--state /dev/null: ");
+    simulate(&[], "required");
+}
+
+#[test]
+fn options_are_checked_before_anything_is_opened() {
+    simulate(&["--baud", "115200", "bcg450@5"], "expected a PROFIBUS rate out of 9600, 19200, ");
+    simulate(&["--pressure", "1e-3", "bcg450@5"], "expected a unit out of mbar, Pa, ");
+    simulate(&["--pressure", "-1 mbar", "bcg450@5"], "expected a pressure like '1e-3 mbar', got \"-1 mbar\"");
+    simulate(&["--gas", "steam", "bcg450@5"], "expected a gas out of n2, air, ");
+    fails(&["simulate", "bcg450@5"], 2, "--pty <PATH>|--serial <DEV>|--tcp <HOST:PORT>");
+    fails(&["simulate", "--pty", "/a", "--serial", "/b", "bcg450@5"], 2, "cannot be used with");
+    fails(&["simulate", "--tcp", "nonsense", "bcg450@5"], 2, "expected HOST:PORT, got \"nonsense\"");
+    fails(&["hub", "--pty", "/nowhere/a"], 2, "expected at least two --pty, got one");
+    fails(&["hub", "--pty", "/nowhere/a", "--pty", "/nowhere/a"], 2, "--pty /nowhere/a is given twice");
+    fails(&["hub", "--pty", "a", "--pty", "b", "--flip", "2"], 2, "expected a probability from 0 to 1, got \"2\"");
+}
+
+#[test]
+fn what_is_not_built_is_absent_and_refused() {
+    for command in ["sniff", "conform", "address", "dance"] {
+        fails(&[command], 2, "unrecognized subcommand");
+        let help = String::from_utf8(run(&["--help"]).stdout).unwrap();
+        assert!(!help.contains(&format!("  {command} ")), "{help}");
+    }
+    simulate(&["--scenario", "pump-down.toml", "bcg450@5"], "unexpected argument '--scenario'");
+    let help = String::from_utf8(run(&["simulate", "--help"]).stdout).unwrap();
+    assert!(help.contains("--pressure") && !help.contains("--scenario"), "{help}");
+}
+
+#[test]
+fn a_port_that_cannot_be_opened_is_named() {
+    let folder = Folder::new();
+    let file = folder.name("file");
+    std::fs::write(&file, "precious").unwrap();
+    let device = ["bcg450@5"];
+    let simulate = |option: &str, port: &str, sentence: &str| {
+        fails(&[&["simulate", option, port], &device[..]].concat(), 3, sentence);
+    };
+    simulate("--serial", "/dev/nothing", "there is no port /dev/nothing");
+    simulate("--serial", &file, "is not a serial device");
+    simulate("--pty", "/nowhere/at/all", "there is no port /nowhere/at/all");
+    simulate("--pty", &file, "exists already");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "precious");
+}
+
+#[test]
+fn a_port_in_use_is_not_shared() {
+    let folder = Folder::new();
+    let (a, b) = (folder.name("a"), folder.name("b"));
+    let hub = Program::start(&["hub", "--pty", &a, "--pty", &b]);
+    hub.ready();
+    let first = Program::start(&["simulate", "--serial", &a, "bcg450@5"]);
+    assert_eq!(first.ready(), a);
+    fails(&["simulate", "--serial", &a, "bcg450@6"], 3, &format!("{a} is in use by another program"));
+    fails(&["simulate", "--pty", &a, "bcg450@6"], 3, &format!("{a} exists already"));
+    let tcp = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = tcp.ready();
+    fails(&["simulate", "--tcp", &address, "bcg450@6"], 3, &format!("{address} is in use by another program"));
+}
+
+#[test]
+fn a_port_that_is_lost_ends_the_simulation() {
+    let folder = Folder::new();
+    let (a, b) = (folder.name("a"), folder.name("b"));
+    let mut hub = Program::start(&["hub", "--pty", &a, "--pty", &b]);
+    hub.ready();
+    let mut simulation = Program::start(&["simulate", "--serial", &a, "bcg450@5"]);
+    simulation.ready();
+    hub.kill();
+    assert_eq!(simulation.exit_code(), 3);
+    assert_eq!(simulation.complaint(), format!("profivac: lost {a}: it was unplugged, or its other side was closed"));
+}

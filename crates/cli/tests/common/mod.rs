@@ -1,0 +1,250 @@
+//! The program as a child process, and the octets of a line. Everything that waits has a deadline and nothing sleeps.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
+#![allow(dead_code, reason = "every test file uses its own part")]
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::os::fd::AsFd;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// Long enough for a loaded machine.
+const DEADLINE: Duration = Duration::from_secs(30);
+
+/// How long a master waits for an answer before it asks again.
+const SLOT_TIME: Duration = Duration::from_millis(200);
+
+/// A folder of its own for every test.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// The same as text, as a command line has it.
+    pub fn name(&self, name: &str) -> String {
+        self.path(name).to_str().unwrap().to_owned()
+    }
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_profivac"));
+    command.args(arguments);
+    command
+}
+
+/// Runs a command that ends by itself.
+pub fn run(arguments: &[&str]) -> Output {
+    command(arguments).stdin(Stdio::null()).output().unwrap()
+}
+
+/// A command that serves.
+pub struct Program {
+    child: Child,
+    stdin: Option<ChildStdin>,
+    stdout: Receiver<String>,
+    stderr: Receiver<String>,
+}
+
+impl Program {
+    pub fn start(arguments: &[&str]) -> Self {
+        let mut child =
+            command(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let stdin = child.stdin.take();
+        let stdout = lines(child.stdout.take().unwrap());
+        let stderr = lines(child.stderr.take().unwrap());
+        Self { child, stdin, stdout, stderr }
+    }
+
+    /// Waits for the `ready` line and returns what stands behind the word.
+    pub fn ready(&self) -> String {
+        let line = self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("not ready: {}", self.complaint()));
+        line.strip_prefix("ready ").unwrap_or_else(|| panic!("{line:?} instead of ready")).to_owned()
+    }
+
+    /// Says a line and returns the answer.
+    pub fn tell(&mut self, line: &str) -> String {
+        writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
+        self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no answer to {line:?}"))
+    }
+
+    /// The state of a device.
+    pub fn state(&mut self, place: u8) -> serde_json::Value {
+        let answer = self.tell(&format!("state {place}"));
+        serde_json::from_str(answer.strip_prefix("ok ").unwrap_or_else(|| panic!("{answer}"))).unwrap()
+    }
+
+    /// Standard input ends.
+    pub fn end_of_file(&mut self) {
+        self.stdin = None;
+    }
+
+    pub fn terminate(&self) {
+        let id = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(id, rustix::process::Signal::TERM).unwrap();
+    }
+
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// The next line on standard error.
+    pub fn complaint(&self) -> String {
+        self.stderr.recv_timeout(DEADLINE).unwrap_or_else(|_| "nothing on standard error".to_owned())
+    }
+
+    /// Waits until it has ended by itself. Its output ends with it.
+    pub fn exit_code(&mut self) -> i32 {
+        while self.stdout.recv_timeout(DEADLINE).is_ok() {}
+        self.child.wait().unwrap().code().unwrap()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}
+
+/// The lines of a stream as they come.
+fn lines(stream: impl Read + Send + 'static) -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    receiver
+}
+
+/// The end of a line where a master sits.
+pub struct End(Stream);
+
+enum Stream {
+    Pty(File),
+    Tcp(TcpStream),
+}
+
+impl End {
+    /// The pty a program serves, as any program would open it.
+    pub fn pty(path: &Path) -> Self {
+        let flags = rustix::fs::OFlags::NOCTTY.bits() as i32;
+        Self(Stream::Pty(OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).unwrap()))
+    }
+
+    pub fn tcp(address: &str) -> Self {
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_nodelay(true).unwrap();
+        Self(Stream::Tcp(stream))
+    }
+
+    /// Sends octets written as hexadecimal digits.
+    pub fn send(&mut self, hex: &str) {
+        let octets = octets(hex);
+        match &mut self.0 {
+            Stream::Pty(file) => file.write_all(&octets).unwrap(),
+            Stream::Tcp(stream) => stream.write_all(&octets).unwrap(),
+        }
+    }
+
+    /// Waits for these octets and nothing else.
+    pub fn expect(&mut self, hex: &str) {
+        let expected = octets(hex);
+        let mut came = Vec::new();
+        while came.len() < expected.len() {
+            let more = self.receive();
+            assert!(!more.is_empty(), "{} came instead of {hex}", text(&came));
+            came.extend(more);
+        }
+        assert_eq!(text(&came), text(&expected));
+    }
+
+    /// A request and the data unit of its answer, an SD2 without access points and with so many octets.
+    pub fn exchange(&mut self, request: &str, octets: usize) -> Vec<u8> {
+        self.send(request);
+        let mut came = Vec::new();
+        while came.len() < octets + 9 {
+            let more = self.receive();
+            assert!(!more.is_empty(), "{} came in answer to {request}", text(&came));
+            came.extend(more);
+        }
+        assert_eq!((came[0], usize::from(came[1])), (0x68, octets + 3), "{}", text(&came));
+        came[7..7 + octets].to_vec()
+    }
+
+    /// A request that is repeated until it is answered, as a master does on a disturbed line.
+    pub fn insist(&mut self, request: &str, answer: &str) {
+        let expected = octets(answer);
+        let mut came = Vec::new();
+        while came.len() < expected.len() {
+            self.send(request);
+            came.extend(self.receive_within(SLOT_TIME));
+        }
+        assert_eq!(text(&came), text(&expected));
+    }
+
+    /// What comes next, nothing if nothing comes.
+    pub fn receive(&mut self) -> Vec<u8> {
+        self.receive_within(DEADLINE)
+    }
+
+    fn receive_within(&mut self, patience: Duration) -> Vec<u8> {
+        let mut buffer = [0; 512];
+        let fd = match &self.0 {
+            Stream::Pty(file) => file.as_fd(),
+            Stream::Tcp(stream) => stream.as_fd(),
+        };
+        let deadline = Timespec::try_from(patience).unwrap();
+        if poll(&mut [PollFd::from_borrowed_fd(fd, PollFlags::IN)], Some(&deadline)).unwrap() == 0 {
+            return Vec::new();
+        }
+        let length = match &mut self.0 {
+            Stream::Pty(file) => file.read(&mut buffer).unwrap(),
+            Stream::Tcp(stream) => stream.read(&mut buffer).unwrap(),
+        };
+        buffer[..length].to_vec()
+    }
+
+    /// A request and its answer.
+    pub fn ask(&mut self, request: &str, answer: &str) {
+        self.send(request);
+        self.expect(answer);
+    }
+}
+
+pub fn octets(hex: &str) -> Vec<u8> {
+    hex.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
+}
+
+fn text(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+/// An SD2 with service access points, from master 2.
+pub fn sd2(da: u8, dsap: u8, fc: u8, du: &str) -> String {
+    let body = [vec![da | 0x80, 0x82, fc, dsap, 62], octets(du)].concat();
+    let length = body.len() as u8;
+    let sum = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
+    text(&[vec![0x68, length, length, 0x68], body, vec![sum, 0x16]].concat())
+}
+
+/// An SD1 from master 2.
+pub fn sd1(da: u8, fc: u8) -> String {
+    text(&[0x10, da, 2, fc, da.wrapping_add(2).wrapping_add(fc), 0x16])
+}

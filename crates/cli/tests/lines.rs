@@ -1,0 +1,98 @@
+//! Every line on standard input is answered by one line, and `quit`, SIGTERM and end of file do what the contract says.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{End, Folder, Program};
+
+fn simulation(folder: &Folder) -> Program {
+    let program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5", "bcg450@126"]);
+    program.ready();
+    program
+}
+
+#[test]
+fn every_line_gets_its_answer() {
+    let folder = Folder::new();
+    let mut program = simulation(&folder);
+    for line in [
+        "pressure 5e-6 mbar",
+        "atmosphere 1000 mbar",
+        "gas n2",
+        "fault 5 eeprom",
+        "clear 5 eeprom",
+        "power 126 off",
+        "power 126 on",
+        "advance 60",
+    ] {
+        assert_eq!(program.tell(line), "ok", "{line}");
+    }
+    for (line, answer) in [
+        ("", "error: expected one of pressure, atmosphere, "),
+        ("pressure", "error: expected pressure PRESSURE"),
+        ("pressure 1 psi", "error: expected a unit out of mbar, "),
+        ("fault 5 tiredness", "error: bcg450 has no fault \"tiredness\"; it has eeprom, "),
+        ("state 7", "error: no device at address 7; there are 5, 126"),
+        ("button 5 200", "error: bcg450 has no button 200"),
+    ] {
+        let answered = program.tell(line);
+        assert!(answered.starts_with(answer), "{line}: {answered}");
+    }
+}
+
+#[test]
+fn the_state_has_the_keys_of_the_contract() {
+    let folder = Folder::new();
+    let mut program = simulation(&folder);
+    program.tell("pressure 5e-6 mbar");
+    let state = program.tell("state 5");
+    let keys = [
+        "address",
+        "device_state",
+        "led",
+        "relays",
+        "true_mbar",
+        "indicated",
+        "active_instance",
+        "exception_status",
+        "outputs_safe",
+        "emission",
+        "degas",
+        "run_hours",
+    ];
+    let places: Vec<_> = keys.iter().map(|key| state.find(&format!("\"{key}\":")).unwrap()).collect();
+    assert!(places.is_sorted(), "{state}");
+    let state = program.state(5);
+    assert_eq!(state.as_object().unwrap().len(), keys.len());
+    assert_eq!((&state["address"], &state["true_mbar"]), (&5.into(), &5e-6.into()));
+    for shown in state["indicated"].as_array().unwrap() {
+        let mut keys: Vec<_> = shown.as_object().unwrap().keys().collect();
+        keys.sort();
+        assert_eq!(keys, ["instance", "valid", "value_mbar"]);
+    }
+    assert_eq!(program.state(126)["address"], 126);
+}
+
+#[test]
+fn end_of_file_keeps_it_serving() {
+    let folder = Folder::new();
+    let mut program = simulation(&folder);
+    program.end_of_file();
+    let mut line = End::pty(&folder.path("line"));
+    for _ in 0..3 {
+        line.ask("10 05 02 49 50 16", "10 02 05 00 07 16");
+    }
+    program.terminate();
+    assert_eq!(program.exit_code(), 0);
+    assert!(!folder.path("line").is_symlink());
+}
+
+#[test]
+fn quit_answers_and_clears_up() {
+    let folder = Folder::new();
+    let mut program = simulation(&folder);
+    assert_eq!(program.tell("quit"), "ok");
+    assert_eq!(program.exit_code(), 0);
+    assert!(!folder.path("line").is_symlink());
+}
