@@ -3,7 +3,9 @@
 //! [`Slave`] joins the link layer's [`Responder`] to a [`Device`]. A request travels down as arguments, its reply comes back
 //! as a return value, and nothing in between waits: what takes time is answered by the state of things now.
 
+mod channel;
 mod device;
+mod ms1;
 mod prm;
 mod state;
 
@@ -11,6 +13,7 @@ pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refus
 pub use state::{Exchange, Fault, Owner, State, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Indication, Reply, Responder, Station, Transmit};
+use channel::Channel;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -40,6 +43,7 @@ pub struct Slave<D> {
     /// The inputs as sent last, or as frozen.
     inputs: [u8; MAX_DU],
     du: [u8; MAX_DU],
+    ms1: Channel,
     now: BitTime,
 }
 
@@ -57,6 +61,7 @@ impl<D: Device> Slave<D> {
             held_valid: false,
             inputs: [0; MAX_DU],
             du: [0; MAX_DU],
+            ms1: Channel::EMPTY,
             now: BitTime(0),
         }
     }
@@ -104,14 +109,10 @@ impl<D: Device> Slave<D> {
             Sap::RdInp => self.rd_inp(request),
             Sap::RdOutp => self.rd_outp(request),
             Sap::SetSlaveAdd => self.set_slave_add(request),
-            // An SDN service asked for as SRD, and access points a DP-V0 slave does not open.
-            Sap::GlobalControl
-            | Sap::SetExtPrm
-            | Sap::Ms1
-            | Sap::Alarm
-            | Sap::ResourceManager
-            | Sap::Ms2(_)
-            | Sap::Other(_) => Reply::Status(Status::ServiceNotActivated),
+            Sap::Ms1 => self.ms1(request),
+            Sap::Alarm => self.alarm(request),
+            // An SDN service asked for as SRD, and access points the slave does not open.
+            Sap::GlobalControl | Sap::SetExtPrm | Sap::ResourceManager | Sap::Ms2(_) | Sap::Other(_) => CLOSED,
         }
     }
 
@@ -386,12 +387,14 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// The only place where the state is assigned: entering and leaving data exchange are told to the device here.
+    /// The only place where the state is assigned: entering and leaving data exchange are told to the device here, and MS1
+    /// lives and dies with it.
     fn enter(&mut self, state: State) {
         let was = matches!(self.state, State::DataExch(..));
         let is = matches!(state, State::DataExch(..));
         self.state = state;
         if was != is {
+            self.ms1.clear();
             self.outputs_safe();
             self.device.exchanging(is);
         }
