@@ -12,7 +12,8 @@ pub struct Features {
     pub sync: bool,
     /// Freeze is supported.
     pub freeze: bool,
-    /// The user parameters begin with the three DPV1_Status octets, and reserved bits are checked.
+    /// A DP-V1 device: the user parameters begin with the three DPV1_Status octets, reserved bits are checked, and class 2
+    /// masters may connect (MS2).
     pub dpv1: bool,
     /// MS1 read and write once DPV1_Enable was set and data exchange has begun.
     pub ms1: bool,

@@ -6,6 +6,7 @@
 mod channel;
 mod device;
 mod ms1;
+mod ms2;
 mod prm;
 mod state;
 
@@ -14,6 +15,7 @@ pub use state::{Exchange, Fault, Owner, State, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Indication, Reply, Responder, Station, Transmit};
 use channel::Channel;
+use ms2::Connection;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -26,9 +28,9 @@ const MIN_TSDR_TBIT: u8 = 11;
 /// The highest address a slave can be given.
 const MAX_ADDRESS: u8 = 125;
 
-/// A passive DP station with `D` behind it.
+/// A passive DP station with `D` behind it and room for so many MS2 connections, at most 49.
 #[derive(Clone, Debug)]
-pub struct Slave<D> {
+pub struct Slave<D, const CONNECTIONS: usize = 2> {
     responder: Responder,
     device: D,
     baud: Baud,
@@ -44,12 +46,20 @@ pub struct Slave<D> {
     inputs: [u8; MAX_DU],
     du: [u8; MAX_DU],
     ms1: Channel,
+    ms2: [Connection; CONNECTIONS],
     now: BitTime,
 }
 
 impl<D: Device> Slave<D> {
     /// A slave at `address` that has just been switched on.
     pub fn new(device: D, address: u8, baud: Baud) -> Self {
+        Self::with_connections(device, address, baud)
+    }
+}
+
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+    /// As [`Slave::new`], with the number of MS2 connections the type says.
+    pub fn with_connections(device: D, address: u8, baud: Baud) -> Self {
         Self {
             responder: Responder::new(address),
             device,
@@ -62,6 +72,7 @@ impl<D: Device> Slave<D> {
             inputs: [0; MAX_DU],
             du: [0; MAX_DU],
             ms1: Channel::EMPTY,
+            ms2: [const { Connection::FREE }; CONNECTIONS],
             now: BitTime(0),
         }
     }
@@ -69,7 +80,7 @@ impl<D: Device> Slave<D> {
     /// Power returns: the slave forgets masters, parameters and answers. Resetting the device is the caller's business.
     pub fn power_up(&mut self, address: u8) {
         self.leave(Fault::None);
-        self.responder.set_address(address);
+        self.set_address(address);
         self.min_tsdr = MIN_TSDR_TBIT;
     }
 
@@ -111,8 +122,10 @@ impl<D: Device> Slave<D> {
             Sap::SetSlaveAdd => self.set_slave_add(request),
             Sap::Ms1 => self.ms1(request),
             Sap::Alarm => self.alarm(request),
+            Sap::ResourceManager => self.resource_manager(request),
+            Sap::Ms2(sap) => self.ms2(sap, request),
             // An SDN service asked for as SRD, and access points the slave does not open.
-            Sap::GlobalControl | Sap::SetExtPrm | Sap::ResourceManager | Sap::Ms2(_) | Sap::Other(_) => CLOSED,
+            Sap::GlobalControl | Sap::SetExtPrm | Sap::Other(_) => CLOSED,
         }
     }
 
@@ -313,9 +326,15 @@ impl<D: Device> Slave<D> {
             && wanted.address <= MAX_ADDRESS
             && let Some(address) = self.device.set_address(&wanted)
         {
-            self.responder.set_address(address);
+            self.set_address(address);
         }
         Reply::ShortAck
+    }
+
+    /// Nobody has spoken to the station under its new address. profibus-wire 1.9; free choice for MS2.
+    fn set_address(&mut self, address: u8) {
+        self.responder.set_address(address);
+        self.ms2.iter_mut().for_each(Connection::close);
     }
 
     /// SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
@@ -372,9 +391,10 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// Time has come to `now`: the watchdog may expire, and the device may have something to report.
+    /// Time has come to `now`: the watchdog or connections may expire, and the device may have something to report.
     fn elapse(&mut self, now: BitTime) {
         self.now = now;
+        self.ms2.iter_mut().for_each(|connection| connection.elapse(now));
         if let Some(Owner { watchdog: Some(watchdog), .. }) = self.state.owner()
             && watchdog.deadline <= now
         {
@@ -409,7 +429,7 @@ impl<D: Device> Slave<D> {
 const CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
 const NO_ROOM: Reply = Reply::Status(Status::NoResource);
 
-impl<D: Device> Station for Slave<D> {
+impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.elapse(end);
         let Telegram::Frame(frame) = telegram else { return None };
@@ -440,11 +460,12 @@ impl<D: Device> Station for Slave<D> {
     }
 
     fn wake_at(&self) -> Option<BitTime> {
-        self.state.owner()?.watchdog.map(|watchdog| watchdog.deadline)
+        let watchdog = self.state.owner().and_then(|owner| owner.watchdog).map(|watchdog| watchdog.deadline);
+        self.ms2.iter().map(Connection::deadline).chain([watchdog]).flatten().min()
     }
 }
 
-impl<D: Device> Slave<D> {
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     fn reply(&mut self, frame: &Frame<'_>, reply: Reply, not_before: BitTime) -> Option<Transmit<'_>> {
         self.responder.answer(frame, reply, &self.du, not_before)
     }

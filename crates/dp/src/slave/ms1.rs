@@ -4,7 +4,7 @@ use super::{CLOSED, Device, Fault, NO_ROOM, Refusal, Relation, Slave, State};
 use crate::link::{Indication, Reply};
 use profivac_wire::acyclic::{Defect, Function, Request};
 
-impl<D: Device> Slave<D> {
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Open during data exchange, if Set_Prm enabled DP-V1 and the device has MS1; to the owner only, whatever its source
     /// access point.
     fn ms1_is_open_to(&self, sa: u8) -> bool {

@@ -3,7 +3,7 @@
 //! The bench keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
 //! checked for its earliest moment, its addresses and its access points before the test sees it.
 
-#![allow(dead_code, reason = "every test file uses a part of the bench")]
+#![allow(dead_code, unused_imports, reason = "every test file uses a part of the bench")]
 #![allow(clippy::panic, clippy::expect_used, reason = "a bench that cannot go on stops the test")]
 
 mod device;
@@ -12,6 +12,7 @@ pub use device::{Gauge, Seen};
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use profivac_dp::slave::Slave;
+use profivac_wire::acyclic::Response;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{Frame, MAX_TELEGRAM, Telegram};
 use std::collections::HashMap;
@@ -38,10 +39,15 @@ pub fn low(text: &str) -> Answer {
     Answer::Low(hex(text))
 }
 
+/// Initiate.req as printed in profibus-wire 4.6.6: Send_Timeout 1 s, no profile.
+pub const INITIATE: &str = "57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
+
 /// A slave and the time.
-pub struct Bench {
-    pub slave: Slave<Gauge>,
+pub struct Bench<const CONNECTIONS: usize = 2> {
+    pub slave: Slave<Gauge, CONNECTIONS>,
     pub now: BitTime,
+    /// When the last request ended.
+    pub asked: BitTime,
     counts: HashMap<u8, FrameCount>,
     /// What was sent last.
     last: Vec<u8>,
@@ -52,15 +58,19 @@ impl Bench {
         Self::at(device, Baud::B1500000)
     }
 
-    pub fn at(device: Gauge, baud: Baud) -> Self {
-        Self { slave: Slave::new(device, SLAVE, baud), now: BitTime(0), counts: HashMap::new(), last: Vec::new() }
-    }
-
     /// Master 2 owns the slave and exchanges data; DPV1_Enable is set.
     pub fn exchanging(device: Gauge) -> Self {
         let mut bench = Self::new(device);
         bench.start(MASTER, "80 00 00");
         bench
+    }
+}
+
+impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
+    /// A slave that has just been switched on.
+    pub fn at(device: Gauge, baud: Baud) -> Self {
+        let slave = Slave::with_connections(device, SLAVE, baud);
+        Self { slave, now: BitTime(0), asked: BitTime(0), counts: HashMap::new(), last: Vec::new() }
     }
 
     /// Master `sa` parameterises with `user` octets and configures.
@@ -88,6 +98,7 @@ impl Bench {
     pub fn raw(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.last = octets.to_vec();
         self.pass(T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64);
+        self.asked = self.now;
         let telegram = Telegram::parse(octets).expect("the bench sends telegrams");
         let transmit = self.slave.telegram(self.now, &telegram)?;
         assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
@@ -137,6 +148,26 @@ impl Bench {
     pub fn ms1_job(&mut self, pdu: &str) -> Answer {
         assert_eq!(self.ms1(pdu), Answer::Ack);
         self.ms1("")
+    }
+
+    /// Octets of a PDU to an MS2 access point, empty for a poll.
+    pub fn ms2(&mut self, sa: u8, sap: u8, pdu: &str) -> Answer {
+        self.srd(sa, Some(sap), Some(50), &hex(pdu))
+    }
+
+    /// Octets of a PDU to an MS2 access point, and what the first poll fetches.
+    pub fn ms2_job(&mut self, sa: u8, sap: u8, pdu: &str) -> Answer {
+        assert_eq!(self.ms2(sa, sap, pdu), Answer::Ack);
+        self.ms2(sa, sap, "")
+    }
+
+    /// Opens a connection and returns its access point.
+    pub fn connect(&mut self, sa: u8) -> u8 {
+        let Answer::Low(answer) = self.ms2(sa, 49, INITIATE) else { panic!("no connection is free") };
+        let Ok(Response::ResourceManager(answer)) = Response::parse(&answer) else { panic!("no RM PDU: {answer:?}") };
+        let opened = self.ms2(sa, answer.server_sap, "");
+        assert_eq!(opened, low("57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00"));
+        answer.server_sap
     }
 
     /// The frame with the count this master has reached.
