@@ -129,6 +129,12 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         }
     }
 
+    /// profibus-wire 1.11
+    fn ident(&mut self) -> Reply {
+        let Some(ident) = self.device.ident() else { return CLOSED };
+        ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
+    }
+
     /// profibus-wire 2.8
     fn data_exchange(&mut self, request: &Indication<'_>) -> Reply {
         let State::DataExch(owner, exchange) = self.state else { return CLOSED };
@@ -445,7 +451,10 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 Some(self.responder.repeat(not_before))
             }
             Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
-            Accepted::Ident => self.reply(frame, CLOSED, not_before),
+            Accepted::Ident => {
+                let reply = self.ident();
+                self.reply(frame, reply, not_before)
+            }
             Accepted::Confirmed(request) => {
                 self.heard_owner(request.sa);
                 let reply = self.serve(&request);
