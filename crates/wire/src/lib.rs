@@ -11,6 +11,7 @@
 //! | [`ident`] | what a station says of itself | profibus-wire 1.11 |
 //! | [`sap`] | which service a service access point stands for | profibus-wire 2.1 |
 //! | [`diag`], [`prm`], [`mod@cfg`], [`global`], [`address`] | the DP-V0 data units | profibus-wire 2.3 to 2.11 |
+//! | [`ext_diag`] | the blocks of an extended diagnosis | profibus-wire 2.3.1, 2.3.2 |
 //! | [`acyclic`] | the DP-V1 PDUs of MS1 and MS2 | profibus-wire 4 and 5 |
 //!
 //! ```
@@ -35,6 +36,7 @@ pub mod address;
 pub mod cfg;
 pub mod control;
 pub mod diag;
+pub mod ext_diag;
 pub mod global;
 pub mod ident;
 mod octets;

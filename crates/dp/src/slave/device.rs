@@ -1,7 +1,9 @@
 //! What a DP slave asks of the device behind it.
 
+use profivac_wire::acyclic::call::IM_RECORD;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
+use profivac_wire::ident::Ident;
 
 /// What the protocol side of a device can do. Fixed for the life of the device; the GSD file says the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,7 +12,8 @@ pub struct Features {
     pub sync: bool,
     /// Freeze is supported.
     pub freeze: bool,
-    /// The user parameters begin with the three DPV1_Status octets, and reserved bits are checked.
+    /// A DP-V1 device: the user parameters begin with the three DPV1_Status octets, reserved bits are checked, and class 2
+    /// masters may connect (MS2).
     pub dpv1: bool,
     /// MS1 read and write once DPV1_Enable was set and data exchange has begun.
     pub ms1: bool,
@@ -79,6 +82,8 @@ impl Refusal {
     pub const ACCESS_DENIED: Self = Self::new(0xB6);
     /// The value is not allowed.
     pub const INVALID_RANGE: Self = Self::new(0xB7);
+    /// A field of the request is not allowed.
+    pub const INVALID_PARAMETER: Self = Self::new(0xB8);
 
     /// A refusal with Error_Code_1 and nothing more.
     #[must_use]
@@ -160,5 +165,15 @@ pub trait Device {
     /// A [`Refusal`] with the code of the manual; nothing has changed then.
     fn write(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &[u8]) -> Result<(), Refusal> {
         Err(Refusal::INVALID_SLOT)
+    }
+
+    /// I&M0, which a master reaches through a Call to slot 0. `None` refuses index 255. profibus-wire 5.
+    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+        None
+    }
+
+    /// What the station says of itself on layer 2. `None` closes the service. profibus-wire 1.11.
+    fn ident(&self) -> Option<Ident<'_>> {
+        None
     }
 }

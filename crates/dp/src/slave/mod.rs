@@ -3,7 +3,10 @@
 //! [`Slave`] joins the link layer's [`Responder`] to a [`Device`]. A request travels down as arguments, its reply comes back
 //! as a return value, and nothing in between waits: what takes time is answered by the state of things now.
 
+mod channel;
 mod device;
+mod ms1;
+mod ms2;
 mod prm;
 mod state;
 
@@ -11,6 +14,8 @@ pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refus
 pub use state::{Exchange, Fault, Owner, State, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Responder, Station, Transmit};
+use channel::Channel;
+use ms2::Connection;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -23,9 +28,9 @@ const MIN_TSDR_TBIT: u8 = 11;
 /// The highest address a slave can be given.
 const MAX_ADDRESS: u8 = 125;
 
-/// A passive DP station with `D` behind it.
+/// A passive DP station with `D` behind it and room for so many MS2 connections, at most 49.
 #[derive(Clone, Debug)]
-pub struct Slave<D> {
+pub struct Slave<D, const CONNECTIONS: usize = 2> {
     responder: Responder,
     device: D,
     baud: Baud,
@@ -40,12 +45,21 @@ pub struct Slave<D> {
     /// The inputs as sent last, or as frozen.
     inputs: [u8; MAX_DU],
     du: [u8; MAX_DU],
+    ms1: Channel,
+    ms2: [Connection; CONNECTIONS],
     now: BitTime,
 }
 
 impl<D: Device> Slave<D> {
     /// A slave at `address` that has just been switched on.
     pub fn new(device: D, address: u8, baud: Baud) -> Self {
+        Self::with_connections(device, address, baud)
+    }
+}
+
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+    /// As [`Slave::new`], with the number of MS2 connections the type says.
+    pub fn with_connections(device: D, address: u8, baud: Baud) -> Self {
         Self {
             responder: Responder::new(address),
             device,
@@ -57,6 +71,8 @@ impl<D: Device> Slave<D> {
             held_valid: false,
             inputs: [0; MAX_DU],
             du: [0; MAX_DU],
+            ms1: Channel::EMPTY,
+            ms2: [const { Connection::FREE }; CONNECTIONS],
             now: BitTime(0),
         }
     }
@@ -64,7 +80,7 @@ impl<D: Device> Slave<D> {
     /// Power returns: the slave forgets masters, parameters and answers. Resetting the device is the caller's business.
     pub fn power_up(&mut self, address: u8) {
         self.leave(Fault::None);
-        self.responder.set_address(address);
+        self.set_address(address);
         self.min_tsdr = MIN_TSDR_TBIT;
     }
 
@@ -104,15 +120,19 @@ impl<D: Device> Slave<D> {
             Sap::RdInp => self.rd_inp(request),
             Sap::RdOutp => self.rd_outp(request),
             Sap::SetSlaveAdd => self.set_slave_add(request),
-            // An SDN service asked for as SRD, and access points a DP-V0 slave does not open.
-            Sap::GlobalControl
-            | Sap::SetExtPrm
-            | Sap::Ms1
-            | Sap::Alarm
-            | Sap::ResourceManager
-            | Sap::Ms2(_)
-            | Sap::Other(_) => Reply::Status(Status::ServiceNotActivated),
+            Sap::Ms1 => self.ms1(request),
+            Sap::Alarm => self.alarm(request),
+            Sap::ResourceManager => self.resource_manager(request),
+            Sap::Ms2(sap) => self.ms2(sap, request),
+            // An SDN service asked for as SRD, and access points the slave does not open.
+            Sap::GlobalControl | Sap::SetExtPrm | Sap::Other(_) => CLOSED,
         }
+    }
+
+    /// profibus-wire 1.11
+    fn ident(&mut self) -> Reply {
+        let Some(ident) = self.device.ident() else { return CLOSED };
+        ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
     }
 
     /// profibus-wire 2.8
@@ -312,9 +332,15 @@ impl<D: Device> Slave<D> {
             && wanted.address <= MAX_ADDRESS
             && let Some(address) = self.device.set_address(&wanted)
         {
-            self.responder.set_address(address);
+            self.set_address(address);
         }
         Reply::ShortAck
+    }
+
+    /// Nobody has spoken to the station under its new address. profibus-wire 1.9; free choice for MS2.
+    fn set_address(&mut self, address: u8) {
+        self.responder.set_address(address);
+        self.ms2.iter_mut().for_each(Connection::close);
     }
 
     /// SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
@@ -371,9 +397,10 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// Time has come to `now`: the watchdog may expire, and the device may have something to report.
+    /// Time has come to `now`: the watchdog or connections may expire, and the device may have something to report.
     fn elapse(&mut self, now: BitTime) {
         self.now = now;
+        self.ms2.iter_mut().for_each(|connection| connection.elapse(now));
         if let Some(Owner { watchdog: Some(watchdog), .. }) = self.state.owner()
             && watchdog.deadline <= now
         {
@@ -386,12 +413,14 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// The only place where the state is assigned: entering and leaving data exchange are told to the device here.
+    /// The only place where the state is assigned: entering and leaving data exchange are told to the device here, and MS1
+    /// lives and dies with it.
     fn enter(&mut self, state: State) {
         let was = matches!(self.state, State::DataExch(..));
         let is = matches!(state, State::DataExch(..));
         self.state = state;
         if was != is {
+            self.ms1.clear();
             self.outputs_safe();
             self.device.exchanging(is);
         }
@@ -406,7 +435,7 @@ impl<D: Device> Slave<D> {
 const CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
 const NO_ROOM: Reply = Reply::Status(Status::NoResource);
 
-impl<D: Device> Station for Slave<D> {
+impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.elapse(end);
         let Telegram::Frame(frame) = telegram else { return None };
@@ -422,7 +451,10 @@ impl<D: Device> Station for Slave<D> {
                 Some(self.responder.repeat(not_before))
             }
             Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
-            Accepted::Ident => self.reply(frame, CLOSED, not_before),
+            Accepted::Ident => {
+                let reply = self.ident();
+                self.reply(frame, reply, not_before)
+            }
             Accepted::Confirmed(request) => {
                 self.heard_owner(request.sa);
                 let reply = self.serve(&request);
@@ -437,7 +469,8 @@ impl<D: Device> Station for Slave<D> {
     }
 
     fn wake_at(&self) -> Option<BitTime> {
-        self.state.owner()?.watchdog.map(|watchdog| watchdog.deadline)
+        let watchdog = self.state.owner().and_then(|owner| owner.watchdog).map(|watchdog| watchdog.deadline);
+        self.ms2.iter().map(Connection::deadline).chain([watchdog]).flatten().min()
     }
 
     fn listening(&self) -> Listening {
@@ -445,7 +478,7 @@ impl<D: Device> Station for Slave<D> {
     }
 }
 
-impl<D: Device> Slave<D> {
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     fn reply(&mut self, frame: &Frame<'_>, reply: Reply, not_before: BitTime) -> Option<Transmit<'_>> {
         self.responder.answer(frame, reply, &self.du, not_before)
     }

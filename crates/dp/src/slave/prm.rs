@@ -7,7 +7,7 @@ use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
 /// DPV1_Status_1 bits a slave of this project refuses: reserved ones, and DP-V2.
 const DPV1_1_UNKNOWN: Dpv1Status1 = Dpv1Status1::RESERVED.union(Dpv1Status1::PUBLISHER_ENABLE);
 
-impl<D: Device> Slave<D> {
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Always acknowledged; whether it was right is for the next diagnosis to tell.
     pub(super) fn set_prm(&mut self, request: &Indication<'_>) -> Reply {
         // A foreign master changes nothing while the slave is locked, not even with a faulty telegram: section 10, points

@@ -1,0 +1,107 @@
+//! How long an MS2 connection waits, to the bit. profibus-wire 4.9.
+
+mod bench;
+
+use bench::{Answer, Bench, Gauge, INITIATE, MASTER, RS, hex, low};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
+
+/// T of the bench's connections: 1 s at 1.5 Mbit/s.
+const T: u64 = 1_500_000;
+
+const SAP: u8 = 48;
+const TIMEOUT: &str = "58 00 13";
+const OPENED: &str = "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
+
+/// A connection on SAP 48 and the moment its timer was started last, which is the end of a request.
+struct Timed {
+    bench: Bench,
+    since: BitTime,
+}
+
+impl Timed {
+    fn new(send_timeout: &str) -> Self {
+        let mut bench = Bench::new(Gauge::default());
+        let initiate = INITIATE.replace("00 64 01", &format!("{send_timeout} 01"));
+        assert_eq!(bench.ms2(1, 49, &initiate), low("56 30 00 64"));
+        Self { bench, since: BitTime(0) }.noted()
+    }
+
+    /// The last request started the timer.
+    fn noted(mut self) -> Self {
+        self.since = self.bench.asked;
+        self
+    }
+
+    fn sends(mut self, pdu: &str, expected: Answer) -> Self {
+        assert_eq!(self.bench.ms2(1, SAP, pdu), expected);
+        self.noted()
+    }
+
+    /// A poll that ends so many bit times after what started the timer.
+    fn polls_after(mut self, tbit: u64, expected: Answer) -> Self {
+        let poll = T_SYN_TBIT + 11 * CHARACTER_TBIT;
+        let (begins, ends) = (self.bench.now, self.since + tbit);
+        assert!(begins + poll <= ends, "time only goes forward");
+        self.bench.pass(ends - (begins + poll));
+        assert_eq!(self.bench.ms2(1, SAP, ""), expected);
+        self
+    }
+}
+
+#[test]
+fn a_response_that_nobody_fetches_for_t_becomes_an_abort() {
+    let opened = low(OPENED);
+    Timed::new("00 64").polls_after(T - 1, opened.clone());
+    Timed::new("00 64").polls_after(T, low(TIMEOUT));
+    let record = low("5E 00 10 04 DE AD BE EF");
+    let asked = || Timed::new("00 64").sends("", opened.clone()).sends("5E 00 10 04", Answer::Ack);
+    asked().polls_after(T - 1, record);
+    asked().polls_after(T, low(TIMEOUT)).polls_after(T + 400, RS);
+}
+
+#[test]
+fn an_abort_that_nobody_fetches_for_t_closes_the_connection() {
+    Timed::new("00 64").polls_after(2 * T - 1, low(TIMEOUT));
+    Timed::new("00 64").polls_after(2 * T, RS);
+}
+
+#[test]
+fn an_open_connection_waits_2_t_for_a_request_and_polls_do_not_count() {
+    let opened = || Timed::new("00 64").sends("", low(OPENED));
+    opened().polls_after(2 * T - 1, Answer::Ack);
+    opened().polls_after(T, Answer::Ack).polls_after(2 * T - 1, Answer::Ack).polls_after(2 * T + 400, low(TIMEOUT));
+    opened().polls_after(2 * T, low(TIMEOUT)).polls_after(2 * T + 400, RS);
+    opened().polls_after(3 * T - 1, low(TIMEOUT));
+    opened().polls_after(3 * T, RS);
+}
+
+#[test]
+fn every_job_gives_the_connection_2_t_more() {
+    let opened = low(OPENED);
+    let idle = Timed::new("00 64").sends("", opened).polls_after(2 * T - 1000, Answer::Ack).sends("48", Answer::Ack);
+    idle.polls_after(T - 1, low("48")).noted().polls_after(2 * T - 1, Answer::Ack);
+}
+
+#[test]
+fn the_greater_send_timeout_holds() {
+    let opened = low(OPENED);
+    Timed::new("00 01").polls_after(T - 1, opened.clone());
+    Timed::new("00 01").polls_after(T, low(TIMEOUT));
+    Timed::new("00 C8").polls_after(2 * T - 1, opened);
+    Timed::new("00 C8").polls_after(2 * T, low(TIMEOUT));
+}
+
+#[test]
+fn the_slave_asks_to_be_woken_at_the_earliest_deadline() {
+    let mut bench = Bench::new(Gauge::default());
+    assert_eq!(bench.slave.wake_at(), None);
+    assert_eq!(bench.ms2(1, 49, INITIATE), low("56 30 00 64"));
+    assert_eq!(bench.slave.wake_at(), Some(bench.asked + T));
+    let first = bench.asked;
+    assert_eq!(bench.ms2(3, 49, INITIATE), low("56 2F 00 64"));
+    assert_eq!(bench.slave.wake_at(), Some(first + T));
+    bench.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00"));
+    assert_eq!(bench.slave.wake_at(), Some(bench.asked + 15_000), "the watchdog");
+    bench.slave.power_up(8);
+    assert_eq!(bench.slave.wake_at(), None);
+}

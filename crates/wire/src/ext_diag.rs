@@ -1,0 +1,485 @@
+//! The blocks of Ext_Diag_Data, behind the six fixed octets of a diagnosis. profibus-wire 2.3.1 and 2.3.2.
+//!
+//! A device-related block means what the device's manual says, or, on a DP-V1 device, an alarm or a status: which of the two
+//! the reader must know, so [`Message`] is read from the block in a second step.
+
+use crate::octets::{Full, Reader, TooShort, Writer};
+
+/// One block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block<'a> {
+    /// Device-related: at most 62 octets behind the header.
+    Device(&'a [u8]),
+    /// Identifier-related: one bit per configuration identifier, see [`disturbed`]. At most 62 octets, 31 in practice.
+    Identifier(&'a [u8]),
+    /// Channel-related.
+    Channel(Channel),
+    /// The revision of something, 0 to 63.
+    Revision(u8),
+}
+
+const LENGTH: u8 = 0x3F;
+const IDENTIFIER: u8 = 0x40;
+const CHANNEL: u8 = 0x80;
+const REVISION: u8 = 0xC0;
+
+impl<'a> Block<'a> {
+    fn parse(reader: &mut Reader<'a>) -> Result<Self, TooShort> {
+        let header = reader.octet()?;
+        let low = header & LENGTH;
+        match header & !LENGTH {
+            CHANNEL => Channel::parse(low, reader).map(Self::Channel),
+            REVISION => Ok(Self::Revision(low)),
+            kind => {
+                // The length counts the header, so 0 is none.
+                let content = reader.take(usize::from(low).checked_sub(1).ok_or(TooShort)?)?;
+                Ok(if kind == IDENTIFIER { Self::Identifier(content) } else { Self::Device(content) })
+            }
+        }
+    }
+
+    /// Writes the block to the front of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Full`] when `out` is too small or the content too long for a block.
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        let mut writer = Writer::new(out);
+        match self {
+            Self::Device(content) => sized(0, content, &mut writer),
+            Self::Identifier(content) => sized(IDENTIFIER, content, &mut writer),
+            Self::Channel(channel) => channel.emit(&mut writer),
+            Self::Revision(revision) => writer.octet(REVISION | (revision & LENGTH)),
+        }?;
+        Ok(writer.written())
+    }
+}
+
+fn sized(kind: u8, content: &[u8], writer: &mut Writer<'_>) -> Result<(), Full> {
+    let length = u8::try_from(content.len()).ok().and_then(|length| length.checked_add(1));
+    writer.octet(kind | length.filter(|length| *length <= LENGTH).ok_or(Full)?)?;
+    writer.octets(content)
+}
+
+/// Walks over the blocks of Ext_Diag_Data. Ends after the first that is truncated or has no length.
+#[derive(Clone, Debug)]
+pub struct Blocks<'a> {
+    reader: Reader<'a>,
+}
+
+impl<'a> Blocks<'a> {
+    /// Begins with the first block of `ext_diag`.
+    #[must_use]
+    pub const fn new(ext_diag: &'a [u8]) -> Self {
+        Self { reader: Reader::new(ext_diag) }
+    }
+}
+
+impl<'a> Iterator for Blocks<'a> {
+    type Item = Result<Block<'a>, TooShort>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.reader.is_empty() {
+            return None;
+        }
+        let block = Block::parse(&mut self.reader);
+        if block.is_err() {
+            self.reader = Reader::new(&[]);
+        }
+        Some(block)
+    }
+}
+
+/// The identification numbers whose bit is set in an identifier-related block; number 0 is bit 0 of the first octet.
+pub fn disturbed(content: &[u8]) -> impl Iterator<Item = u16> {
+    let bits = content.iter().flat_map(|octet| (0..8).map(move |bit| octet >> bit & 1 != 0));
+    (0..).zip(bits).filter(|(_, set)| *set).map(|(number, _)| number)
+}
+
+/// A channel-related block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// The configuration identifier the channel belongs to, 0 to 63.
+    pub identifier: u8,
+    /// The channel is an input.
+    pub input: bool,
+    /// The channel is an output.
+    pub output: bool,
+    /// Its number, 0 to 63.
+    pub number: u8,
+    /// How wide it is.
+    pub organisation: Organisation,
+    /// What is wrong, 0 to 31: see [`channel_error`].
+    pub error: u8,
+}
+
+impl Channel {
+    fn parse(identifier: u8, reader: &mut Reader<'_>) -> Result<Self, TooShort> {
+        let (channel, kind) = (reader.octet()?, reader.octet()?);
+        Ok(Self {
+            identifier,
+            input: channel & 0x40 != 0,
+            output: channel & 0x80 != 0,
+            number: channel & LENGTH,
+            organisation: Organisation::from_bits(kind >> 5),
+            error: kind & 0x1F,
+        })
+    }
+
+    fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        let direction = if self.input { 0x40 } else { 0 } | if self.output { 0x80 } else { 0 };
+        let kind = (self.organisation as u8) << 5 | self.error & 0x1F;
+        writer.octets(&[CHANNEL | self.identifier & LENGTH, direction | self.number & LENGTH, kind])
+    }
+}
+
+/// How many bits a channel has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Organisation {
+    /// Reserved code 0.
+    Unknown = 0,
+    /// One bit.
+    Bit = 1,
+    /// Two bits.
+    TwoBits = 2,
+    /// Four bits.
+    FourBits = 3,
+    /// Eight bits.
+    Byte = 4,
+    /// 16 bits.
+    Word = 5,
+    /// 32 bits.
+    TwoWords = 6,
+    /// Reserved code 7.
+    Reserved = 7,
+}
+
+impl Organisation {
+    const fn from_bits(bits: u8) -> Self {
+        match bits & 7 {
+            0 => Self::Unknown,
+            1 => Self::Bit,
+            2 => Self::TwoBits,
+            3 => Self::FourBits,
+            4 => Self::Byte,
+            5 => Self::Word,
+            6 => Self::TwoWords,
+            _ => Self::Reserved,
+        }
+    }
+}
+
+/// The name of an error type in a channel-related block.
+#[must_use]
+pub const fn channel_error(error: u8) -> &'static str {
+    match error {
+        1 => "short circuit",
+        2 => "undervoltage",
+        3 => "overvoltage",
+        4 => "overload",
+        5 => "overtemperature",
+        6 => "line break",
+        7 => "upper limit exceeded",
+        8 => "lower limit exceeded",
+        9 => "error",
+        16..=31 => "manufacturer specific",
+        _ => "reserved",
+    }
+}
+
+/// The content of a device-related block of a DP-V1 device: an alarm to be acknowledged, or a status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Message<'a> {
+    /// Alarm or status, and of which type.
+    pub kind: MessageKind,
+    /// Slot_Number.
+    pub slot: u8,
+    /// Sequence number and change.
+    pub specifier: Specifier,
+    /// Diagnosis_User_Data, at most 59 octets.
+    pub data: &'a [u8],
+}
+
+impl<'a> Message<'a> {
+    /// Reads the content of a device-related block.
+    ///
+    /// # Errors
+    /// [`TooShort`] when type, slot and specifier are not all there.
+    pub fn parse(content: &'a [u8]) -> Result<Self, TooShort> {
+        let mut reader = Reader::new(content);
+        Ok(Self {
+            kind: MessageKind::from_octet(reader.octet()?),
+            slot: reader.octet()?,
+            specifier: Specifier(reader.octet()?),
+            data: reader.rest(),
+        })
+    }
+
+    /// Writes the content of a device-related block to the front of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Full`] when `out` is too small.
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        let mut writer = Writer::new(out);
+        writer.octets(&[self.kind.to_octet(), self.slot, self.specifier.0])?;
+        writer.octets(self.data)?;
+        Ok(writer.written())
+    }
+}
+
+/// Alarm_Type or Status_Type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MessageKind {
+    /// Alarm_Type, 0 to 127.
+    Alarm(u8),
+    /// Status_Type, 0 to 127.
+    Status(u8),
+}
+
+impl MessageKind {
+    /// Module_Status: two bits of [`ModuleState`] per module.
+    pub const MODULE_STATUS: Self = Self::Status(2);
+
+    const fn from_octet(octet: u8) -> Self {
+        if octet & 0x80 == 0 { Self::Alarm(octet) } else { Self::Status(octet & 0x7F) }
+    }
+
+    const fn to_octet(self) -> u8 {
+        match self {
+            Self::Alarm(kind) => kind & 0x7F,
+            Self::Status(kind) => kind | 0x80,
+        }
+    }
+
+    /// What the type is called.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Alarm(1) => "diagnostic alarm",
+            Self::Alarm(2) => "process alarm",
+            Self::Alarm(3) => "pull alarm",
+            Self::Alarm(4) => "plug alarm",
+            Self::Alarm(5) => "status alarm",
+            Self::Alarm(6) => "update alarm",
+            Self::Alarm(32..=126) => "manufacturer specific alarm",
+            Self::Alarm(_) => "reserved alarm",
+            Self::Status(1) => "status message",
+            Self::Status(2) => "module status",
+            Self::Status(3) => "DXB link status",
+            Self::Status(30) => "PrmCmdAck",
+            Self::Status(31) => "Red_State",
+            Self::Status(32..=126) => "manufacturer specific status",
+            Self::Status(_) => "reserved status",
+        }
+    }
+}
+
+/// The specifier of an alarm or a status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Specifier(pub u8);
+
+impl Specifier {
+    /// Seq_Nr of an alarm, 0 to 31.
+    #[must_use]
+    pub const fn seq_nr(self) -> u8 {
+        self.0 >> 3
+    }
+
+    /// Add_Ack: beside Alarm_Ack the application waits for an acknowledgement of its own.
+    #[must_use]
+    pub const fn add_ack(self) -> bool {
+        self.0 & 4 != 0
+    }
+
+    /// What happened to the cause.
+    #[must_use]
+    pub const fn change(self) -> Change {
+        match self.0 & 3 {
+            0 => Change::None,
+            1 => Change::Appears,
+            2 => Change::Disappears,
+            _ => Change::DisappearsOthersRemain,
+        }
+    }
+}
+
+/// What happened to the cause of an alarm or a status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Nothing is said.
+    None,
+    /// It appeared; the slot is disturbed.
+    Appears,
+    /// It disappeared; the slot is well.
+    Disappears,
+    /// It disappeared, but the slot is still disturbed. Alarms only.
+    DisappearsOthersRemain,
+}
+
+/// How a module is, two bits of Module_Status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModuleState {
+    /// Valid data.
+    Valid,
+    /// Invalid data: the module is faulty.
+    Invalid,
+    /// Another module than configured.
+    Wrong,
+    /// No module.
+    Missing,
+}
+
+/// The modules of Module_Status, the first in bits 1 and 0 of the first octet. The last octet may hold more than there are.
+pub fn module_states(data: &[u8]) -> impl Iterator<Item = ModuleState> {
+    let pairs = data.iter().flat_map(|octet| [0, 2, 4, 6].map(|shift| octet >> shift & 3));
+    pairs.map(|pair| match pair {
+        0 => ModuleState::Valid,
+        1 => ModuleState::Invalid,
+        2 => ModuleState::Wrong,
+        _ => ModuleState::Missing,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::diag::SlaveDiag;
+    use crate::testing::{du, hex};
+    use std::vec::Vec;
+
+    /// profibus-wire 2.3.1, the example of the standard.
+    const STANDARD: &str =
+        "68 1A 1A 68 82 88 08 3E 3C 08 0C 00 02 12 34 04 11 22 33 45 01 10 04 00 80 02 24 8C 06 A7 8B 16";
+    /// profibus-wire 2.3.2
+    const STATUS: &str = "68 12 12 68 82 88 08 3E 3C 00 0C 00 02 12 34 07 81 02 00 05 01 2C 9C 16";
+    const ALARM: &str = "68 11 11 68 82 88 08 3E 3C 08 0C 00 02 12 34 06 01 01 09 DE AD 84 16";
+
+    fn ext_diag(text: &str) -> Vec<u8> {
+        SlaveDiag::parse(&du(text)).unwrap().ext_diag.to_vec()
+    }
+
+    fn standard() -> [Block<'static>; 4] {
+        let channel = Channel {
+            identifier: 0,
+            input: false,
+            output: false,
+            number: 2,
+            organisation: Organisation::Bit,
+            error: 4,
+        };
+        let other = Channel { identifier: 12, number: 6, organisation: Organisation::Word, error: 7, ..channel };
+        [
+            Block::Device(&[0x11, 0x22, 0x33]),
+            Block::Identifier(&[0x01, 0x10, 0x04, 0x00]),
+            Block::Channel(channel),
+            Block::Channel(other),
+        ]
+    }
+
+    #[test]
+    fn parses() {
+        let octets = ext_diag(STANDARD);
+        assert!(Blocks::new(&octets).eq(standard().map(Ok)));
+        let octets = ext_diag(ALARM);
+        let alarm = Message { kind: MessageKind::Alarm(1), slot: 1, specifier: Specifier(9), data: &[0xDE, 0xAD] };
+        let Some(Ok(Block::Device(content))) = Blocks::new(&octets).next() else { panic!("a device-related block") };
+        assert_eq!(Message::parse(content), Ok(alarm));
+        assert_eq!((alarm.specifier.seq_nr(), alarm.specifier.add_ack()), (1, false));
+        assert_eq!((alarm.specifier.change(), alarm.kind.name()), (Change::Appears, "diagnostic alarm"));
+        let octets = ext_diag(STATUS);
+        let status = Message { kind: MessageKind::Status(1), slot: 2, specifier: Specifier(0), data: &[5, 1, 0x2C] };
+        assert_eq!(Message::parse(&octets[1..]), Ok(status));
+    }
+
+    #[test]
+    fn emits() {
+        let mut out = [0; 64];
+        let mut chain = Vec::new();
+        for block in standard() {
+            let length = block.emit(&mut out).unwrap();
+            chain.extend_from_slice(&out[..length]);
+            assert_eq!(block.emit(&mut out[..length - 1]), Err(Full));
+        }
+        assert_eq!(chain, ext_diag(STANDARD));
+        let octets = ext_diag(ALARM);
+        let message = Message::parse(&octets[1..]).unwrap();
+        assert_eq!(message.emit(&mut out), Ok(5));
+        assert_eq!(out[..5], octets[1..]);
+        assert_eq!(message.emit(&mut out[..4]), Err(Full));
+        assert_eq!(Block::Device(&[0; 62]).emit(&mut out), Ok(63));
+        assert_eq!(Block::Device(&[0; 63]).emit(&mut out), Err(Full));
+        assert_eq!(Block::Identifier(&[0; 256]).emit(&mut out), Err(Full));
+    }
+
+    #[test]
+    fn too_short() {
+        for (text, blocks) in [("00", 0), ("40", 0), ("04 11 22", 0), ("C1 45 01 10 04", 1), ("04 11 22 33 80 02", 1)] {
+            let octets = hex(text);
+            let all: Vec<_> = Blocks::new(&octets).collect();
+            assert_eq!(all.len(), blocks + 1, "{text}");
+            assert_eq!(all[blocks], Err(TooShort), "{text}");
+        }
+        assert_eq!(Message::parse(&[1, 2]), Err(TooShort));
+    }
+
+    #[test]
+    fn every_altered_octet_is_refused_or_kept() {
+        let original = ext_diag(STANDARD);
+        for position in 0..original.len() {
+            for octet in 0..=0xFF {
+                let mut altered = original.clone();
+                altered[position] = octet;
+                let mut chain = Vec::new();
+                for block in Blocks::new(&altered).map_while(Result::ok) {
+                    let mut out = [0; 64];
+                    let length = block.emit(&mut out).unwrap();
+                    chain.extend_from_slice(&out[..length]);
+                }
+                assert_eq!(chain, altered[..chain.len()]);
+            }
+        }
+    }
+
+    #[test]
+    fn identifiers_are_counted_from_the_lowest_bit() {
+        assert!(disturbed(&[0x01, 0x10, 0x04, 0x00]).eq([0, 12, 18]));
+        assert!(disturbed(&[0; 31]).eq([]));
+        assert!(disturbed(&[0, 0x80]).eq([15]));
+    }
+
+    /// The diagnosis of an ET200S, profibus-wire 2.3.1: identifiers, then Module_Status of 64 modules.
+    #[test]
+    fn a_real_slave_puts_the_identifiers_first() {
+        let octets = hex("49 00 00 00 00 00 00 00 00 14 82 00 00 E4 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
+        let blocks: Vec<_> = Blocks::new(&octets).map(Result::unwrap).collect();
+        let [Block::Identifier(identifiers), Block::Device(content)] = blocks[..] else { panic!("two blocks") };
+        assert_eq!(disturbed(identifiers).count(), 0);
+        let message = Message::parse(content).unwrap();
+        assert_eq!((message.kind, message.kind.name()), (MessageKind::MODULE_STATUS, "module status"));
+        use ModuleState::{Invalid, Missing, Valid, Wrong};
+        assert!(module_states(message.data).take(5).eq([Valid, Invalid, Wrong, Missing, Valid]));
+        assert_eq!(module_states(message.data).count(), 64);
+    }
+
+    #[test]
+    fn types_have_their_names() {
+        for (octet, name) in [
+            (0x02, "process alarm"),
+            (0x20, "manufacturer specific alarm"),
+            (0x7F, "reserved alarm"),
+            (0x9E, "PrmCmdAck"),
+            (0xFE, "manufacturer specific status"),
+            (0xFF, "reserved status"),
+        ] {
+            assert_eq!(MessageKind::from_octet(octet).name(), name);
+        }
+        assert_eq!(
+            (channel_error(1), channel_error(10), channel_error(16)),
+            ("short circuit", "reserved", "manufacturer specific")
+        );
+        assert_eq!(Specifier(0x17).seq_nr(), 2);
+        assert!(Specifier(0x17).add_ack());
+        assert_eq!(Specifier(0x17).change(), Change::DisappearsOthersRemain);
+    }
+}
