@@ -1,16 +1,17 @@
 //! Data exchange, and all that may go wrong in it. profibus-wire 2.8, 2.9 and 3.10.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
 
 use profivac_dp::link::active::{Active, Failure, Mismatch};
-use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::link::{Baud, BitTime, Station as _};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, State, Trouble, What};
 use profivac_wire::control::Status;
 use profivac_wire::diag::StationStatus;
 use support::desk::Desk;
 use support::line::{From, Line};
 use support::plain::Plain;
-use support::{Random, bus};
+use support::{Random, bus, text};
 
 const IDENT: u16 = 0x1234;
 /// Two octets in, two octets out.
@@ -121,6 +122,13 @@ fn a_slave_with_news_is_diagnosed_once_and_not_for_ever() {
     line.run_for(20_000);
     let diags = line.messages(first).iter().filter(|text| text.contains("3C 3E") && text.contains("88 82")).count();
     assert_eq!(diags, 1);
+    let news = |line: &mut Line<Master<8, 32>>| std::iter::from_fn(|| line.master.user.next_event()).count();
+    assert_eq!(news(&mut line), 1);
+    // Fetched again, and nothing new.
+    line.slaves[0].device_mut().changed = true;
+    line.run_for(20_000);
+    assert_eq!(line.master.user.counters(8).unwrap().diagnoses, 4);
+    assert_eq!(news(&mut line), 0);
     assert_eq!(line.master.user.diagnosis(8).unwrap().ext_diag, [0x03, 0xAA, 0xBB]);
     assert_eq!(line.master.user.state(8), Some(State::Data { diag: false }));
 }
@@ -198,6 +206,44 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     let messages = line.messages(first);
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
     assert_eq!(messages.len() - begin, 9, "{messages:?}");
+
+    // One exchange was good in between: the next restart is at once again, and does not pause for 10 ms.
+    line.run_for(2_000);
+    line.slaves[0].power_up(8);
+    line.run_until(5_000, |line| line.master.user.counters(8).unwrap().starts == 3);
+}
+
+#[test]
+fn a_slave_that_errs_before_its_first_exchange_is_started_ever_more_slowly() {
+    let mut desk = desk();
+    let mut starts = Vec::new();
+    for _ in 0..5 {
+        desk.hears("10 02 08 03 0D 16");
+        starts.push(desk.asks().start);
+        for answer in ["68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", READY] {
+            desk.hears(answer);
+            desk.asks();
+        }
+        // Operate; now the exchange, which is refused.
+        desk.asks();
+    }
+    let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
+    let pauses: Vec<_> = starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    for (pause, least) in pauses.iter().zip([10, 20, 40, 80].map(ms)) {
+        assert!((least..least + 5_000).contains(pause), "{pauses:?}");
+    }
+}
+
+#[test]
+fn an_answer_that_was_on_its_way_when_the_slave_was_released_is_not_taken() {
+    let mut desk = exchanging();
+    desk.asks();
+    desk.station.user.release(8);
+    desk.hears("68 05 05 68 02 08 08 03 04 19 16");
+    assert_eq!(desk.station.user.inputs(8), None);
+    assert_eq!(desk.asks().text(), "68 0C 0C 68 88 82 7D 3D 3E 40 00 00 00 12 34 00 88 16");
+    desk.hears("E5");
+    assert_eq!(desk.station.user.state(8), Some(State::Inactive));
 }
 
 #[test]
@@ -370,6 +416,28 @@ fn global_control_is_repeated() {
     let told = line.messages(first).iter().filter(|text| *text == OPERATE).count();
     let expected = ((line.master.user.cycles() - cycles) / 10) as usize;
     assert!(expected > 5 && told.abs_diff(expected) <= 1, "{told} times, {expected} expected");
+}
+
+#[test]
+fn a_slave_that_joins_is_told_the_mode() {
+    let mut line = line(settings(), &[8]);
+    line.run_for(10_000);
+    let first = line.trace.len();
+    line.master.user.restart(8);
+    line.run_for(10_000);
+    assert_eq!(line.messages(first).iter().filter(|text| *text == OPERATE).count(), 1);
+}
+
+#[test]
+fn global_control_that_another_master_interrupted_is_sent_later() {
+    let mut desk = exchanging();
+    desk.station.user.set_mode(Mode::Clear);
+    let due = desk.station.wake_at().unwrap();
+    assert_eq!(text(desk.station.poll(due).unwrap().octets), CLEAR);
+    desk.now = due;
+    desk.hears_after(11, "DC 05 05");
+    desk.station.sent(desk.now);
+    desk.dialogue(&format!("M {CLEAR}"));
 }
 
 #[test]
