@@ -1,4 +1,5 @@
 //! From nothing to data exchange, and everything that may come in between. profibus-wire 2.13, 3.9 and 3.10.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
 
@@ -333,6 +334,20 @@ fn slaves_that_are_not_there_are_called_one_per_cycle_and_all_in_turn() {
     assert_eq!(called.len(), 29, "{called:?}");
     assert_eq!(line.master.user.counters(20).unwrap().lost, 0);
     assert_eq!(line.master.user.counters(3).unwrap().lost, 0, "nobody was lost who never was there");
+}
+
+#[test]
+fn slaves_that_are_not_there_are_called_equally_often() {
+    // The pause is over before the next cycle: the first ones must not take every turn.
+    let quick = Settings { pause_min_tbit: 1, pause_max_tbit: 1, ..settings() };
+    let mut master = Master::<32, 32>::on(bus(), quick, BitTime(0));
+    for address in 3..33 {
+        master.user.add(&SlaveParameters::new(address, IDENT, &CFG)).unwrap();
+    }
+    master.user.set_mode(Mode::Operate);
+    let mut desk = Desk::new(master);
+    let called: Vec<u8> = (0..90).map(|_| desk.asks().octets[1]).collect();
+    assert_eq!(called, (3..33).cycle().take(90).collect::<Vec<_>>());
 }
 
 #[test]

@@ -355,6 +355,13 @@ fn the_gap_is_asked_once_per_visit_and_never_the_own_address() {
     assert_eq!(asked, round.iter().cycle().take(25).copied().collect::<Vec<_>>());
     let live: Vec<_> = desk.station.live().collect();
     assert_eq!(live, [(8, StationType::Slave), (9, StationType::MasterReady)]);
+    // Who does not answer any more is forgotten, but not for being interrupted by another master.
+    assert_eq!(desk.says().octets[1], 8);
+    desk.says();
+    assert_eq!(desk.station.live().collect::<Vec<_>>(), [(9, StationType::MasterReady)]);
+    assert_eq!(desk.says().octets[1], 9);
+    desk.hears_after(100, "DC 03 03");
+    assert_eq!(desk.station.live().count(), 1);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //!
 //! For now a station that is alone: when the line has been silent for T_TO it claims the token, passes it to itself after
 //! every visit, and goes back to listening as soon as another master is heard. The places where a ring of several masters
-//! will differ are few: what ends [`State::Listening`], to whom [`Active::pass_token`] passes, and what follows
-//! [`Departure::Token`].
+//! will differ are few: what ends `State::Listening`, to whom `Active::pass_token` passes, and what follows
+//! `Departure::Token`.
 //!
 //! ```text
 //! Listening ── silence T_TO ── token ── Claiming ── T_ID2 ── token ──┐
