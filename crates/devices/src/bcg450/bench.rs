@@ -10,7 +10,7 @@ use crate::profile::Behaviour;
 faults! {
     /// What can be broken. The effect is a bit of the exception details (3.1.1.11, 3.1.1.12).
     pub Faults;
-    eeprom         "eeprom"        "EEPROM exception, alarm and warning; nothing can be stored";
+    eeprom         "eeprom"        "EEPROM exception, alarm and warning";
     ram            "ram"           "RAM exception, alarm and warning";
     eprom          "eprom"         "EPROM exception, alarm and warning; found while starting: CRITICAL FAULT";
     comm           "comm"          "internal communication, manufacturer alarm and warning";

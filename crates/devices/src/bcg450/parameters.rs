@@ -120,10 +120,6 @@ impl Blocks for Gauge {
     fn hidden_mut(&mut self) -> &mut [f64] {
         core::slice::from_mut(&mut self.atmosphere.offset_pa)
     }
-
-    fn memory_works(&self) -> bool {
-        !self.faults.eeprom
-    }
 }
 
 /// Data Type or Data Units, of whatever instance.

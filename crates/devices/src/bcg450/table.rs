@@ -49,7 +49,8 @@ block! {
 }
 
 block! {
-    /// The pressure of one measuring part. No block type is printed (33).
+    /// The pressure of one measuring part, with the sections of instance 1; 3.2.3 and 3.2.4 repeat them for 2 and 3. No
+    /// block type is printed (33).
     pub AnalogInput = "Analog Sensor Input Function Block";
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [0_XI 1_R 2_R]   D  "3.2.2.1";
     20 Status                     "Status"                                       UINT8        [0_XI 1/2_R]     D  "3.2.2.2";
@@ -170,15 +171,12 @@ static CONFIGURATIONS: [Configuration; 8] = [
     configuration(Some(&T2), Some(&T7), &[0xC8, 0x89, 0x8E, 0x0A, 0x05, 0x05, 0x0A, 0x05, 0x05, 0x05, 0x08]),
 ];
 
-/// 3.2.2.1: Torr per mbar (83).
-const TORR: f64 = 0.750_061_68;
-
-/// 3.2.2.4; the codes are decimal (5).
+/// 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are the printed ones (83).
 #[rustfmt::skip]
 pub static UNITS: [Unit; 5] = [
     Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
-    Unit { code: 1301, name: "Torr",   alias: "torr",   scale: Scale::PerMbar(TORR) },
-    Unit { code: 1302, name: "Micron", alias: "mTorr",  scale: Scale::PerMbar(1000.0 * TORR) },
+    Unit { code: 1301, name: "Torr",   alias: "torr",   scale: Scale::PerMbar(0.750_061_68) },
+    Unit { code: 1302, name: "Micron", alias: "mTorr",  scale: Scale::PerMbar(750.061_68) },
     Unit { code: 1308, name: "mbar",   alias: "hPa",    scale: Scale::PerMbar(1.0) },
     Unit { code: 1309, name: "Pascal", alias: "Pa",     scale: Scale::PerMbar(100.0) },
 ];

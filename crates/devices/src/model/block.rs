@@ -37,7 +37,7 @@ macro_rules! storage {
 
 impl fmt::Display for Storage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+        f.pad(match self {
             Self::Nonvolatile => "N",
             Self::Volatile => "V",
             Self::Dynamic => "D",

@@ -76,9 +76,4 @@ pub trait Blocks: Clone {
     fn hidden_mut(&mut self) -> &mut [f64] {
         &mut []
     }
-
-    /// Whether the nonvolatile memory answers.
-    fn memory_works(&self) -> bool {
-        true
-    }
 }

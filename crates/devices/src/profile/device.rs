@@ -226,9 +226,6 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
     }
 
     fn set_address(&mut self, request: &SetSlaveAdd<'_>) -> Option<u8> {
-        if !self.behaviour.memory_works() {
-            return None;
-        }
         self.address.set(&mut self.store, request)
     }
 

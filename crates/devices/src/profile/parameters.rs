@@ -87,10 +87,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Stores every nonvolatile value that differs.
     pub(super) fn store_differences(&mut self, before: &B) -> Result<(), Refusal> {
         let Self { behaviour, store, .. } = self;
-        let mut save = |key, octets: &[u8]| match behaviour.memory_works() {
-            true => store.save(key, octets).map_err(|_| Refusal::Storage),
-            false => Err(Refusal::Storage),
-        };
+        let mut save = |key, octets: &[u8]| store.save(key, octets).map_err(|_| Refusal::Storage);
         for at in kept::<B::Parameter>() {
             let octets = kept_octets(behaviour, &at);
             if octets != kept_octets(before, &at) {
@@ -107,9 +104,6 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Takes over what is stored; a value that cannot be one is passed over.
     pub(super) fn recall(&mut self) {
-        if !self.behaviour.memory_works() {
-            return;
-        }
         for at in kept::<B::Parameter>() {
             let octets = store::load(&self.store, self.behaviour.key(&at));
             let format = self.behaviour.format(&at);

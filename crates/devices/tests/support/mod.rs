@@ -1,10 +1,12 @@
 //! A master on the desk: each method is one telegram to the slave and what it answers.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
-use profivac_devices::Instrument;
+pub mod golden;
+pub mod rows;
+
+use profivac_devices::{Action, Instrument, Principle, Report};
 use profivac_dp::link::{Baud, BitTime, Station};
-use profivac_dp::slave::{Slave, State};
+use profivac_dp::slave::{Refusal, Relation, Slave, State};
 use profivac_wire::{Frame, Sap, Telegram};
 
 /// The address of the master, and of the slave.
@@ -13,6 +15,9 @@ const SLAVE: u8 = 5;
 
 /// SRD high with FCV = 0: a first contact each time, so that nothing counts as a repetition.
 const SRD: u8 = 0x6D;
+
+/// SDN high.
+const SDN: u8 = 0x46;
 
 /// The octets of `text`, two hexadecimal digits each.
 pub fn hex(text: &str) -> Vec<u8> {
@@ -38,7 +43,7 @@ impl<D: Instrument> Desk<D> {
         self.slave.device_mut()
     }
 
-    /// Every sensor of the device in a chamber at this pressure, the ambient sensor in air.
+    /// Every sensor of the device in a chamber at this pressure.
     pub fn pressure_mbar(&mut self, mbar: f64) {
         sense_all(self.device(), mbar);
     }
@@ -54,6 +59,13 @@ impl<D: Instrument> Desk<D> {
             Telegram::Frame(answer) => Some((answer.fc, answer.du.to_vec())),
             Telegram::Token { .. } => panic!("a slave has no token"),
         }
+    }
+
+    /// Global_Control to this slave.
+    pub fn request_sdn(&mut self, du: &[u8]) {
+        self.now = self.now + 1000u64;
+        let frame = Frame { da: SLAVE, sa: MASTER, dsap: Sap::GlobalControl.to_octet(), ssap: Some(62), fc: SDN, du };
+        assert!(self.slave.telegram(self.now, &Telegram::Frame(frame)).is_none());
     }
 
     /// Slave_Diag: the three octets of Station_Status.
@@ -84,9 +96,45 @@ impl<D: Instrument> Desk<D> {
         matches!(self.slave.state(), State::DataExch(..))
     }
 
+    /// How many octets the master sends, in data exchange.
+    pub fn outputs(&self) -> Option<usize> {
+        match self.slave.state() {
+            State::DataExch(_, exchange) => Some(exchange.lengths.outputs.into()),
+            _ => None,
+        }
+    }
+
     /// Data_Exchange.
     pub fn exchange(&mut self, outputs: &[u8]) -> Vec<u8> {
         self.request(Sap::Default, outputs).expect("an answer").1
+    }
+
+    /// What a class 2 master reads.
+    pub fn get(&mut self, slot: u8, index: u8) -> Vec<u8> {
+        self.read(Relation::Ms2(0), slot, index).unwrap_or_else(|refusal| panic!("{slot}/{index}: {refusal:02X?}"))
+    }
+
+    /// A class 2 master writes; the code of the parameter channel if it is refused.
+    pub fn put(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), u8> {
+        self.write(Relation::Ms2(0), slot, index, octets).map_err(|Refusal { code_2, .. }| code_2)
+    }
+
+    /// A Device Block State Command.
+    pub fn command(&mut self, number: u8) -> Result<(), u8> {
+        self.put(0, 15, &[number])
+    }
+
+    /// Device State.
+    pub fn state(&mut self) -> u8 {
+        self.get(0, 25)[0]
+    }
+
+    pub fn fault(&mut self, name: &str, present: bool) {
+        self.device().operate(Action::Fault { name, present }).unwrap();
+    }
+
+    pub fn report(&mut self) -> Report {
+        self.device().report()
     }
 
     /// The master lets go.
@@ -96,11 +144,10 @@ impl<D: Instrument> Desk<D> {
     }
 }
 
-/// Every sensor in a chamber at this pressure, the ambient sensor in air.
+/// Every sensor in a chamber at this pressure; one that measures the ambient air stays there.
 pub fn sense_all(device: &mut impl Instrument, mbar: f64) {
-    let ambient: Vec<bool> =
-        device.parts().iter().map(|part| part.principle == profivac_devices::Principle::Atmosphere).collect();
-    for (part, ambient) in ambient.into_iter().enumerate() {
-        device.sense(part, if ambient { 101_325.0 } else { mbar * 100.0 });
+    let ambient: Vec<bool> = device.parts().iter().map(|part| part.principle == Principle::Atmosphere).collect();
+    for (part, _) in ambient.into_iter().enumerate().filter(|(_, ambient)| !ambient) {
+        device.sense(part, mbar * 100.0);
     }
 }

@@ -1,11 +1,8 @@
 //! The BCG450-SP in cyclic exchange: all configurations, all unit strings, and nothing else. tira41d1 1.4, 1.5, 2.3.
 
-mod support;
-
-use profivac_devices::bcg450::Bcg450;
-use profivac_devices::profile::Setup;
-use profivac_devices::store::RamStore;
-use support::{Desk, hex};
+use crate::desk;
+use crate::support::hex;
+use profivac_wire::Sap;
 
 /// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs.
 const CONFIGURATIONS: [(&str, usize, usize); 8] = [
@@ -27,10 +24,6 @@ const UNITS: [(&str, f64, u16); 5] = [
     ("00 00 00 05 1C", 0.012, 0),
     ("00 00 00 05 1D", 1.2, 1),
 ];
-
-fn desk() -> Desk<Bcg450<RamStore>> {
-    Desk::new(Bcg450::new(RamStore::default(), Setup::new(5)))
-}
 
 #[test]
 fn every_configuration_brings_the_pressure_in_every_unit() {
@@ -106,8 +99,8 @@ fn a_string_that_is_not_in_the_table_is_refused() {
 
 #[test]
 fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
-    let accepts = |user: &[u8]| {
-        let mut desk = desk();
+    let mut desk = desk();
+    let mut accepts = |user: &[u8]| {
         desk.set_prm(user);
         // Prm_Fault, errata-bpg-bcg-tpg 6
         desk.diag()[0] & 0x40 == 0
@@ -130,9 +123,9 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
 #[test]
 fn before_the_first_configuration_get_cfg_tells_the_default() {
     let mut desk = desk();
-    let (_, cfg) = desk.request(profivac_wire::Sap::GetCfg, &[]).unwrap();
+    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("44 86 05 05 05 08"));
     desk.bring_up(&hex("00 00 00 05 1C"), &hex("C6 87 8E 0A 0A 05 05 05 08"));
-    let (_, cfg) = desk.request(profivac_wire::Sap::GetCfg, &[]).unwrap();
+    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("C6 87 8E 0A 0A 05 05 05 08"));
 }

@@ -1,0 +1,137 @@
+//! The parameter channel in the cyclic data. tira41d1 2.2.1, (17) to (26).
+
+use crate::support::{Desk, hex};
+use crate::{Gauge, exchanging};
+
+const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
+
+/// One cycle; the answer in the channel.
+fn cycle(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
+    desk.exchange(&hex(request))[..8].to_vec()
+}
+
+#[test]
+fn a_dialogue_answers_one_instruction_until_it_ends() {
+    let mut desk = exchanging(CHANNEL, 1e-3);
+    for (request, answer) in [
+        // Nothing asked.
+        ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
+        // Device State is EXECUTING.
+        ("10 00 19 00 00 00 00 00", "B0 00 19 00 00 00 00 04"),
+        ("10 00 19 00 00 00 00 00", "B0 00 19 00 00 00 00 04"),
+        // Changed without AK 0: not started, the old answer stays (25).
+        ("A0 01 2E 00 00 00 00 03", "B0 00 19 00 00 00 00 04"),
+        ("00 01 2E 00 00 00 00 00", "00 01 2E 00 00 00 00 00"),
+        // Select the diaphragm, and look.
+        ("A0 01 2E 00 00 00 00 03", "B0 01 2E 00 00 00 00 03"),
+        ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
+        ("10 01 2E 00 00 00 00 00", "B0 01 2E 00 00 00 00 03"),
+        ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
+        // Safe Value 1.5 mbar as a double word, Percentage as a word of set point B.
+        ("30 01 28 00 3F C0 00 00", "20 01 28 00 3F C0 00 00"),
+        ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
+        ("A0 01 2E 00 00 00 00 06", "B0 01 2E 00 00 00 00 06"),
+        ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
+        ("20 01 CA 00 00 00 01 F4", "10 01 CA 00 00 00 01 F4"),
+        ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
+        ("10 01 CA 00 00 00 00 00", "10 01 CA 00 00 00 01 F4"),
+    ] {
+        assert_eq!(cycle(&mut desk, request), hex(answer), "{request}");
+    }
+}
+
+/// (24): bits 11 to 8, the reserved octet and unused octets of the value are not looked at.
+#[test]
+fn what_is_reserved_makes_no_difference() {
+    let mut desk = exchanging(CHANNEL, 1e-3);
+    assert_eq!(cycle(&mut desk, "AF 01 2E FF 11 22 33 02"), hex("B0 01 2E 00 00 00 00 02"));
+    desk.put(1, 46, &[5]).unwrap();
+    assert_eq!(cycle(&mut desk, "A0 01 2E 00 44 55 66 02"), hex("B0 01 2E 00 00 00 00 02"));
+    assert_eq!(desk.get(1, 46), [5], "the same instruction, done once");
+}
+
+/// (25): a write is done once, a read is answered with the value of now.
+#[test]
+fn a_repeated_write_is_done_once_and_a_repeated_read_each_time() {
+    let mut desk = exchanging(CHANNEL, 1e-3);
+    let stop = "A0 00 0F 00 00 00 00 05";
+    assert_eq!(cycle(&mut desk, stop), hex("B0 00 0F 00 00 00 00 05"));
+    desk.command(4).unwrap();
+    assert_eq!(cycle(&mut desk, stop), hex("B0 00 0F 00 00 00 00 05"));
+    assert_eq!(desk.state(), 4, "the repetition does nothing");
+    cycle(&mut desk, "00 00 00 00 00 00 00 00");
+    assert_eq!(cycle(&mut desk, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 04"));
+    desk.command(5).unwrap();
+    assert_eq!(cycle(&mut desk, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 02"));
+}
+
+/// 2.2.1.3, (23)
+#[test]
+fn every_code_has_its_situation() {
+    for (request, code) in [
+        // 0: no such slot
+        ("10 02 10 00 00 00 00 00", 0),
+        // 3: no such index, or not for the selected instance
+        ("10 00 0E 00 00 00 00 00", 3),
+        ("10 01 0E 00 00 00 00 00", 3),
+        // 1: read only
+        ("A0 00 19 00 00 00 00 04", 1),
+        // 5: a text, a record, a word for a byte
+        ("10 00 11 00 00 00 00 00", 5),
+        ("10 00 1B 00 00 00 00 00", 5),
+        ("20 01 2E 00 00 00 00 01", 5),
+        // 2: out of range
+        ("A0 01 2E 00 00 00 00 07", 2),
+        // 17: not during the exchange
+        ("A0 01 15 00 00 00 00 03", 17),
+        ("20 01 16 00 00 00 05 15", 17),
+        // 201: already there; 202: not in this state
+        ("A0 00 0F 00 00 00 00 04", 201),
+        ("A0 00 0F 00 00 00 00 03", 202),
+        // 18: no such instruction
+        ("40 00 19 00 00 00 00 00", 18),
+        ("F0 00 19 00 00 00 00 00", 18),
+    ] {
+        let mut desk = exchanging(CHANNEL, 1e-3);
+        let octets = hex(request);
+        assert_eq!(cycle(&mut desk, request), [0x70, octets[1], octets[2], 0, 0, 0, 0, code], "{request}");
+    }
+    // 18: reading a command
+    let mut desk = exchanging(CHANNEL, 1e-3);
+    desk.put(1, 46, &[2]).unwrap();
+    assert_eq!(cycle(&mut desk, "10 01 0E 00 00 00 00 00"), hex("70 01 0E 00 00 00 00 12"));
+}
+
+/// (20), (21)
+#[test]
+fn arrays_and_command_records_are_right_aligned() {
+    let mut desk = exchanging(CHANNEL, 1e-3);
+    desk.fault("pirani-adjust", true);
+    desk.fault("sensor2", true);
+    for (request, answer) in [
+        ("10 00 CD 00 00 00 00 00", "20 00 CD 00 00 00 00 00"),
+        ("10 00 CE 00 00 00 00 00", "10 00 CE 00 00 00 00 02"),
+        ("10 00 D1 00 00 00 00 00", "20 00 D1 00 01 00 00 00"),
+        ("10 00 D2 00 00 00 00 00", "20 00 D2 00 00 02 00 00"),
+        // The block type may pass (19).
+        ("10 00 10 00 00 00 00 00", "20 00 10 00 00 01 00 00"),
+        ("A0 01 2E 00 00 00 00 02", "B0 01 2E 00 00 00 00 02"),
+        ("20 01 0E 00 00 00 80 00", "10 01 0E 00 00 00 80 00"),
+        ("10 01 C9 00 00 00 00 00", "B0 01 C9 00 00 00 00 00"),
+    ] {
+        cycle(&mut desk, "00 00 00 00 00 00 00 00");
+        assert_eq!(cycle(&mut desk, request), hex(answer), "{request}");
+    }
+}
+
+/// (101): a master in Clear asks nothing.
+#[test]
+fn clear_is_ak_0() {
+    let mut desk = exchanging(CHANNEL, 1e-3);
+    let select = "A0 01 2E 00 00 00 00 03";
+    cycle(&mut desk, select);
+    desk.put(1, 46, &[5]).unwrap();
+    desk.request_sdn(&[0x02, 0x00]);
+    assert_eq!(cycle(&mut desk, select), hex("B0 01 2E 00 00 00 00 03"));
+    assert_eq!(desk.get(1, 46), [3], "a new instruction after AK 0");
+}

@@ -1,0 +1,95 @@
+//! Full scale, overrange and underrange of every instance in every unit and type. tira41d1 3.2.2.6 to 3.2.4.10 and the
+//! computed table of errata-bpg-bcg-tpg.
+
+use crate::support::hex;
+use crate::{desk, float, of_instance};
+
+/// COUNTS, Torr, Micron, mbar, Pascal
+const UNITS: [&str; 5] = ["03 E9", "05 15", "05 16", "05 1C", "05 1D"];
+
+/// Instance, index; as computed, then as printed.
+const LIMITS: [(u8, u8, [f64; 5], [f64; 5]); 9] = [
+    (1, 24, [31000.0, 750.06168, 750061.68, 1000.0, 1e5], [31000.0, 750.06168, 750061.68, 1000.0, 1e5]),
+    (1, 44, [31000.0, 750.06168, 750061.68, 1000.0, 1e5], [31000.0, 750.06168, 750061.68, 1000.0, 1e5]),
+    (1, 45, [20480.7254, 0.0041253392, 4.1253392, 0.0055, 0.55], [20480.7254, 4.12534e-3, 4.12534, 5.5e-3, 0.55]),
+    (2, 24, [21602.06, 0.0150012336, 15.0012336, 0.02, 2.0], [21602.0, 1.5e-2, 15.0, 2e-2, 2.0]),
+    (2, 44, [21602.06, 0.0150012336, 15.0012336, 0.02, 2.0], [21602.0, 1.5e-2, 15.0, 2e-2, 2.0]),
+    (2, 45, [6397.94, 3.7503084e-10, 3.7503084e-7, 5e-10, 5e-8], [6397.95, 3.7503e-10, 3.7503e-7, 5e-10, 5e-8]),
+    (3, 24, [31352.1825, 1125.09252, 1125092.52, 1500.0, 1.5e5], [31352.0, 1125.09252, 1125092.0, 1500.0, 1.5e5]),
+    (3, 44, [31352.1825, 1125.09252, 1125092.52, 1500.0, 1.5e5], [31352.0, 1125.09252, 1125092.0, 1500.0, 1.5e5]),
+    (3, 45, [25000.0, 0.75006168, 750.06168, 1.0, 100.0], [25000.0, 0.75006168, 750.06168, 1.0, 100.0]),
+];
+
+#[test]
+fn as_floats_they_are_exact() {
+    let mut desk = desk();
+    for (position, unit) in UNITS.into_iter().enumerate() {
+        desk.put(1, 22, &hex(unit)).unwrap();
+        for (instance, index, computed, printed) in LIMITS {
+            let value = f64::from(float(&mut desk, instance, index));
+            let close = |other: f64, tolerance: f64| (value / other - 1.0).abs() < tolerance;
+            let (computed, printed) = (computed[position], printed[position]);
+            assert!(close(computed, 1e-7), "{instance} {index} {unit}: {value} instead of {computed}");
+            assert!(close(printed, 1e-4), "{instance} {index} {unit}: {value}, printed {printed}");
+        }
+    }
+}
+
+/// (69), (70): cut to whole units, never above 32767.
+#[test]
+fn as_integers_they_are_cut_and_saturated() {
+    let mut desk = desk();
+    desk.put(1, 21, &[3]).unwrap();
+    for (position, unit) in UNITS.into_iter().enumerate() {
+        desk.put(1, 22, &hex(unit)).unwrap();
+        for (instance, index, computed, _) in LIMITS {
+            let word = u16::from_be_bytes(of_instance(&mut desk, instance, index).try_into().unwrap());
+            assert_eq!(f64::from(word), computed[position].trunc().min(32767.0), "{instance} {index} {unit}");
+        }
+    }
+}
+
+/// (72): what one instance is given, all have.
+#[test]
+fn unit_and_type_are_those_of_the_device() {
+    let mut desk = desk();
+    for instance in [1, 2, 3, 5, 6] {
+        for unit in UNITS {
+            desk.put(1, 46, &[instance]).unwrap();
+            desk.put(1, 22, &hex(unit)).unwrap();
+            for other in [1, 2, 3, 5, 6] {
+                assert_eq!(of_instance(&mut desk, other, 22), hex(unit));
+            }
+        }
+    }
+}
+
+/// Unit and type of the last exchange stay when it ends: 3.2.2.3, 3.2.2.4.
+#[test]
+fn the_exchange_overwrites_unit_and_type() {
+    let mut desk = desk();
+    desk.bring_up(&hex("00 00 00 05 15"), &hex("44 84 05 05 05 03"));
+    desk.unlock();
+    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 15"), vec![3]));
+}
+
+/// (91): both conditions hold.
+#[test]
+fn unit_and_type_change_in_idle_outside_the_exchange_only() {
+    let mut desk = desk();
+    let refused = |desk: &mut crate::support::Desk<crate::Gauge>| {
+        assert_eq!(desk.put(1, 21, &[3]), Err(17));
+        assert_eq!(desk.put(1, 22, &hex("05 15")), Err(17));
+        assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 1C"), vec![8]));
+    };
+    desk.command(4).unwrap();
+    refused(&mut desk);
+    desk.bring_up(&hex("00 00 00 05 1C"), &hex("44 86 05 05 05 08"));
+    desk.command(5).unwrap();
+    refused(&mut desk);
+    desk.unlock();
+    desk.command(2).unwrap();
+    refused(&mut desk);
+    desk.command(3).unwrap();
+    assert_eq!(desk.put(1, 22, &hex("05 15")), Ok(()));
+}

@@ -1,0 +1,209 @@
+//! Identity, station address and nonvolatile memory. tira41d1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
+
+use crate::support::{Desk, hex, sense_all};
+use crate::{FLOATS, Gauge, MBAR, desk, gauge};
+use profivac_devices::bcg450::{Bcg450, table};
+use profivac_devices::profile::{Serial, Setup};
+use profivac_devices::store::{Key, RamStore, Store, StoreError};
+use profivac_devices::{Action, Instrument};
+use profivac_dp::slave::{Device, Refusal, Relation};
+use profivac_wire::address::SetSlaveAdd;
+
+#[test]
+fn the_identity_is_that_of_the_manual() {
+    let mut desk = Desk::new(Gauge::new(RamStore::default(), Setup { serial: Serial::new("4711"), ..Setup::new(5) }));
+    for (index, text) in [
+        (17, "CG      "),
+        (18, "E54-0997 "),
+        (19, "INFICON AG          "),
+        (20, "353-554             "),
+        (22, "1.0     "),
+        (23, "4711                          "),
+        (24, "BCG450-SP                                         "),
+    ] {
+        assert_eq!(String::from_utf8(desk.get(0, index)).unwrap(), text, "{index}");
+    }
+    // xxx_y.yy (36)
+    let revision = desk.get(0, 21);
+    assert_eq!((revision.len(), revision[3], revision[5]), (8, b'_', b'.'));
+    // (31)
+    assert_eq!(desk.get(0, 16), hex("00 01 00 00"));
+    assert_eq!(desk.get(1, 16), hex("00 03 00 00"));
+    for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00"), (3, "00 0E 00 00"), (4, "01 00 00 00")] {
+        assert_eq!(crate::of_instance(&mut desk, instance, 101), hex(block_type));
+    }
+}
+
+/// (73), (100), (111), (113)
+#[test]
+fn a_new_gauge_has_the_values_of_the_factory() {
+    let mut desk = desk();
+    assert_eq!(desk.get(1, 46), [1]);
+    for (instance, index, octets) in [
+        (1, 21, "08"),
+        (1, 22, "05 1C"),
+        (1, 39, "00"),
+        (2, 40, "00 00 00 00"),
+        (2, 201, "01"),
+        (5, 201, "00"),
+        (6, 202, "00 32"),
+    ] {
+        assert_eq!(crate::of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+    }
+}
+
+#[test]
+fn the_selector_outlives_the_power() {
+    let mut desk = desk();
+    desk.put(1, 46, &[6]).unwrap();
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!(desk.get(1, 46), [6]);
+}
+
+#[test]
+fn a_unit_given_with_the_device_is_the_stored_one() {
+    let unit = table::MODEL.unit_named("pascal");
+    assert!(unit.is_some());
+    let mut desk = Desk::new(Gauge::new(RamStore::default(), Setup { unit, ..Setup::new(5) }));
+    assert_eq!(desk.get(1, 22), hex("05 1D"));
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!(desk.get(1, 22), hex("05 1D"));
+    for (name, code) in
+        [("COUNTS", 1001), ("torr", 1301), ("micron", 1302), ("mtorr", 1302), ("mbar", 1308), ("Pa", 1309)]
+    {
+        assert_eq!(table::MODEL.unit_named(name).map(|unit| unit.code), Some(code), "{name}");
+    }
+    assert_eq!(table::MODEL.unit_named("psi"), None);
+}
+
+#[test]
+fn a_valid_switch_is_the_address_and_closes_set_slave_add() {
+    for switch in [0, 5, 125] {
+        let mut gauge = Gauge::new(RamStore::default(), Setup::new(switch));
+        assert_eq!((gauge.station_address(), gauge.address_is_settable()), (switch, false));
+        assert_eq!(gauge.set_address(&request(7, 0)), None);
+        assert_eq!(gauge.station_address(), switch);
+    }
+}
+
+const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
+    SetSlaveAdd { address, ident: 0x08E6, no_add_chg, rem_slave_data: &[] }
+}
+
+#[test]
+fn behind_a_switch_above_125_the_stored_address_holds() {
+    for switch in [126, 127, 255] {
+        let mut gauge = Gauge::new(RamStore::default(), Setup::new(switch));
+        assert_eq!((gauge.station_address(), gauge.address_is_settable()), (126, true));
+        assert_eq!(gauge.set_address(&request(126, 0)), None);
+        assert_eq!(gauge.set_address(&request(9, 0)), Some(9));
+        assert_eq!(gauge.set_address(&request(10, 0xFF)), Some(10));
+        assert_eq!(gauge.set_address(&request(11, 0)), None, "No_Add_Chg");
+        gauge.power(false);
+        gauge.power(true);
+        assert_eq!(gauge.station_address(), 10);
+        assert_eq!(gauge.set_address(&request(11, 0)), None, "No_Add_Chg outlives the power");
+    }
+}
+
+/// 1.2: the switch is read when power comes, and a valid one is stored.
+#[test]
+fn the_switch_is_read_at_power_up() {
+    let mut gauge = gauge();
+    gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
+    assert_eq!(gauge.station_address(), 5);
+    gauge.power(false);
+    gauge.power(true);
+    assert_eq!(gauge.station_address(), 17);
+    gauge.operate(Action::Switch { name: "address", value: "200" }).unwrap();
+    gauge.power(false);
+    gauge.power(true);
+    assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, true));
+    assert!(gauge.operate(Action::Switch { name: "address", value: "300" }).is_err());
+    assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
+}
+
+/// A store that takes only so many values.
+#[derive(Clone, Default)]
+struct Worn {
+    store: RamStore,
+    broken: bool,
+}
+
+impl Store for Worn {
+    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
+        self.store.load(key, octets)
+    }
+
+    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+        if self.broken { Err(StoreError) } else { self.store.save(key, octets) }
+    }
+}
+
+/// A positive answer means stored, a failed save changes nothing.
+#[test]
+fn what_cannot_be_stored_is_refused_and_does_not_change() {
+    let mut gauge = Bcg450::new(Worn { broken: true, ..Worn::default() }, Setup::new(200));
+    gauge.settle();
+    let storage = Err(Refusal { code_1: 0xA1, code_2: 18 });
+    let read = |gauge: &mut Bcg450<Worn>, index| {
+        let mut record = [0; 240];
+        let length = gauge.read(Relation::Ms2(0), 1, index, &mut record).unwrap();
+        record[..length].to_vec()
+    };
+    for (index, value) in [(46, "03"), (39, "01"), (40, "3F 80 00 00"), (21, "03"), (22, "05 15")] {
+        let before = read(&mut gauge, index);
+        assert_eq!(gauge.write(Relation::Ms2(0), 1, index, &hex(value)), storage, "{index}");
+        assert_eq!(read(&mut gauge, index), before, "{index}");
+    }
+    assert_eq!(gauge.set_address(&request(9, 0)), None);
+    // What is volatile goes on.
+    assert_eq!(gauge.write(Relation::Ms2(0), 0, 15, &[4]), Ok(()));
+    // The exchange too: its unit is not stored, but it holds.
+    assert_eq!(gauge.set_prm(&hex("00 00 00 05 15")), Ok(()));
+    assert_eq!(read(&mut gauge, 22), hex("05 15"));
+}
+
+#[test]
+fn what_is_stored_and_cannot_be_is_passed_over() {
+    let mut store = RamStore::<96>::default();
+    for (instance, index, octets) in [
+        (0, 46, "09"),
+        (1, 39, "04"),
+        (2, 39, "01 02"),
+        (3, 40, "7F F8 00 00 00 00 00 00"),
+        (0, 22, "00 00"),
+        (0, 21, "08"),
+        (5, 202, "FF FF"),
+    ] {
+        store.save(Key::Parameter { slot: 1, instance, index }, &hex(octets)).unwrap();
+    }
+    store.save(Key::Hidden(0), &hex("01")).unwrap();
+    store.save(Key::Address, &hex("09")).unwrap();
+    let mut gauge = Gauge::new(store, Setup::new(200));
+    sense_all(&mut gauge, 1.0);
+    assert_eq!(gauge.station_address(), 126);
+    let mut desk = Desk::new(gauge);
+    assert_eq!(desk.get(1, 46), [1]);
+    for (instance, index, octets) in
+        [(1, 39, "00"), (2, 39, "00"), (3, 40, "00 00 00 00"), (1, 22, "05 1C"), (5, 202, "00 32")]
+    {
+        assert_eq!(crate::of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+    }
+}
+
+/// Without power nothing moves; the bench sees that.
+#[test]
+fn a_device_without_power_is_off() {
+    let mut desk = desk();
+    desk.bring_up(&hex(MBAR), &hex(FLOATS));
+    desk.device().power(false);
+    assert_eq!((desk.report().device_state, desk.report().relays.iter().count()), ("OFF", 0));
+    desk.device().advance(10.0);
+    desk.device().settle();
+    assert_eq!(desk.report().device_state, "OFF");
+    desk.device().power(true);
+    assert_eq!(desk.report().device_state, "INIT");
+}

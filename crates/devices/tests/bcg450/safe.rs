@@ -1,0 +1,105 @@
+//! Safe state and safe value. tira41d1 3.2.2.7, 3.2.2.8, (74) to (76).
+
+use crate::support::hex;
+use crate::{FLOATS, desk, exchanging, float, of_instance};
+use profivac_devices::Instrument;
+
+/// The process value of the last cycle.
+fn cyclic(du: &[u8]) -> f32 {
+    f32::from_be_bytes(du[3..].try_into().unwrap())
+}
+
+#[test]
+fn outside_executing_each_mode_shows_its_value() {
+    let mut desk = exchanging(FLOATS, 2e-3);
+    assert_eq!(cyclic(&desk.exchange(&[])), 2e-3);
+    desk.put(1, 46, &[1]).unwrap();
+    desk.put(1, 40, &hex("42 F6 00 00")).unwrap();
+    desk.command(5).unwrap();
+    // Without emission the Pirani is active, clipped while the BA measured: there is no last value yet.
+    for (mode, value) in [(0, 0.0), (1, 1000.0), (2, 0.0), (3, 123.0)] {
+        desk.put(1, 39, &[mode]).unwrap();
+        let du = desk.exchange(&[]);
+        assert_eq!(du[..3], [0xA0, 0x01, 1], "mode {mode}");
+        assert_eq!(cyclic(&du), value, "mode {mode}");
+        assert_eq!(float(&mut desk, 1, 19), value, "mode {mode} acyclically");
+        assert_eq!(of_instance(&mut desk, 1, 23), [0], "Reading Valid");
+    }
+}
+
+#[test]
+fn every_instance_has_its_own_mode_and_value() {
+    let mut desk = desk();
+    for (instance, value) in [(1, "3F 80 00 00"), (2, "40 00 00 00"), (3, "40 40 00 00")] {
+        desk.put(1, 46, &[instance]).unwrap();
+        desk.put(1, 40, &hex(value)).unwrap();
+        desk.put(1, 39, &[3]).unwrap();
+    }
+    assert_eq!([1, 2, 3].map(|instance| float(&mut desk, instance, 19)), [1.0, 2.0, 3.0]);
+    desk.put(1, 46, &[2]).unwrap();
+    desk.put(1, 39, &[1]).unwrap();
+    assert_eq!([1, 2, 3].map(|instance| float(&mut desk, instance, 19)), [1.0, 2e-2, 3.0]);
+}
+
+#[test]
+fn the_last_valid_value_of_each_instance_is_held() {
+    let mut desk = exchanging(FLOATS, 5.0);
+    desk.put(1, 46, &[1]).unwrap();
+    desk.put(1, 39, &[2]).unwrap();
+    desk.put(1, 46, &[3]).unwrap();
+    desk.put(1, 39, &[2]).unwrap();
+    desk.pressure_mbar(7.0);
+    desk.command(2).unwrap();
+    desk.pressure_mbar(500.0);
+    assert_eq!(desk.state(), 5);
+    assert_eq!(float(&mut desk, 3, 19), 7.0);
+    assert_eq!(float(&mut desk, 1, 19), 7.0);
+    // Power forgets it (76).
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!(float(&mut desk, 3, 19), 0.0);
+}
+
+#[test]
+fn a_sensor_alarm_concerns_its_own_part_a_common_one_all() {
+    let mut desk = exchanging(FLOATS, 5.0);
+    desk.fault("sensor1", true);
+    assert_eq!(float(&mut desk, 1, 19), 0.0);
+    assert_eq!(float(&mut desk, 3, 19), 5.0, "the diaphragm goes on");
+    assert!(!desk.report().outputs_safe, "the diaphragm is active");
+    desk.fault("sensor1", false);
+    for fault in ["eeprom", "ram", "eprom", "comm"] {
+        desk.fault(fault, true);
+        assert_eq!([1, 3].map(|instance| float(&mut desk, instance, 19)), [0.0, 0.0], "{fault}");
+        assert!(desk.report().outputs_safe, "{fault}");
+        assert_eq!(desk.state(), 4, "{fault}");
+        desk.fault(fault, false);
+        assert_eq!(float(&mut desk, 3, 19), 5.0, "{fault} gone");
+    }
+    // A warning and a range never do.
+    desk.fault("pirani-adjust", true);
+    desk.pressure_mbar(2000.0);
+    assert_eq!(float(&mut desk, 3, 19), 2000.0);
+}
+
+#[test]
+fn a_safe_value_follows_the_unit_and_zero_stays_zero() {
+    let mut desk = desk();
+    desk.put(1, 46, &[1]).unwrap();
+    desk.put(1, 40, &hex("41 20 00 00")).unwrap();
+    // COUNTS, Torr, Micron, Pascal, mbar
+    for (unit, value) in
+        [("03 E9", 27000.0), ("05 15", 7.500_617), ("05 16", 7500.617), ("05 1D", 1000.0), ("05 1C", 10.0)]
+    {
+        desk.put(1, 22, &hex(unit)).unwrap();
+        let read: f32 = float(&mut desk, 1, 40);
+        assert!((read / value - 1.0).abs() < 1e-6, "{unit}: {read}");
+        assert_eq!(float(&mut desk, 2, 40), 0.0, "{unit}");
+    }
+    // As an integer it is whole units, and a value written so is one.
+    desk.put(1, 21, &[3]).unwrap();
+    assert_eq!(of_instance(&mut desk, 1, 40), hex("00 0A"));
+    desk.put(1, 40, &hex("00 07")).unwrap();
+    assert_eq!(of_instance(&mut desk, 1, 40), hex("00 07"));
+    assert_eq!(desk.put(1, 40, &hex("80 00")), Err(2));
+}

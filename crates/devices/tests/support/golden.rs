@@ -1,0 +1,109 @@
+//! Readable texts beside the tests. `UPDATE_GOLDEN=1` writes them anew; the diff is part of a review.
+
+use profivac_devices::model::{Configuration, Model, Place, Scale, Telegram};
+use std::fmt::Write;
+use std::{env, fs, path::Path};
+
+/// Compares `text` with the golden of this name.
+pub fn check(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
+    if env::var_os("UPDATE_GOLDEN").is_some() {
+        fs::write(&path, text).unwrap();
+    }
+    let golden = fs::read_to_string(&path).unwrap_or_default();
+    for (number, (expected, now)) in (1..).zip(golden.lines().zip(text.lines())) {
+        assert_eq!(expected, now, "{name}, line {number}");
+    }
+    assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
+}
+
+/// The tables of a device as text.
+pub fn print(model: &Model) -> String {
+    let mut text = format!(
+        "{} ({}), {}, ident {:04X}, after {}\n",
+        model.title, model.name, model.vendor, model.ident, model.manual
+    );
+    text += &format!("\nConfigurations\n{:>3} {:>3}  {:>3} {:>3}  octets\n", "M>S", "S>M", "out", "in");
+    model.configurations.iter().for_each(|configuration| text += &print_configuration(configuration));
+    text += "\nTelegrams\n";
+    for telegram in telegrams(model) {
+        let fields: Vec<String> =
+            telegram.layout().map(|(start, field)| format!("{start} {} ({})", field.name(), field.octets())).collect();
+        writeln!(text, "{:>3}  {}", telegram.number, fields.join(", ")).unwrap();
+    }
+    text += "\nUser parameters\n";
+    for prm in model.user_prm {
+        writeln!(text, "{:<15}{:02X?}", prm.name, prm.octets).unwrap();
+    }
+    text += "\nUnits\n";
+    for unit in model.units {
+        let scale = match unit.scale {
+            Scale::PerMbar(factor) => format!("{factor} per mbar"),
+            Scale::Counts => "by instance".into(),
+        };
+        writeln!(text, "{:>5} {:04X}  {:<8}{scale}", unit.code, unit.code, unit.name).unwrap();
+    }
+    text += "\nRanges in mbar\n";
+    for facts in model.ranges {
+        let limits = facts.limits;
+        let [under, over, full] =
+            [limits.under_pa, limits.over_pa, limits.full_scale_pa].map(|pa| format!("{:e}", pa / 100.0));
+        let part = facts.part;
+        writeln!(text, "{} {:?}: {under} to {over}, full scale {full}", part.instance, part.principle).unwrap();
+    }
+    model.places.iter().for_each(|place| text += &print_place(place));
+    text += "\nFaults\n";
+    for (name, effect) in model.faults.names.iter().zip(model.faults.effects) {
+        writeln!(text, "{name:<14}{effect}").unwrap();
+    }
+    text
+}
+
+fn number(telegram: Option<&Telegram>) -> String {
+    telegram.map_or("-".into(), |telegram| telegram.number.to_string())
+}
+
+fn print_configuration(configuration: &Configuration) -> String {
+    let octets: Vec<String> = configuration.octets.iter().map(|octet| format!("{octet:02X}")).collect();
+    format!(
+        "{:>3} {:>3}  {:>3} {:>3}  {}\n",
+        number(configuration.outputs),
+        number(configuration.inputs),
+        configuration.output_octets(),
+        configuration.input_octets(),
+        octets.join(" ")
+    )
+}
+
+/// Every telegram once, by its number.
+fn telegrams(model: &Model) -> Vec<&'static Telegram> {
+    let mut telegrams: Vec<&Telegram> =
+        model.configurations.iter().flat_map(|it| it.outputs.into_iter().chain(it.inputs)).collect();
+    telegrams.sort_by_key(|telegram| telegram.number);
+    telegrams.dedup_by_key(|telegram| telegram.number);
+    telegrams
+}
+
+fn print_place(place: &Place) -> String {
+    let block = place.block;
+    let block_type = block.block_type.map_or(String::new(), |number| format!(", type {number}"));
+    let addresses: Vec<String> = place
+        .addresses
+        .iter()
+        .map(|address| match address.instance {
+            0 => format!("{} \"{}\"", address.slot, address.name),
+            instance => format!("{}:{instance} \"{}\"", address.slot, address.name),
+        })
+        .collect();
+    let mut text = format!("\n{}{block_type}\nslot {}\n", block.name, addresses.join(", "));
+    for row in block.rows {
+        let data_type = row.data_type.to_string();
+        writeln!(
+            text,
+            "{:>3}  {:<43}{data_type:<13}{:<15}{:<3}{}",
+            row.id, row.name, row.access_text, row.storage, row.section
+        )
+        .unwrap();
+    }
+    text
+}

@@ -1,0 +1,344 @@
+//! Every row of a device's tables, in every way a master can reach it.
+
+use super::{Desk, hex};
+use profivac_devices::Instrument;
+use profivac_devices::model::{Access, Address, DataType, Model, Row, Storage};
+use profivac_dp::slave::{Refusal, Relation};
+
+/// What may be written into a parameter, and what must not. Pressures are floats in the unit of [`Rig::make`].
+pub struct Sample {
+    /// Slot, instance, index.
+    pub at: (u8, u8, u8),
+    /// Accepted.
+    pub good: &'static [&'static str],
+    /// Of the right length, and out of range.
+    pub bad: &'static [&'static str],
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// What becomes of a written value.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// It is read back.
+    Value,
+    /// The same, but not during cyclic exchange.
+    Presentation,
+    /// Something is done; what is read is not what was written.
+    Command,
+}
+
+/// A device under test.
+pub struct Rig<D> {
+    pub model: &'static Model,
+    /// A device that has settled and stands in IDLE.
+    pub make: fn() -> D,
+    /// Lets a slot show this instance.
+    pub select: fn(&mut D, &Address),
+    /// A user parameter string, and configurations with parameter channel for integers and floats.
+    pub user: &'static str,
+    pub cfgs: [&'static str; 2],
+    pub samples: &'static [Sample],
+}
+
+/// The two relations of DP-V1 with their marks.
+const DPV1: [(Relation, Access, Access); 2] =
+    [(Relation::Ms1, Access::READ_1, Access::WRITE_1), (Relation::Ms2(0), Access::READ_2, Access::WRITE_2)];
+
+/// How long a parameter is; `number` is the length of a pressure.
+fn length(row: &Row, number: usize) -> usize {
+    match row.data_type {
+        DataType::Boolean | DataType::Int8 | DataType::Uint8 => 1,
+        DataType::Int16 | DataType::Uint16 => 2,
+        DataType::Int32 | DataType::Uint32 | DataType::Float => 4,
+        DataType::Visible(length) | DataType::OctetString(length) | DataType::Array(length) => length.into(),
+        DataType::Record(length) => length.into(),
+        DataType::ByType => number,
+    }
+}
+
+/// AK of a positive answer; errata-bpg-bcg-tpg 19 and 20.
+fn answer_ak(row: &Row, length: usize) -> Option<u8> {
+    match (row.data_type, length) {
+        (DataType::Visible(_), _) => None,
+        (_, 1) => Some(11),
+        (_, 2) => Some(1),
+        (_, 3 | 4) => Some(2),
+        _ => None,
+    }
+}
+
+/// AK of a write.
+fn write_ak(length: usize) -> u8 {
+    match length {
+        1 => 10,
+        2 => 2,
+        _ => 3,
+    }
+}
+
+/// The eight octets of a write.
+fn write_request(ak: u8, slot: u8, index: u8, octets: &[u8]) -> [u8; 8] {
+    let mut request = [ak << 4, slot, index, 0, 0, 0, 0, 0];
+    request[8 - octets.len()..].copy_from_slice(octets);
+    request
+}
+
+impl<D: Instrument> Desk<D> {
+    /// One instruction in the parameter channel, after AK 0.
+    pub fn channel(&mut self, request: [u8; 8]) -> [u8; 8] {
+        let outputs = self.outputs().expect("data exchange");
+        let mut du = vec![0; outputs];
+        assert_eq!(self.exchange(&du)[0], 0, "AK 0 is answered with AK 0");
+        du[..8].copy_from_slice(&request);
+        self.exchange(&du)[..8].try_into().unwrap()
+    }
+
+    /// A read by DP-V1.
+    pub fn read(&mut self, via: Relation, slot: u8, index: u8) -> Result<Vec<u8>, Refusal> {
+        let mut record = [0; 240];
+        let length = self.device().read(via, slot, index, &mut record)?;
+        Ok(record[..length].to_vec())
+    }
+
+    /// A write by DP-V1.
+    pub fn write(&mut self, via: Relation, slot: u8, index: u8, octets: &[u8]) -> Result<(), Refusal> {
+        self.device().write(via, slot, index, octets)
+    }
+}
+
+/// An error answer of the parameter channel.
+fn channel_error(slot: u8, index: u8, code: u8) -> [u8; 8] {
+    [0x70, slot, index, 0, 0, 0, 0, code]
+}
+
+impl<D: Instrument> Rig<D> {
+    fn desk(&self) -> Desk<D> {
+        Desk::new((self.make)())
+    }
+
+    /// In cyclic exchange with the parameter channel; pressures are integers or floats.
+    fn exchanging(&self, cfg: &str) -> Desk<D> {
+        let mut desk = self.desk();
+        desk.bring_up(&hex(self.user), &hex(cfg));
+        desk
+    }
+
+    /// Every row at every address.
+    fn each(&self, mut visit: impl FnMut(&'static Address, &'static Row)) {
+        for place in self.model.places {
+            for address in place.addresses {
+                place.block.rows.iter().for_each(|row| visit(address, row));
+            }
+        }
+    }
+
+    /// Reading, three ways: what a mark allows is answered with its type and length, all else is refused.
+    pub fn every_row_is_read_as_marked(&self) {
+        for (cfg, number) in self.cfgs.into_iter().zip([2, 4]) {
+            let mut desk = self.exchanging(cfg);
+            self.each(|address, row| {
+                (self.select)(desk.device(), address);
+                let (slot, id, length) = (address.slot, row.id, length(row, number));
+                let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
+                for (relation, read, _) in DPV1 {
+                    let result = desk.read(relation, slot, id).map(|octets| octets.len());
+                    let refused = Refusal { code_1: 0xB6, code_2: 18 };
+                    let expected = if row.access.contains(read) { Ok(length) } else { Err(refused) };
+                    assert_eq!(result, expected, "{what} by {relation:?}");
+                }
+                let answer = desk.channel([0x10, slot, id, 0, 0, 0, 0, 0]);
+                let readable = row.access.intersects(Access::READ);
+                match answer_ak(row, length) {
+                    _ if !readable => assert_eq!(answer, channel_error(slot, id, 18), "{what}"),
+                    None => assert_eq!(answer, channel_error(slot, id, 5), "{what}"),
+                    Some(ak) => {
+                        assert_eq!(answer[..4], [ak << 4, slot, id, 0], "{what}");
+                        // The same octets as by DP-V1, right-aligned.
+                        let via = if row.access.contains(Access::READ_2) { Relation::Ms2(0) } else { Relation::Ms1 };
+                        let octets = desk.read(via, slot, id).unwrap();
+                        assert_eq!(answer[8 - length..], octets[..], "{what}");
+                        assert!(answer[4..8 - length].iter().all(|octet| *octet == 0), "{what}");
+                    }
+                }
+            });
+        }
+    }
+
+    /// Writing where no mark allows it, and with another length.
+    pub fn no_row_is_written_without_mark_or_with_another_length(&self) {
+        for (cfg, number) in self.cfgs.into_iter().zip([2, 4]) {
+            let mut desk = self.exchanging(cfg);
+            self.each(|address, row| {
+                (self.select)(desk.device(), address);
+                let (slot, id, length) = (address.slot, row.id, length(row, number));
+                let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
+                for (relation, _, write) in DPV1 {
+                    let forbidden = Refusal { code_1: 0xB6, code_2: 1 };
+                    let wrong = Refusal { code_1: 0xB1, code_2: 5 };
+                    let expected = if row.access.contains(write) { wrong } else { forbidden };
+                    for octets in [0, length - 1, length + 1, 240] {
+                        let result = desk.write(relation, slot, id, &vec![0; octets]);
+                        assert_eq!(result, Err(expected), "{what} by {relation:?} with {octets} octets");
+                    }
+                    if !row.access.contains(write) {
+                        assert_eq!(desk.write(relation, slot, id, &vec![0; length]), Err(forbidden), "{what}");
+                    }
+                }
+                let writable = row.access.intersects(Access::WRITE);
+                for octets in [1, 2, 4] {
+                    if writable && octets == length {
+                        continue;
+                    }
+                    let answer = desk.channel(write_request(write_ak(octets), slot, id, &vec![0; octets]));
+                    assert_eq!(answer, channel_error(slot, id, if writable { 5 } else { 1 }), "{what}");
+                }
+            });
+        }
+    }
+
+    /// Slots and indices that no table has.
+    pub fn nothing_else_is_there(&self) {
+        let mut desk = self.exchanging(self.cfgs[0]);
+        let addresses: Vec<&Address> = self.model.places.iter().flat_map(|place| place.addresses).collect();
+        for selected in addresses.iter().filter(|address| address.instance != 0) {
+            (self.select)(desk.device(), selected);
+            for slot in 0..=255u8 {
+                let known_slot = addresses.iter().any(|address| address.slot == slot);
+                for index in 0..=255u8 {
+                    if self.shows(selected, slot, index) {
+                        continue;
+                    }
+                    let expected = if known_slot { (0xB0, 3) } else { (0xB2, 0) };
+                    let expected = Refusal { code_1: expected.0, code_2: expected.1 };
+                    assert_eq!(desk.read(Relation::Ms2(0), slot, index), Err(expected), "{slot}/{index}");
+                    assert_eq!(desk.write(Relation::Ms1, slot, index, &[0]), Err(expected), "{slot}/{index}");
+                    if index % 16 == slot % 16 {
+                        let answer = desk.channel([0x10, slot, index, 0, 0, 0, 0, 0]);
+                        assert_eq!(answer, channel_error(slot, index, expected.code_2), "{slot}/{index}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether slot and index lead to a row while this address is selected.
+    fn shows(&self, selected: &Address, slot: u8, index: u8) -> bool {
+        let visible = |address: &Address| address.instance == 0 || address.instance == selected.instance;
+        self.model.places.iter().any(|place| {
+            place.block.row(index).is_some()
+                && place.addresses.iter().any(|address| address.slot == slot && visible(address))
+        })
+    }
+
+    /// The samples speak of every writable row, and of no other.
+    pub fn samples_are_complete(&self) {
+        let mut writable = Vec::new();
+        self.each(|address, row| {
+            if row.access.intersects(Access::WRITE) {
+                writable.push((address.slot, address.instance, row.id));
+            }
+        });
+        let mut sampled: Vec<_> = self.samples.iter().map(|sample| sample.at).collect();
+        writable.sort_unstable();
+        sampled.sort_unstable();
+        assert_eq!(sampled, writable);
+    }
+
+    /// The row and address of a sample.
+    fn find(&self, (slot, instance, index): (u8, u8, u8)) -> (&'static Address, &'static Row) {
+        let mut found = None;
+        self.each(|address, row| {
+            if (address.slot, address.instance, row.id) == (slot, instance, index) {
+                found = Some((address, row));
+            }
+        });
+        found.expect("a sample of the tables")
+    }
+
+    /// By DP-V1: what is good is read back, what is bad is refused and changes nothing.
+    pub fn every_value_is_checked_by_dpv1(&self) {
+        for sample in self.samples {
+            let (address, row) = self.find(sample.at);
+            let (slot, id) = (address.slot, row.id);
+            for (relation, read, write) in DPV1 {
+                if !row.access.contains(write) {
+                    continue;
+                }
+                let mut desk = self.desk();
+                (self.select)(desk.device(), address);
+                let what = format!("{slot}:{}/{id} {} by {relation:?}", address.instance, row.name);
+                for good in sample.good {
+                    assert_eq!(desk.write(relation, slot, id, &hex(good)), Ok(()), "{what}: {good}");
+                    if sample.kind != Kind::Command {
+                        assert_eq!(desk.read(relation, slot, id).unwrap(), hex(good), "{what}");
+                    }
+                }
+                let before = row.access.contains(read).then(|| desk.read(relation, slot, id).unwrap());
+                for bad in sample.bad {
+                    let range = Refusal { code_1: 0xB7, code_2: 2 };
+                    assert_eq!(desk.write(relation, slot, id, &hex(bad)), Err(range), "{what}: {bad}");
+                    if let Some(before) = &before {
+                        assert_eq!(desk.read(relation, slot, id).as_ref(), Ok(before), "{what}: {bad}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// The same by the parameter channel, where the number type is that of the configuration.
+    pub fn every_value_is_checked_by_the_channel(&self) {
+        for sample in self.samples {
+            let (address, row) = self.find(sample.at);
+            let (slot, id, length) = (address.slot, row.id, length(row, 4));
+            let mut desk = self.exchanging(self.cfgs[1]);
+            (self.select)(desk.device(), address);
+            let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
+            let [write, positive] = [write_ak(length), answer_ak(row, length).unwrap()];
+            for good in sample.good {
+                let request = write_request(write, slot, id, &hex(good));
+                let answer = desk.channel(request);
+                if sample.kind == Kind::Presentation {
+                    assert_eq!(answer, channel_error(slot, id, 17), "{what}: {good}");
+                    continue;
+                }
+                assert_eq!(answer[0], positive << 4, "{what}: {good}");
+                assert_eq!(answer[1..], request[1..], "{what}: {good}");
+                if sample.kind == Kind::Value {
+                    assert_eq!(desk.channel([0x10, slot, id, 0, 0, 0, 0, 0]), answer, "{what}: {good}");
+                }
+            }
+            for bad in sample.bad {
+                let code = if sample.kind == Kind::Presentation { 17 } else { 2 };
+                let answer = desk.channel(write_request(write, slot, id, &hex(bad)));
+                assert_eq!(answer, channel_error(slot, id, code), "{what}: {bad}");
+            }
+        }
+    }
+
+    /// Nonvolatile values outlive the power, all others are what they were in the beginning.
+    pub fn power_keeps_what_is_nonvolatile(&self) {
+        for sample in self.samples.iter().filter(|sample| sample.kind != Kind::Command) {
+            let (address, row) = self.find(sample.at);
+            let (slot, id) = (address.slot, row.id);
+            let via = DPV1.iter().find(|(_, _, write)| row.access.contains(*write)).expect("a way to write").0;
+            let factory = {
+                let mut desk = self.desk();
+                (self.select)(desk.device(), address);
+                desk.read(via, slot, id).unwrap()
+            };
+            for good in sample.good {
+                let mut desk = self.desk();
+                (self.select)(desk.device(), address);
+                desk.write(via, slot, id, &hex(good)).unwrap();
+                desk.device().power(false);
+                desk.device().power(true);
+                desk.device().settle();
+                (self.select)(desk.device(), address);
+                let kept = row.storage == Storage::Nonvolatile;
+                let expected = if kept { hex(good) } else { factory.clone() };
+                assert_eq!(desk.read(via, slot, id).unwrap(), expected, "{slot}:{}/{id}: {good}", address.instance);
+            }
+        }
+    }
+}
