@@ -3,7 +3,7 @@
 use crate::gas::Gas;
 use crate::pressure::Pressure;
 use profivac_devices::{Action, Instrument, Principle, Report, Unknown};
-use profivac_dp::link::{Baud, BitTime, Station, Transmit};
+use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::Slave;
 use profivac_wire::Telegram;
 
@@ -196,5 +196,9 @@ impl Station for VirtualDevice {
         let tick = self.lived + self.baud.tbit_of_ms(TICK_MS);
         let own = self.unit.wake_at().filter(|_| self.powered);
         Some(own.map_or(tick, |own| own.min(tick)))
+    }
+
+    fn listening(&self) -> Listening {
+        self.unit.listening()
     }
 }

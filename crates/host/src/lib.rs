@@ -3,10 +3,10 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
-//! | [`line`] | stations that share a line, without port and clock |
+//! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
 //! | [`clock`] | bit times on the monotonic clock |
-//! | [`bench`] | virtual devices: power, pressure, faults |
+//! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`instrument`] | devices by name, as a command line has them |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
 //! | [`gas`], [`pressure`] | what surrounds them |

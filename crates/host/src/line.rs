@@ -4,8 +4,8 @@
 //! other station here, never the sender. The same [`Line`] serves one gauge on a serial port and a whole segment in memory.
 
 use crate::port::Character;
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station, Transmit};
-use profivac_wire::Telegram;
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Listening, Receiver, Station, Transmit};
+use profivac_wire::{BROADCAST, Telegram};
 use std::collections::VecDeque;
 
 /// How octets leave.
@@ -74,7 +74,7 @@ impl<S: Station> Line<S> {
         };
         match heard {
             Heard::Telegram(telegram) => deliver(&mut self.stations, &mut self.queue, None, end, &telegram),
-            Heard::Nothing | Heard::Damaged(_) => self.stations.iter_mut().for_each(|station| station.activity(end)),
+            Heard::Nothing | Heard::Damaged(_) => self.busy(None, end),
         }
     }
 
@@ -135,17 +135,20 @@ impl<S: Station> Line<S> {
                         self.arrive(&first, due);
                         continue;
                     }
-                    self.busy(first.sender, due);
+                    self.busy(Some(first.sender), due);
                 }
             }
             self.queue.push_front(first);
         }
     }
 
-    /// The other stations notice that somebody speaks.
-    fn busy(&mut self, sender: usize, end: BitTime) {
-        let others = self.stations.iter_mut().enumerate().filter(|(number, _)| *number != sender);
-        others.for_each(|(_, station)| station.activity(end));
+    /// The stations that care notice that somebody else speaks.
+    fn busy(&mut self, sender: Option<usize>, end: BitTime) {
+        for (number, station) in self.stations.iter_mut().enumerate() {
+            if Some(number) != sender && station.listening() == Listening::Everything {
+                station.activity(end);
+            }
+        }
     }
 
     /// A telegram of ours has left completely: the sender learns it, the others hear it.
@@ -167,9 +170,18 @@ fn deliver<S: Station>(
     telegram: &Telegram<'_>,
 ) {
     for (number, station) in stations.iter_mut().enumerate() {
-        if Some(number) != sender {
+        if Some(number) != sender && concerns(telegram, station.listening()) {
             queue.extend(station.telegram(end, telegram).map(|transmit| outgoing(number, transmit)));
         }
+    }
+}
+
+/// Whether a station has to be given a telegram.
+const fn concerns(telegram: &Telegram<'_>, listening: Listening) -> bool {
+    match (listening, telegram) {
+        (Listening::Everything, _) => true,
+        (Listening::Own(address), Telegram::Frame(frame)) => frame.da == address || frame.da == BROADCAST,
+        (Listening::Own(_), Telegram::ShortAck | Telegram::Token { .. }) => false,
     }
 }
 
@@ -193,6 +205,7 @@ mod tests {
     #[derive(Debug, Default)]
     struct Notebook {
         address: u8,
+        passive: bool,
         notes: Vec<(u64, String)>,
         wake_at: Option<BitTime>,
         octets: Vec<u8>,
@@ -236,6 +249,10 @@ mod tests {
         fn wake_at(&self) -> Option<BitTime> {
             self.wake_at
         }
+
+        fn listening(&self) -> Listening {
+            if self.passive { Listening::Own(self.address) } else { Listening::Everything }
+        }
     }
 
     fn line(pace: Pace, stations: Vec<Notebook>) -> Line<Notebook> {
@@ -269,6 +286,23 @@ mod tests {
         };
         assert_eq!(telegrams(0), [(100, "2 to 8"), (111, "sent")]);
         assert_eq!(telegrams(1), [(100, "2 to 8"), (111, "8 to 2")]);
+    }
+
+    #[test]
+    fn a_station_that_listens_to_its_own_address_is_spared_the_rest() {
+        let mut passive = Notebook::at(9);
+        passive.passive = true;
+        let mut line = line(Pace::Instant, vec![Notebook::at(8), passive]);
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        for telegram in [
+            [0x10, 9, 2, 0x49, 0x54, 0x16],
+            // Global_Control without a data unit, to everybody
+            [0x10, 127, 2, 0x46, 0xC7, 0x16],
+        ] {
+            telegram.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        }
+        line.advance(BitTime(111), &mut Vec::new());
+        assert_eq!(notes(&line, 1), [(100, "2 to 9"), (100, "2 to 127"), (111, "sent")]);
     }
 
     #[test]

@@ -116,6 +116,12 @@ fn a_link_that_leads_nowhere_is_replaced_and_anything_else_is_kept() {
     let (_folder, path) = folder();
     std::os::unix::fs::symlink("/nowhere/at/all", &path).unwrap();
     drop(Pty::create(&path).unwrap());
+    // The side of a pty that is gone: the next pty may get its number.
+    let other = path.with_file_name("other");
+    let gone = Pty::create(&other).unwrap();
+    std::os::unix::fs::symlink(fs::read_link(&other).unwrap(), &path).unwrap();
+    drop(gone);
+    drop(Pty::create(&path).unwrap());
     fs::write(&path, "precious").unwrap();
     assert!(matches!(Pty::create(&path), Err(PortError::Exists(_))));
     assert_eq!(fs::read_to_string(&path).unwrap(), "precious");

@@ -14,7 +14,9 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 use std::ffi::OsString;
 use std::fs;
+use std::io;
 use std::os::unix::ffi::OsStringExt;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
 /// Our side of a pty, and the link to the other side.
@@ -38,6 +40,8 @@ impl Pty {
     pub fn create(path: &Path) -> Result<Self, PortError> {
         let name = path.display().to_string();
         let opening = |errno| PortError::opening(&name, errno);
+        // First of all: the new pty may get the number of the one that a left over link leads to.
+        remove_dangling(path).map_err(|error| refused(&name, error))?;
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
         rustix::io::ioctl_fionbio(&ours, true).map_err(opening)?;
         grantpt(&ours).map_err(opening)?;
@@ -46,7 +50,7 @@ impl Pty {
         reset(&side).map_err(opening)?;
         let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).map_err(opening)?;
         inotify::add_watch(&openings, &side, WatchFlags::OPEN).map_err(opening)?;
-        link(path, &side, &name)?;
+        symlink(&side, path).map_err(|error| refused(&name, error))?;
         Ok(Self { name, link: path.to_owned(), side, ours, openings, present: false })
     }
 
@@ -122,14 +126,12 @@ fn reset(side: &Path) -> Result<(), Errno> {
     tcflush(&other, QueueSelector::IOFlush)
 }
 
-fn link(path: &Path, side: &Path, name: &str) -> Result<(), PortError> {
-    if fs::read_link(path).is_ok() && !path.exists() {
-        fs::remove_file(path).map_err(|error| refused(name, error))?;
-    }
-    std::os::unix::fs::symlink(side, path).map_err(|error| refused(name, error))
+/// Removes a link that leads nowhere: whoever made it was killed.
+fn remove_dangling(path: &Path) -> io::Result<()> {
+    if path.is_symlink() && !path.exists() { fs::remove_file(path) } else { Ok(()) }
 }
 
-fn refused(name: &str, error: std::io::Error) -> PortError {
+fn refused(name: &str, error: io::Error) -> PortError {
     match Errno::from_io_error(&error) {
         Some(Errno::EXIST) => PortError::Exists(name.to_owned()),
         Some(errno) => PortError::opening(name, errno),
