@@ -90,6 +90,11 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         self.leave(Fault::None);
     }
 
+    /// As [`Responder::forget_answer`], for whoever tests a master.
+    pub const fn forget_answer(&mut self) {
+        self.responder.forget_answer();
+    }
+
     /// The device.
     pub const fn device(&self) -> &D {
         &self.device
