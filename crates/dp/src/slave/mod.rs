@@ -85,6 +85,22 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         self.min_tsdr = MIN_TSDR_TBIT;
     }
 
+    /// The bus was lost and found again, at `baud`: frame counts are forgotten and connections closed, what MS0 was doing goes
+    /// on. A watched slave has lost its master before it could lose the rate. profibus-wire 3.6 and transition 15. Times after
+    /// this call are in bit times of `baud` and may begin anew.
+    pub fn rate_found(&mut self, baud: Baud) {
+        if self.is_watched() {
+            self.leave(Fault::None);
+        }
+        self.baud = baud;
+        self.set_address(self.responder.address());
+    }
+
+    /// Whether the response watchdog runs.
+    pub fn is_watched(&self) -> bool {
+        self.state.owner().is_some_and(|owner| owner.watchdog.is_some())
+    }
+
     /// The application gives up data exchange or wants to be parameterised anew: transitions 16 and 17 of profibus-wire 3.2.
     pub fn leave_master(&mut self) {
         self.leave(Fault::None);
