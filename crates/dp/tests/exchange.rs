@@ -1,509 +1,286 @@
-//! Data exchange, and all that may go wrong in it. profibus-wire 2.8, 2.9 and 3.10.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
+//! Data exchange: Data_Exchange, RD_Inp, RD_Outp, Global_Control and the diagnosis flag. profibus-wire 2.8 to 2.10, 3.3 and
+//! 3.8.
 
-mod support;
+mod bench;
 
-use profivac_dp::link::active::{Active, Failure, Mismatch};
-use profivac_dp::link::{Baud, BitTime, Station as _};
-use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, State, Trouble, What};
-use profivac_wire::control::Status;
-use profivac_wire::diag::StationStatus;
-use support::desk::Desk;
-use support::line::{From, Line};
-use support::plain::Plain;
-use support::{Random, bus, text};
+use bench::{Answer, Bench, Gauge, MASTER, RR, RS, Seen, emit, hex, low};
+use profivac_dp::slave::{Features, State};
+use profivac_wire::{Frame, Telegram};
 
-const IDENT: u16 = 0x1234;
-/// Two octets in, two octets out.
-const CFG: [u8; 2] = [0x11, 0x21];
+const RD_INP: u8 = 56;
+const RD_OUTP: u8 = 57;
+const OTHER: u8 = 3;
 
-const READY: &str = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
-const INPUTS: &str = "68 05 05 68 02 08 08 01 02 15 16";
-const INPUTS_HIGH: &str = "68 05 05 68 02 08 0A 01 02 17 16";
-const OPERATE: &str = "68 07 07 68 FF 82 46 3A 3E 00 00 3F 16";
-const CLEAR: &str = "68 07 07 68 FF 82 46 3A 3E 02 00 41 16";
-
-type Station = Active<Master<8, 32>>;
-
-fn settings() -> Settings {
-    // Global_Control only when something changes.
-    Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) }
+fn exchanging() -> Bench {
+    Bench::exchanging(Gauge::default())
 }
 
-fn station(slaves: &[SlaveParameters<'_>], settings: Settings) -> Station {
-    let mut master = Master::on(bus(), settings, BitTime(0));
-    for slave in slaves {
-        master.user.add(slave).expect("room for it");
-    }
-    master.user.set_mode(Mode::Operate);
-    master
+/// A device with other lengths than two octets each way.
+fn configured(cfg: &str, inputs: &str) -> Bench {
+    let mut bench = Bench::new(Gauge { configurations: vec![hex(cfg)], inputs: hex(inputs), ..Gauge::default() });
+    assert_eq!(bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00")), Answer::Ack);
+    assert_eq!(bench.ms0(MASTER, 62, &hex(cfg)), Answer::Ack);
+    bench
 }
 
-/// A master that has just asked slave 8 for its next data: FCB = 1, and 0 in the message before.
-fn desk_with(slave: &SlaveParameters<'_>) -> Desk<Master<8, 32>> {
-    let mut desk = Desk::new(station(&[*slave], settings()));
-    desk.asks();
-    for answer in ["10 02 08 00 0A 16", "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", READY] {
-        desk.hears(answer);
-        desk.asks();
-    }
-    // That was Operate; now the exchange.
-    let exchange = desk.asks();
-    assert_eq!(if exchange.octets[0] == 0x10 { exchange.octets[3] } else { exchange.octets[6] }, 0x7D);
-    desk
+/// Global_Control as an SDN with this FC, to this station or to everybody (127).
+fn control(bench: &mut Bench, sa: u8, da: u8, fc: u8, du: &str) {
+    let du = hex(du);
+    let frame = Frame { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
+    assert_eq!(bench.raw(&emit(&Telegram::Frame(frame))), None, "an SDN is never answered");
 }
 
-fn desk() -> Desk<Master<8, 32>> {
-    desk_with(&SlaveParameters::new(8, IDENT, &CFG))
+fn everybody(bench: &mut Bench, du: &str) {
+    control(bench, MASTER, 127, 0x46, du);
 }
 
-/// As [`desk`], with inputs 01 02 in the image.
-fn exchanging() -> Desk<Master<8, 32>> {
-    let mut desk = desk();
-    desk.hears(INPUTS);
-    desk
+fn outputs(bench: &mut Bench) -> Answer {
+    bench.ms0(OTHER, RD_OUTP, &[])
 }
 
-/// Master and slave on a line, exchanging 01 02 for what the test puts into the outputs.
-fn line(settings: Settings, addresses: &[u8]) -> Line<Master<8, 32>> {
-    let slaves: Vec<_> = addresses.iter().map(|address| SlaveParameters::new(*address, IDENT, &CFG)).collect();
-    let mut line = Line::new(station(&slaves, settings));
-    for address in addresses {
-        let mut device = Plain::new(IDENT, &CFG);
-        device.inputs = vec![1, *address];
-        line.attach(device, *address);
-    }
-    line.run_until(300_000, |line| {
-        line.master.user.addresses().all(|address| line.master.user.inputs(address).is_some())
-    });
-    while line.master.user.next_event().is_some() {}
-    line
+fn is_exchanging(bench: &Bench) -> bool {
+    matches!(bench.slave.state(), State::DataExch(..))
+}
+
+/// 2.8
+#[test]
+fn the_printed_exchanges() {
+    let mut bench = exchanging();
+    let request = "68 05 05 68 08 02 7D AA 55 86 16";
+    assert_eq!(bench.say(request), "68 05 05 68 02 08 08 01 02 15 16");
+    bench.device().changed = true;
+    assert_eq!(bench.say(request), "68 05 05 68 02 08 0A 01 02 17 16");
+    let mut no_inputs = configured("21", "");
+    assert_eq!(no_inputs.say(request), "E5");
+    no_inputs.device().changed = true;
+    assert_eq!(no_inputs.say(request), "10 02 08 0A 14 16");
+    let mut no_outputs = configured("11", "01 02");
+    assert_eq!(no_outputs.say("10 08 02 5D 67 16"), "68 05 05 68 02 08 08 01 02 15 16");
 }
 
 #[test]
-fn inputs_are_those_of_the_last_valid_answer() {
-    let mut desk = desk();
-    assert_eq!(desk.station.user.inputs(8), None, "nothing was received yet");
-    desk.hears(INPUTS);
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]));
-    assert_eq!(desk.station.user.exchanged_at(8), Some(desk.now));
-    desk.asks();
-    desk.hears("68 05 05 68 02 08 08 03 04 19 16");
-    assert_eq!(desk.station.user.inputs(8), Some(&[3, 4][..]));
-    assert_eq!(desk.station.user.counters(8).unwrap().exchanges, 2);
-}
-
-#[test]
-fn dh_is_followed_by_slave_diag_and_then_by_exchange() {
-    let mut desk = desk();
-    desk.hears(INPUTS_HIGH);
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "DH carries data as well");
-    desk.dialogue(&format!(
-        "M 68 05 05 68 88 82 5D 3C 3E E1 16                         | Slave_Diag, FCB = 0
-         S 68 0D 0D 68 82 88 08 3E 3C 08 0C 00 02 12 34 02 7F 69 16 | Ext_Diag: 02 7F
-         M 68 05 05 68 08 02 7D 00 00 87 16                         | Data_Exchange, FCB = 1
-         S {INPUTS}
-         M 68 05 05 68 08 02 5D 00 00 67 16"
-    ));
-    let diag = desk.station.user.diagnosis(8).unwrap();
-    assert!(diag.status.contains(StationStatus::EXT_DIAG));
-    assert_eq!(diag.ext_diag, [0x02, 0x7F]);
-    assert_eq!(
-        std::iter::from_fn(|| desk.station.user.next_event()).last().map(|event| event.what),
-        Some(What::Diagnosis)
-    );
-}
-
-#[test]
-fn a_slave_with_news_is_diagnosed_once_and_not_for_ever() {
-    let mut line = line(settings(), &[8]);
-    let first = line.trace.len();
-    line.slaves[0].device_mut().diagnose(&[0x03, 0xAA, 0xBB]);
-    line.run_for(20_000);
-    let diags = line.messages(first).iter().filter(|text| text.contains("3C 3E") && text.contains("88 82")).count();
-    assert_eq!(diags, 1);
-    let news = |line: &mut Line<Master<8, 32>>| std::iter::from_fn(|| line.master.user.next_event()).count();
-    assert_eq!(news(&mut line), 1);
-    // Fetched again, and nothing new.
-    line.slaves[0].device_mut().changed = true;
-    line.run_for(20_000);
-    assert_eq!(line.master.user.counters(8).unwrap().diagnoses, 4);
-    assert_eq!(news(&mut line), 0);
-    assert_eq!(line.master.user.diagnosis(8).unwrap().ext_diag, [0x03, 0xAA, 0xBB]);
-    assert_eq!(line.master.user.state(8), Some(State::Data { diag: false }));
-}
-
-#[test]
-fn diagnosis_longer_than_the_room_for_it_is_cut_and_says_so() {
-    let mut line = line(settings(), &[8]);
-    line.slaves[0].device_mut().diagnose(&[7; 33]);
-    line.run_for(20_000);
-    let diag = line.master.user.diagnosis(8).unwrap();
-    assert!(diag.status.contains(StationStatus::EXT_DIAG_OVERFLOW));
-    assert_eq!(diag.ext_diag, [7; 32]);
-}
-
-#[test]
-fn an_answer_that_does_not_fit_never_becomes_a_value() {
-    for (answer, mismatch) in [
-        ("68 05 05 68 02 09 08 07 07 21 16", Some(Mismatch::Source(9))),
-        ("68 05 05 68 03 08 08 07 07 21 16", Some(Mismatch::Destination(3))),
-        ("68 07 07 68 82 88 08 3E 38 07 07 96 16", Some(Mismatch::AccessPoint)),
-        ("68 05 05 68 02 08 00 07 07 18 16", Some(Mismatch::Function(0))),
-        ("68 05 05 68 02 08 03 07 07 1B 16", Some(Mismatch::Form)),
-        ("68 05 05 68 02 08 08 07 07 21 16", None),
-    ] {
-        let mut desk = exchanging();
-        for _ in 0..2 {
-            desk.asks();
-            desk.hears(answer);
+fn outside_data_exchange_and_to_others_it_is_closed() {
+    let mut bench = Bench::new(Gauge::default());
+    let closed = |bench: &mut Bench| {
+        for sap in [RD_INP, RD_OUTP] {
+            assert_eq!(bench.ms0(MASTER, sap, &[]), RS);
         }
-        desk.asks();
-        assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "{answer}");
-        // A wrong FCS is a damaged answer: told when the slave is lost, and not before.
-        let trouble = mismatch.map(|mismatch| Trouble::Lost(Failure::Mismatch(mismatch)));
-        assert_eq!(desk.station.user.trouble(8), trouble, "{answer}");
-        assert_eq!(desk.station.user.counters(8).unwrap().lost, 1, "{answer}");
+        assert_eq!(bench.dx(MASTER, &[1, 2]), RS);
+    };
+    closed(&mut bench);
+    bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
+    closed(&mut bench);
+    bench.ms0(MASTER, 62, &hex("11 21"));
+    assert_eq!(bench.dx(OTHER, &[1, 2]), RS);
+    assert_eq!(outputs(&mut bench), low("00 00"));
+}
+
+#[test]
+fn a_wrong_length_is_answered_once_and_then_the_slave_leaves() {
+    for length in [0, 1, 3, 244] {
+        let mut bench = exchanging();
+        assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
+        assert_eq!(bench.dx(MASTER, &vec![7; length]), low("01 02"), "{length}");
+        assert_eq!(bench.dx(MASTER, &[5, 6]), RS, "{length}");
+        assert_eq!(bench.diag(MASTER), "02 05 00 FF", "{length}");
+        let [.., Seen::Outputs(last), Seen::Safe, Seen::Exchanging(false)] = &bench.device().seen[..] else {
+            panic!("the faulty outputs reached the process")
+        };
+        assert_eq!(last, &[5, 6], "{length}");
     }
 }
 
 #[test]
-fn an_answer_of_the_wrong_length_restarts_the_slave() {
-    for (answer, received) in
-        [("68 04 04 68 02 08 08 07 19 16", 1), ("68 06 06 68 02 08 08 07 07 07 27 16", 3), ("E5", 0)]
-    {
-        let mut desk = exchanging();
-        desk.asks();
-        desk.hears(answer);
-        assert_eq!(desk.station.user.trouble(8), Some(Trouble::Length { expected: 2, received }), "{answer}");
-        assert_eq!(desk.station.user.inputs(8), None, "{answer}");
-        assert_eq!(desk.asks().octets[7], 0x3C, "Slave_Diag: {answer}");
+fn outputs_of_length_zero_mean_fail_safe_where_it_is_agreed() {
+    let mut bench = Bench::new(Gauge::default());
+    bench.start(MASTER, "C0 00 00");
+    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
+    assert_eq!(bench.dx(MASTER, &[]), low("01 02"));
+    assert_eq!(bench.device().seen.last(), Some(&Seen::Safe));
+    assert!(is_exchanging(&bench));
+    assert_eq!(bench.dx(MASTER, &[7, 8]), low("01 02"));
+    assert_eq!(bench.device().seen.last(), Some(&Seen::Outputs(vec![7, 8])));
+}
+
+#[test]
+fn the_longest_exchange_has_244_octets_each_way() {
+    let inputs: Vec<u8> = (0..244).collect();
+    let cfg = "C0 FF FF C0 F9 F9";
+    let mut bench = Bench::new(Gauge { configurations: vec![hex(cfg)], inputs: inputs.clone(), ..Gauge::default() });
+    bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
+    bench.ms0(MASTER, 62, &hex(cfg));
+    assert_eq!(bench.dx(MASTER, &[7; 244]), Answer::Low(inputs));
+    assert_eq!(outputs(&mut bench), Answer::Low(vec![7; 244]));
+}
+
+/// 2.10
+#[test]
+fn the_printed_reads_of_another_master() {
+    let mut bench = exchanging();
+    bench.dx(MASTER, &[0xAA, 0x55]);
+    assert_eq!(bench.say("68 05 05 68 88 83 6D 38 3E EE 16"), "68 07 07 68 83 88 08 3E 38 01 02 8C 16");
+    assert_eq!(bench.say("68 05 05 68 88 83 5D 39 3E DF 16"), "68 07 07 68 83 88 08 3E 39 AA 55 89 16");
+    for sap in [RD_INP, RD_OUTP] {
+        assert_eq!(bench.ms0(OTHER, sap, &[0]), RR);
+    }
+    assert_eq!(configured("21", "").ms0(OTHER, RD_INP, &[]), Answer::Ack);
+    assert_eq!(configured("11", "01 02").ms0(OTHER, RD_OUTP, &[]), Answer::Ack);
+}
+
+/// 3.3
+#[test]
+fn a_changed_diagnosis_is_announced_until_the_owner_has_read_it() {
+    let high = Answer::High(vec![1, 2]);
+    let mut bench = exchanging();
+    bench.device().changed = true;
+    assert_eq!(bench.dx(MASTER, &[5, 6]), high);
+    assert_eq!(bench.dx(MASTER, &[5, 6]), high);
+    bench.ms0(OTHER, 60, &[]);
+    assert_eq!(bench.dx(MASTER, &[5, 6]), high, "read by another master");
+    assert_eq!(bench.ms0(MASTER, 60, &[0]), RR);
+    assert_eq!(bench.dx(MASTER, &[5, 6]), high, "asked for wrongly");
+    bench.ms0(MASTER, 60, &[]);
+    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
+}
+
+#[test]
+fn a_static_diagnosis_is_announced_as_long_as_it_lasts() {
+    let mut bench = exchanging();
+    bench.device().static_diag = true;
+    assert_eq!(bench.diag(MASTER), "00 06 00 02");
+    assert_eq!(bench.dx(MASTER, &[5, 6]), Answer::High(vec![1, 2]), "and outputs are taken meanwhile");
+    assert_eq!(bench.device().seen.last(), Some(&Seen::Outputs(vec![5, 6])));
+    bench.device().static_diag = false;
+    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
+}
+
+#[test]
+fn an_event_comes_with_its_blocks_and_is_announced_from_the_start() {
+    let blocks = hex("07 81 02 00 05 01 2C");
+    let mut bench = Bench::exchanging(Gauge { event: true, blocks: blocks.clone(), ..Gauge::default() });
+    assert_eq!(bench.dx(MASTER, &[5, 6]), Answer::High(vec![1, 2]));
+    assert_eq!(bench.ms0(MASTER, 60, &[]), low("08 04 00 02 12 34 07 81 02 00 05 01 2C"));
+    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
+    bench.device().event = false;
+    assert_eq!(bench.ms0(MASTER, 60, &[]), low("00 04 00 02 12 34 07 81 02 00 05 01 2C"), "a status");
+    bench.device().blocks = vec![0x3F; 238];
+    let Answer::Low(du) = bench.ms0(MASTER, 60, &[]) else { panic!("a diagnosis") };
+    assert_eq!(du.len(), 244);
+}
+
+#[test]
+fn a_repeated_request_for_the_diagnosis_gets_the_same_one() {
+    let mut bench = exchanging();
+    let first = bench.say("68 05 05 68 88 82 5D 3C 3E E1 16");
+    bench.device().event = true;
+    bench.device().changed = true;
+    assert_eq!(bench.again(), first);
+    assert_eq!(bench.diag(MASTER), "08 04 00 02");
+}
+
+/// 2.9
+#[test]
+fn sync_holds_outputs_back_until_the_next_sync() {
+    let mut bench = exchanging();
+    bench.dx(MASTER, &[1, 1]);
+    everybody(&mut bench, "20 00");
+    assert_eq!(outputs(&mut bench), low("01 01"));
+    bench.dx(MASTER, &[2, 2]);
+    bench.dx(MASTER, &[3, 3]);
+    assert_eq!(outputs(&mut bench), low("01 01"));
+    assert_eq!(bench.diag(MASTER), "00 24 00 02");
+    everybody(&mut bench, "20 00");
+    assert_eq!(outputs(&mut bench), low("03 03"));
+    bench.dx(MASTER, &[4, 4]);
+    everybody(&mut bench, "30 00");
+    assert_eq!(outputs(&mut bench), low("04 04"), "Unsync beside Sync");
+    bench.dx(MASTER, &[5, 5]);
+    assert_eq!(outputs(&mut bench), low("05 05"));
+    let reached: Vec<_> = bench.device().seen.iter().filter(|seen| matches!(seen, Seen::Outputs(_))).cloned().collect();
+    assert_eq!(reached, [1, 3, 4, 5].map(|octet| Seen::Outputs(vec![octet; 2])));
+}
+
+#[test]
+fn freeze_keeps_the_inputs_until_the_next_freeze() {
+    let mut bench = exchanging();
+    everybody(&mut bench, "08 00");
+    bench.device().inputs = vec![3, 4];
+    assert_eq!(bench.dx(MASTER, &[0, 0]), low("01 02"));
+    assert_eq!(bench.ms0(OTHER, RD_INP, &[]), low("01 02"));
+    assert_eq!(bench.diag(MASTER), "00 14 00 02");
+    everybody(&mut bench, "08 00");
+    assert_eq!(bench.dx(MASTER, &[0, 0]), low("03 04"));
+    bench.device().inputs = vec![5, 6];
+    everybody(&mut bench, "0C 00");
+    assert_eq!(bench.dx(MASTER, &[0, 0]), low("05 06"), "Unfreeze beside Freeze");
+    assert_eq!(bench.diag(MASTER), "00 04 00 02");
+}
+
+#[test]
+fn clear_makes_outputs_safe_once_also_in_sync() {
+    let mut bench = exchanging();
+    bench.dx(MASTER, &[5, 6]);
+    everybody(&mut bench, "02 00");
+    assert_eq!(outputs(&mut bench), low("00 00"));
+    assert_eq!(bench.device().seen.last(), Some(&Seen::Safe));
+    bench.dx(MASTER, &[7, 8]);
+    assert_eq!(outputs(&mut bench), low("07 08"));
+    everybody(&mut bench, "20 00");
+    bench.dx(MASTER, &[9, 9]);
+    everybody(&mut bench, "02 00");
+    everybody(&mut bench, "20 00");
+    assert_eq!(outputs(&mut bench), low("00 00"), "what Sync held back is cleared too");
+}
+
+#[test]
+fn a_command_concerns_the_owners_group_in_data_exchange() {
+    let group = |select: u8| {
+        let mut bench = Bench::new(Gauge::default());
+        bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 06"));
+        everybody(&mut bench, "28 00");
+        bench.ms0(MASTER, 62, &hex("11 21"));
+        assert_eq!(bench.diag(MASTER), "00 04 00 02", "not before data exchange");
+        everybody(&mut bench, &format!("28 {select:02X}"));
+        bench.diag(MASTER)
+    };
+    assert_eq!([0, 2, 4, 6, 0xFF].map(group), ["00 34 00 02"; 5]);
+    assert_eq!([1, 8, 0xF9].map(group), ["00 04 00 02"; 3]);
+    let mut bench = exchanging();
+    control(&mut bench, OTHER, 127, 0x46, "28 00");
+    assert_eq!(bench.diag(MASTER), "00 04 00 02", "from another master");
+    everybody(&mut bench, "28");
+    assert_eq!(bench.diag(MASTER), "00 04 00 02", "cut");
+}
+
+#[test]
+fn a_command_may_be_low_priority_and_may_address_one_station() {
+    for (da, fc) in [(127, 0x44), (8, 0x46), (8, 0x44)] {
+        let mut bench = exchanging();
+        control(&mut bench, MASTER, da, fc, "20 00");
+        assert_eq!(bench.diag(MASTER), "00 24 00 02", "{da} {fc:02X}");
+    }
+}
+
+/// Point 14 of section 10 for the reserved bits.
+#[test]
+fn what_a_command_asks_for_in_vain_is_not_supported() {
+    let features = Features { sync: false, freeze: false, ..Gauge::default().features };
+    for command in ["20 00", "10 00", "08 00", "04 00", "01 00", "40 00", "80 00"] {
+        let mut bench = Bench::exchanging(Gauge { features, ..Gauge::default() });
+        everybody(&mut bench, command);
+        assert_eq!(bench.dx(MASTER, &[5, 6]), Answer::High(vec![1, 2]), "{command}");
+        assert_eq!(bench.diag(MASTER), "10 04 00 02", "{command}");
+        assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"), "{command}");
+        assert_eq!(outputs(&mut bench), low("05 06"), "{command}");
     }
 }
 
 #[test]
-fn an_answer_longer_than_any_image_restarts_the_slave() {
-    let mut desk = exchanging();
-    desk.asks();
-    let mut octets = vec![0x68, 0xF7, 0xF7, 0x68, 2, 8, 8];
-    octets.extend([7; 244]);
-    let fcs = octets[4..].iter().fold(0u8, |sum, octet| sum.wrapping_add(*octet));
-    octets.extend([fcs, 0x16]);
-    desk.hears_octets(11, &octets);
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Length { expected: 2, received: 244 }));
-}
-
-#[test]
-fn rs_in_exchange_restarts_the_slave_at_once() {
-    let mut line = line(settings(), &[8]);
-    line.slaves[0].power_up(8);
-    let first = line.trace.len();
-    line.run_until(10_000, |line| line.master.user.counters(8).unwrap().starts == 2);
-    let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.what).collect();
-    assert_eq!(told[0], What::Trouble(Trouble::Refused(Status::ServiceNotActivated)));
-    assert_eq!(told[1], What::Entered(State::Diag1));
-    // RS, diagnosis, parameters, configuration, diagnosis: nothing else is needed.
-    let messages = line.messages(first);
-    let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
-    assert_eq!(messages.len() - begin, 9, "{messages:?}");
-
-    // One exchange was good in between: the next restart is at once again, and does not pause for 10 ms.
-    line.run_for(2_000);
-    line.slaves[0].power_up(8);
-    line.run_until(5_000, |line| line.master.user.counters(8).unwrap().starts == 3);
-}
-
-#[test]
-fn a_slave_that_errs_before_its_first_exchange_is_started_ever_more_slowly() {
-    let mut desk = desk();
-    let mut starts = Vec::new();
-    for _ in 0..5 {
-        desk.hears("10 02 08 03 0D 16");
-        starts.push(desk.asks().start);
-        for answer in ["68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", READY] {
-            desk.hears(answer);
-            desk.asks();
-        }
-        // Operate; now the exchange, which is refused.
-        desk.asks();
-    }
-    let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
-    let pauses: Vec<_> = starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    for (pause, least) in pauses.iter().zip([10, 20, 40, 80].map(ms)) {
-        assert!((least..least + 5_000).contains(pause), "{pauses:?}");
-    }
-}
-
-#[test]
-fn an_answer_that_was_on_its_way_when_the_slave_was_released_is_not_taken() {
-    let mut desk = exchanging();
-    desk.asks();
-    desk.station.user.release(8);
-    desk.hears("68 05 05 68 02 08 08 03 04 19 16");
-    assert_eq!(desk.station.user.inputs(8), None);
-    assert_eq!(desk.asks().text(), "68 0C 0C 68 88 82 7D 3D 3E 40 00 00 00 12 34 00 88 16");
-    desk.hears("E5");
-    assert_eq!(desk.station.user.state(8), Some(State::Inactive));
-}
-
-#[test]
-fn rr_and_ue_are_borne_with_for_a_while() {
-    for (answer, status) in [("10 02 08 02 0C 16", Status::NoResource), ("10 02 08 01 0B 16", Status::UserError)] {
-        let mut desk = exchanging();
-        for round in 1..=3 {
-            assert_eq!(desk.asks().octets[4], 8, "{answer}");
-            desk.hears(answer);
-            assert_eq!(desk.station.user.trouble(8).is_some(), round == 3, "{answer}");
-        }
-        assert_eq!(desk.station.user.trouble(8), Some(Trouble::Refused(status)));
-        assert_eq!(desk.station.user.state(8), Some(State::Diag1));
-    }
-}
-
-#[test]
-fn a_slave_that_falls_silent_is_lost_after_the_miss_limit() {
-    let mut desk = exchanging();
-    let first_contact = "68 05 05 68 08 02 6D 00 00 77 16";
-    desk.dialogue(&format!(
-        "M 68 05 05 68 08 02 5D 00 00 67 16 | counted
-         M 68 05 05 68 08 02 5D 00 00 67 16 | once more
-         M {first_contact}                  | then first contacts, one try each
-         M {first_contact}
-         M 10 08 02 49 53 16                | lost: who is there?"
-    ));
-    assert_eq!(desk.station.user.state(8), Some(State::Offline));
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Lost(Failure::Silence)));
-    assert_eq!(desk.station.user.inputs(8), None);
-    assert_eq!(desk.station.user.counters(8).unwrap().lost, 3);
-}
-
-#[test]
-fn a_slave_that_comes_back_in_time_was_never_away() {
-    let mut desk = exchanging();
-    desk.asks();
-    desk.asks();
-    desk.asks();
-    desk.hears(INPUTS);
-    assert_eq!(desk.station.user.state(8), Some(State::Data { diag: false }));
-    assert_eq!(desk.station.user.trouble(8), None);
-    assert_eq!(desk.asks().octets[6], 0x5D, "first contact, then FCB = 0");
-}
-
-#[test]
-fn a_repeated_request_is_counted_and_executed_once() {
-    let mut line = line(settings(), &[8]);
-    // From the end of a cycle on.
-    line.run_until(10_000, |line| line.trace.last().is_some_and(|entry| entry.octets[0] == 0xDC));
-    let before = *line.master.user.counters(8).unwrap();
-    let mut drop_next = true;
-    line.tamper = Some(Box::new(move |from, octets| {
-        if from == From::Slave(0) && std::mem::take(&mut drop_next) { Vec::new() } else { octets.to_vec() }
-    }));
-    let first = line.trace.len();
-    line.run_for(5_000);
-    let messages = line.messages(first);
-    assert_eq!(messages[0], messages[2], "the same request: {messages:?}");
-    assert_eq!(messages[1], messages[3], "the same answer: {messages:?}");
-    let after = line.master.user.counters(8).unwrap();
-    assert_eq!((after.retries - before.retries, after.lost - before.lost), (1, 0));
-}
-
-#[test]
-fn a_mute_bus_is_survived() {
-    let mut line = line(settings(), &[8, 9]);
-    line.tamper = Some(Box::new(|from, octets| if from == From::Master { octets.to_vec() } else { Vec::new() }));
-    // 0.7 s
-    line.run_for(1_050_000);
-    assert_eq!(line.master.user.exchanging(), 0);
-    assert_eq!(line.master.user.state(8), Some(State::Offline));
-    line.tamper = None;
-    let back = line.now;
-    line.run_until(400_000, |line| line.master.user.exchanging() == 2);
-    println!("back after {} bit times", line.now - back);
-}
-
-#[test]
-fn a_watchdog_that_expired_is_noticed() {
-    let mut line = line(settings(), &[8]);
-    // The slave hears nothing for 1.2 s; its watchdog runs for one.
-    line.tamper = Some(Box::new(|_, _| Vec::new()));
-    line.run_for(1_800_000);
-    assert_eq!(line.slaves[0].state().owner(), None);
-    line.tamper = None;
-    line.run_until(400_000, |line| line.master.user.inputs(8).is_some());
-}
-
-#[test]
-fn flipped_bits_cost_repetitions_and_never_a_wrong_value() {
-    let addresses = [3, 8, 77];
-    let mut line = line(settings(), &addresses);
-    let mut random = Random::new(0x5EED_0001);
-    // One octet in 500 with one bit flipped, at most one octet per telegram.
-    line.tamper = Some(Box::new(move |_, octets| {
-        let mut octets = octets.to_vec();
-        let place = random.below(500);
-        if let Some(octet) = octets.get_mut(place) {
-            *octet ^= 1 << random.below(8);
-        }
-        octets
-    }));
-    for round in 0..3_000u32 {
-        let outputs = (round as u16).to_be_bytes();
-        for address in addresses {
-            line.master.user.outputs_mut(address).unwrap().copy_from_slice(&outputs);
-        }
-        line.run_for(2_000);
-        for (address, slave) in addresses.iter().zip(&line.slaves) {
-            assert!(line.master.user.inputs(*address).is_none_or(|inputs| inputs == [1, *address]));
-            let known = slave
-                .device()
-                .outputs
-                .as_ref()
-                .is_none_or(|outputs| u16::from_be_bytes([outputs[0], outputs[1]]) <= round as u16);
-            assert!(known, "{:?}", slave.device().outputs);
-        }
-    }
-    line.tamper = None;
-    for address in addresses {
-        let counters = line.master.user.counters(address).unwrap();
-        assert!(counters.exchanges > 3_000 && counters.retries > 20, "{counters:?}");
-        assert_eq!(counters.starts, 1, "nobody had to be started anew");
-    }
-}
-
-#[test]
-fn clear_and_operate_are_told_at_once_and_outputs_follow() {
-    let mut desk = exchanging();
-    desk.station.user.outputs_mut(8).unwrap().copy_from_slice(&[0xAA, 0x55]);
-    desk.dialogue(&format!("M 68 05 05 68 08 02 5D AA 55 66 16\nS {INPUTS}"));
-    desk.station.user.set_mode(Mode::Clear);
-    desk.dialogue(&format!("M {CLEAR}\nM 68 05 05 68 08 02 7D 00 00 87 16\nS {INPUTS}"));
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "inputs are valid in Clear");
-    desk.station.user.set_mode(Mode::Operate);
-    desk.dialogue(&format!("M {OPERATE}\nM 68 05 05 68 08 02 5D AA 55 66 16\nS {INPUTS}"));
-}
-
-#[test]
-fn a_fail_safe_slave_is_cleared_by_outputs_of_length_zero() {
-    let slave = SlaveParameters { fail_safe: true, ..SlaveParameters::new(8, IDENT, &CFG) };
-    let mut desk = desk_with(&slave);
-    desk.station.user.set_mode(Mode::Clear);
-    desk.hears(INPUTS);
-    desk.dialogue(&format!("M {CLEAR}\nM 10 08 02 5D 67 16\nS {INPUTS}"));
-}
-
-#[test]
-fn the_outputs_of_a_real_slave_follow_the_mode() {
-    let mut line = line(settings(), &[8]);
-    line.master.user.outputs_mut(8).unwrap().copy_from_slice(&[7, 7]);
-    line.run_for(2_000);
-    assert_eq!(line.slaves[0].device().outputs, Some(vec![7, 7]));
-    line.master.user.set_mode(Mode::Clear);
-    line.run_for(2_000);
-    assert_eq!(line.slaves[0].device().outputs, Some(vec![0, 0]));
-    line.master.user.set_mode(Mode::Operate);
-    line.run_for(2_000);
-    assert_eq!(line.slaves[0].device().outputs, Some(vec![7, 7]));
-}
-
-#[test]
-fn global_control_is_repeated() {
-    let mut line = line(Settings { control_cycles: 10, ..settings() }, &[8, 9]);
-    line.run_for(10_000);
-    let first = line.trace.len();
-    let cycles = line.master.user.cycles();
-    line.run_for(100_000);
-    let told = line.messages(first).iter().filter(|text| *text == OPERATE).count();
-    let expected = ((line.master.user.cycles() - cycles) / 10) as usize;
-    assert!(expected > 5 && told.abs_diff(expected) <= 1, "{told} times, {expected} expected");
-}
-
-#[test]
-fn a_slave_that_joins_is_told_the_mode() {
-    let mut line = line(settings(), &[8]);
-    line.run_for(10_000);
-    let first = line.trace.len();
-    line.master.user.restart(8);
-    line.run_for(10_000);
-    assert_eq!(line.messages(first).iter().filter(|text| *text == OPERATE).count(), 1);
-}
-
-#[test]
-fn global_control_that_another_master_interrupted_is_sent_later() {
-    let mut desk = exchanging();
-    desk.station.user.set_mode(Mode::Clear);
-    let due = desk.station.wake_at().unwrap();
-    assert_eq!(text(desk.station.poll(due).unwrap().octets), CLEAR);
-    desk.now = due;
-    desk.hears_after(11, "DC 05 05");
-    desk.station.sent(desk.now);
-    desk.dialogue(&format!("M {CLEAR}"));
-}
-
-#[test]
-fn a_slave_without_inputs_answers_sc_or_a_high_nothing() {
-    let slave = SlaveParameters::new(8, IDENT, &[0x21]);
-    let mut desk = desk_with(&slave);
-    desk.hears("E5");
-    assert_eq!(desk.station.user.inputs(8), Some(&[][..]));
-    desk.asks();
-    desk.hears("10 02 08 0A 14 16");
-    assert_eq!(desk.asks().octets[7], 0x3C, "a diagnosis is pending");
-    desk.hears(READY);
-    desk.asks();
-    desk.hears("10 02 08 09 13 16");
-    assert_eq!(desk.station.user.counters(8).unwrap().exchanges, 3);
-}
-
-#[test]
-fn a_slave_without_outputs_is_asked_by_an_sd1() {
-    let slave = SlaveParameters::new(8, IDENT, &[0x11]);
-    let mut desk = desk_with(&slave);
-    desk.hears(INPUTS);
-    assert_eq!(desk.asks().text(), "10 08 02 5D 67 16");
-}
-
-#[test]
-fn a_diagnosis_in_exchange_may_end_it() {
-    for (diag, trouble, next) in [
-        // Another master took it over.
-        ("68 0B 0B 68 82 88 08 3E 3C 00 0C 00 05 12 34 E3 16", Trouble::Owned { master: 5 }, State::Diag1),
-        ("68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", Trouble::PrmReq, State::Diag1),
-    ] {
-        let mut desk = desk();
-        desk.hears(INPUTS_HIGH);
-        desk.asks();
-        desk.hears(diag);
-        assert_eq!(desk.station.user.trouble(8), Some(trouble));
-        assert_eq!(desk.station.user.state(8), Some(next));
-        assert_eq!(desk.station.user.inputs(8), None);
-    }
-    // Static diagnosis: not ended, but held back.
-    let mut desk = desk();
-    desk.hears(INPUTS_HIGH);
-    desk.asks();
-    desk.hears("68 0B 0B 68 82 88 08 3E 3C 00 0E 00 02 12 34 E2 16");
-    assert!(matches!(desk.station.user.state(8), Some(State::Diag2 { .. })));
-    assert_eq!(desk.station.user.inputs(8), None);
-    assert_eq!(desk.asks().octets[7], 0x3C);
-    desk.hears(READY);
-    assert_eq!(desk.station.user.state(8), Some(State::Data { diag: false }));
-}
-
-#[test]
-fn cycles_keep_their_distance() {
-    let mut line = line(Settings { min_cycle_tbit: 15_000, ..settings() }, &[8, 9]);
-    line.run_for(20_000);
-    let first = line.trace.len();
-    line.run_for(150_000);
-    let starts: Vec<_> = line.trace[first..]
-        .iter()
-        .filter(|entry| entry.from == From::Master && entry.octets.get(4) == Some(&8))
-        .map(|entry| entry.start)
-        .collect();
-    assert!((9..=10).contains(&starts.len()), "{starts:?}");
-    for pair in starts.windows(2) {
-        assert!((15_000..15_300).contains(&(pair[1] - pair[0])), "{starts:?}");
-    }
-    assert!((15_000..15_300).contains(&line.master.user.cycle_tbit()));
+fn a_new_start_forgets_sync_and_freeze() {
+    let mut bench = exchanging();
+    everybody(&mut bench, "28 00");
+    bench.start(MASTER, "80 00 00");
+    assert_eq!(bench.diag(MASTER), "00 04 00 02");
+    bench.dx(MASTER, &[5, 6]);
+    assert_eq!(outputs(&mut bench), low("05 06"));
 }

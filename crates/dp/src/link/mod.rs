@@ -1,10 +1,12 @@
 //! Layer 2: when a station may speak, to whom it listens and what counts as a repetition. profibus-wire 1.
 
 pub mod active;
+mod rate;
 mod receiver;
 mod responder;
 mod time;
 
+pub use rate::{Rate, RateControl};
 pub use receiver::{Heard, Receiver};
 pub use responder::{Accepted, Indication, Reply, Responder};
 pub use time::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};

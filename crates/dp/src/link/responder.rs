@@ -95,6 +95,12 @@ impl Responder {
         self.length = 0;
     }
 
+    /// Deletes the answer that a repetition would get, as a station may whenever it hears a telegram that is not for it. This
+    /// one does not do so by itself; a master must get along with both kinds.
+    pub const fn forget_answer(&mut self) {
+        self.length = 0;
+    }
+
     /// Decides what a frame is for this station and, if it is a new counted request, remembers it.
     #[inline]
     pub fn accept<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {

@@ -17,6 +17,7 @@ use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Respond
 use channel::Channel;
 use ms2::Connection;
 use profivac_wire::address::SetSlaveAdd;
+use profivac_wire::cfg::Lengths;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::global::{ControlCommand, GlobalControl};
@@ -82,6 +83,32 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         self.leave(Fault::None);
         self.set_address(address);
         self.min_tsdr = MIN_TSDR_TBIT;
+    }
+
+    /// The bus was lost and found again, at `baud`: frame counts are forgotten and connections closed, what MS0 was doing goes
+    /// on. A watched slave has lost its master before it could lose the rate. profibus-wire 3.6 and transition 15. Times after
+    /// this call are in bit times of `baud` and may begin anew.
+    pub fn rate_found(&mut self, baud: Baud) {
+        if self.is_watched() {
+            self.leave(Fault::None);
+        }
+        self.baud = baud;
+        self.set_address(self.responder.address());
+    }
+
+    /// Whether the response watchdog runs.
+    pub fn is_watched(&self) -> bool {
+        self.state.owner().is_some_and(|owner| owner.watchdog.is_some())
+    }
+
+    /// The application gives up data exchange or wants to be parameterised anew: transitions 16 and 17 of profibus-wire 3.2.
+    pub fn leave_master(&mut self) {
+        self.leave(Fault::None);
+    }
+
+    /// As [`Responder::forget_answer`], for whoever tests a master.
+    pub const fn forget_answer(&mut self) {
+        self.responder.forget_answer();
     }
 
     /// The device.
@@ -264,17 +291,21 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
             return Reply::ShortAck;
         };
+        let repeated = self.device.get_cfg() == request.du && matches!(self.state, State::DataExch(..));
         match self.device.chk_cfg(request.du) {
             Err(CfgFault) => self.leave(Fault::Cfg),
-            Ok(lengths) => {
-                let exchange = match self.state {
-                    State::DataExch(_, exchange) => Exchange { lengths, ..exchange },
-                    _ => Exchange { lengths, sync: false, freeze: false, diag_flag: false },
-                };
-                self.enter(State::DataExch(owner, exchange));
-            }
+            Ok(_) if repeated => {}
+            Ok(lengths) => self.begin_exchange(owner, lengths),
         }
         Reply::ShortAck
+    }
+
+    /// Outputs are safe until the first exchange, also where another configuration replaces the present one: the images of
+    /// before mean nothing in it.
+    fn begin_exchange(&mut self, owner: Owner, lengths: Lengths) {
+        // free choice: an event that is already there is announced, for a master that does not read the diagnosis first.
+        let diag_flag = self.device.diagnosis().event;
+        self.enter(State::DataExch(owner, Exchange { lengths, sync: false, freeze: false, diag_flag }));
     }
 
     /// profibus-wire 2.7
@@ -387,7 +418,8 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         }
     }
 
-    /// Every error-free request of the owner restarts the watchdog. profibus-wire 3.6 and section 10, point 16.
+    /// Every error-free request of the owner to this station restarts the watchdog, whatever the service, and so does a
+    /// Global_Control that is accepted. profibus-wire 3.6 and section 10, point 16.
     fn heard_owner(&mut self, sa: u8) {
         let now = self.now;
         if let Some(Owner { master, watchdog: Some(watchdog), .. }) = self.state.owner_mut()
@@ -419,9 +451,11 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let was = matches!(self.state, State::DataExch(..));
         let is = matches!(state, State::DataExch(..));
         self.state = state;
+        if was || is {
+            self.outputs_safe();
+        }
         if was != is {
             self.ms1.clear();
-            self.outputs_safe();
             self.device.exchanging(is);
         }
     }
@@ -440,23 +474,23 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
         self.elapse(end);
         let Telegram::Frame(frame) = telegram else { return None };
         let not_before = end + u64::from(self.min_tsdr);
-        match self.responder.accept(frame) {
+        let accepted = self.responder.accept(frame);
+        if !matches!(accepted, Accepted::Ignored) && frame.da == self.responder.address() {
+            self.heard_owner(frame.sa);
+        }
+        match accepted {
             Accepted::Ignored => None,
             Accepted::Unconfirmed(request) => {
                 self.unconfirmed(&request);
                 None
             }
-            Accepted::Repetition => {
-                self.heard_owner(frame.sa);
-                Some(self.responder.repeat(not_before))
-            }
+            Accepted::Repetition => Some(self.responder.repeat(not_before)),
             Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
             Accepted::Ident => {
                 let reply = self.ident();
                 self.reply(frame, reply, not_before)
             }
             Accepted::Confirmed(request) => {
-                self.heard_owner(request.sa);
                 let reply = self.serve(&request);
                 self.reply(frame, reply, not_before)
             }

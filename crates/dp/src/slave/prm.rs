@@ -74,10 +74,12 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         Watchdog { period_tbit, deadline: self.now + period_tbit }
     }
 
-    /// 0 keeps the value; less than 11 is raised to it.
+    /// 0 keeps the value; less than 11 is raised to it. free choice: more than max T_SDR is lowered to that, since the slave
+    /// declares never to answer later.
     fn take_min_tsdr(&mut self, min_tsdr: u8) {
         if min_tsdr != 0 {
-            self.min_tsdr = min_tsdr.max(MIN_TSDR_TBIT);
+            let latest = u8::try_from(self.baud.max_tsdr_tbit()).unwrap_or(u8::MAX);
+            self.min_tsdr = min_tsdr.clamp(MIN_TSDR_TBIT, latest);
         }
     }
 }

@@ -107,12 +107,22 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         Some(answer)
     }
 
-    /// Sends a telegram of the reference, with the frame count bit this master has reached, and returns the answer as the
-    /// reference would print it.
+    /// Sends a telegram of the reference, an SRD with the frame count bit this master has reached, and returns the answer as
+    /// the reference would print it.
     pub fn say(&mut self, text: &str) -> String {
         let octets = hex(text);
         let Ok(Telegram::Frame(frame)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
-        self.counted(frame).map_or_else(|| "silence".to_owned(), |answer| print(&answer))
+        let counts = matches!(frame.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
+        let answer = if counts { self.counted(frame) } else { self.raw(&octets) };
+        answer.map_or_else(|| "silence".to_owned(), |answer| print(&answer))
+    }
+
+    /// Octets 0 to 3 of the diagnosis, as master `sa` reads it.
+    pub fn diag(&mut self, sa: u8) -> String {
+        match self.ms0(sa, 60, &[]) {
+            Answer::Low(du) => print(&du[..4]),
+            other => panic!("no diagnosis: {other:?}"),
+        }
     }
 
     /// The same octets once more, because the answer was lost.

@@ -1,0 +1,130 @@
+//! A slave that does not know its rate, on a bus that does. profibus-wire 3.6, 3.7 and transition 15.
+
+mod bench;
+
+use bench::{Bench, Gauge, MASTER, RS, SLAVE, emit, hex};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Rate, RateControl, Receiver, Station, T_SYN_TBIT};
+use profivac_dp::slave::State;
+use profivac_wire::{Frame, Telegram};
+
+/// What drives a port: it sets the rate it is asked to, hears garbage at any other, and never sends while searching.
+struct Port {
+    bench: Bench,
+    control: RateControl,
+    receiver: Receiver,
+    now: BitTime,
+    /// The rate of the bus.
+    bus: Baud,
+}
+
+impl Port {
+    fn new(bus: Baud) -> Self {
+        let now = BitTime(0);
+        let bench = Bench::new(Gauge::default());
+        Self { bench, control: RateControl::automatic(now), receiver: Receiver::new(now), now, bus }
+    }
+
+    /// At another rate characters break.
+    fn hears(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+        self.now = self.now + T_SYN_TBIT;
+        let mut answer = None;
+        for octet in octets {
+            self.now = self.now + CHARACTER_TBIT;
+            if self.control.rate().baud() != self.bus {
+                self.receiver.character_error(self.now);
+                continue;
+            }
+            let Heard::Telegram(telegram) = self.receiver.octet(self.now, *octet) else { continue };
+            if self.control.heard(self.now, &telegram, SLAVE) {
+                self.bench.slave.rate_found(self.control.rate().baud());
+            }
+            answer = self.bench.slave.telegram(self.now, &telegram).map(|transmit| transmit.octets.to_vec());
+        }
+        assert!(answer.is_none() || matches!(self.control.rate(), Rate::Found(_)), "sent while searching");
+        answer
+    }
+
+    /// Nothing is heard until the control wants something.
+    fn silence(&mut self) {
+        let Some(wake) = self.control.wake_at() else { return };
+        self.now = wake;
+        assert_eq!(self.bench.slave.poll(wake), None);
+        if self.control.elapse(wake, self.bench.slave.is_watched()) {
+            self.now = BitTime(0);
+            self.receiver = Receiver::new(self.now);
+        }
+    }
+}
+
+const STATUS_OF_9: &str = "10 09 02 49 54 16";
+const STATUS_OF_8: &str = "10 08 02 49 53 16";
+
+#[test]
+fn every_rate_is_found_by_listening_to_others() {
+    for bus in Baud::ALL {
+        let mut port = Port::new(bus);
+        for _ in 0..Baud::ALL.len() {
+            assert_eq!(port.hears(&hex(STATUS_OF_9)), None);
+            if port.control.rate() == Rate::Found(bus) {
+                break;
+            }
+            port.silence();
+        }
+        assert_eq!(port.control.rate(), Rate::Found(bus));
+        assert_eq!(port.hears(&hex(STATUS_OF_8)), Some(hex("10 02 08 00 0A 16")), "{bus}");
+    }
+}
+
+fn port_in_data_exchange(prm: &str) -> Port {
+    let mut port = Port::new(Baud::B12000000);
+    port.hears(&hex(STATUS_OF_9));
+    for (sap, du, fc) in [(61, prm, 0x6D), (62, "11 21", 0x5D)] {
+        let du = hex(du);
+        let frame = Frame { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+        assert_eq!(port.hears(&emit(&Telegram::Frame(frame))), Some(vec![0xE5]));
+    }
+    assert!(matches!(port.bench.slave.state(), State::DataExch(..)));
+    port
+}
+
+#[test]
+fn an_unwatched_slave_goes_on_exchanging_when_the_rate_is_found_again() {
+    let mut port = port_in_data_exchange("80 01 01 00 12 34 00");
+    port.silence();
+    assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
+    assert!(matches!(port.bench.slave.state(), State::DataExch(..)));
+    port.hears(&hex(STATUS_OF_9));
+    let answer = port.hears(&hex("68 05 05 68 08 02 7D AA 55 86 16"));
+    assert_eq!(answer, Some(hex("68 05 05 68 02 08 08 01 02 15 16")));
+}
+
+#[test]
+fn a_watched_slave_leaves_its_master_first() {
+    let mut port = port_in_data_exchange("88 01 01 00 12 34 00");
+    port.silence();
+    assert!(matches!(port.bench.slave.state(), State::WaitPrm(_)));
+    assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
+}
+
+#[test]
+fn a_lost_rate_closes_connections_and_forgets_who_asked_last() {
+    let mut bench = Bench::new(Gauge::default());
+    bench.connect(1);
+    let request = hex("68 05 05 68 88 82 5D 3C 3E E1 16");
+    let before = bench.raw(&request);
+    bench.slave.rate_found(Baud::B19200);
+    bench.device().event = true;
+    assert_ne!(bench.raw(&request), before, "no repetition");
+    assert_eq!(bench.ms2(1, 48, ""), RS);
+    assert_eq!(bench.slave.wake_at(), None);
+}
+
+#[test]
+fn times_follow_the_rate_that_was_found() {
+    let mut bench = Bench::new(Gauge::default());
+    bench.slave.rate_found(Baud::B19200);
+    bench.ms0(MASTER, 61, &hex("88 0A 0A 00 12 34 00"));
+    assert_eq!(bench.slave.wake_at(), Some(bench.asked + 19_200));
+    bench.slave.rate_found(Baud::B12000000);
+    assert!(matches!(bench.slave.state(), State::WaitPrm(_)), "the watchdog's time was in other bits");
+}
