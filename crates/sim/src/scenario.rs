@@ -140,7 +140,7 @@ impl<S: Station + Send + 'static> Dialogue<S> {
 
     fn send(&mut self, when: &When, octets: &[u8]) -> Result<(), String> {
         let begin = match when {
-            When::After(tbit) => self.end + *tbit,
+            When::After(tbit) => (self.end + *tbit).max(self.bus.now()),
             When::At(time) => *time,
         };
         self.bus.station_mut(self.tester).send(begin, octets);

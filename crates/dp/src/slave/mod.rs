@@ -450,8 +450,12 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 self.heard_owner(frame.sa);
                 Some(self.responder.repeat(not_before))
             }
-            Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
+            Accepted::Own(status) => {
+                self.heard_owner(frame.sa);
+                self.reply(frame, Reply::Status(status), not_before)
+            }
             Accepted::Ident => {
+                self.heard_owner(frame.sa);
                 let reply = self.ident();
                 self.reply(frame, reply, not_before)
             }
