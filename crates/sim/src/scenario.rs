@@ -16,7 +16,7 @@
 //! ").unwrap();
 //! ```
 
-use crate::bus::{Bus, Handle};
+use crate::bus::{Bus, Handle, Id};
 use crate::describe::{Hex, octet};
 use crate::stations::Tester;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
@@ -101,6 +101,12 @@ impl<S: Station + Send + 'static> Dialogue<S> {
     /// The station that is tested, to change what is behind it.
     pub fn station_mut(&mut self) -> &mut S {
         self.bus.station_mut(self.station)
+    }
+
+    /// The station that says what the script says, to tamper with.
+    #[must_use]
+    pub const fn tester(&self) -> Id {
+        self.tester.id()
     }
 
     /// Plays the lines of `script`. The line goes on where the last play has ended.

@@ -2,6 +2,8 @@
 //!
 //! Each Data_Exchange samples the inputs anew, so an answer tells whether its request was executed: `n` is the n-th.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 mod common;
 
 use common::*;

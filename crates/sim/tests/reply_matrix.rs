@@ -1,5 +1,7 @@
 //! Which service is answered how in which state: the table of profibus-wire 2.2, cell by cell.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 mod common;
 
 use common::*;

@@ -1,5 +1,7 @@
 //! The response watchdog, to the bit time. profibus-wire 2.4 and 3.6.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 mod common;
 
 use common::*;

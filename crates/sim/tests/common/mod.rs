@@ -1,5 +1,6 @@
 //! A plain device and the requests a master makes, for the tests of this folder.
 #![allow(dead_code, reason = "every test file uses its part")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Slave, State};
