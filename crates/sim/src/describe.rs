@@ -1,0 +1,295 @@
+//! Telegrams in the words of the field: who, to whom, which service, what it says.
+//!
+//! Every telegram explains itself here; nothing is remembered from the one before. An answer without access points is
+//! therefore named by what it must be: data without access points come from Data_Exchange only.
+
+use profivac_wire::address::SetSlaveAdd;
+use profivac_wire::cfg;
+use profivac_wire::control::{Control, FrameCount, Function, StationType, Status};
+use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+use profivac_wire::global::{ControlCommand, GlobalControl};
+use profivac_wire::prm::{PrmStatus, SetPrm};
+use profivac_wire::{BROADCAST, Frame, Sap, Telegram, TooShort};
+use std::fmt;
+
+/// Octets as a person reads a trace: `68 05 05 68`.
+#[derive(Clone, Copy, Debug)]
+pub struct Hex<'a>(pub &'a [u8]);
+
+impl fmt::Display for Hex<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (place, octet) in self.0.iter().enumerate() {
+            let space = if place == 0 { "" } else { " " };
+            write!(f, "{space}{octet:02X}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The octet that two hexadecimal digits stand for.
+#[must_use]
+pub fn octet(digits: &str) -> Option<u8> {
+    let two = digits.len() == 2 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    u8::from_str_radix(digits, 16).ok().filter(|_| two)
+}
+
+/// A telegram in columns: addresses, service, what it says.
+#[derive(Clone, Copy, Debug)]
+pub struct Words<'a>(pub &'a Telegram<'a>);
+
+impl fmt::Display for Words<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Telegram::ShortAck => write!(f, "{:10}  SC", ""),
+            Telegram::Token { da, sa } => write!(f, "{}  Token", Route(*sa, *da)),
+            Telegram::Frame(frame) => {
+                write!(f, "{}  ", Route(frame.sa, frame.da))?;
+                match frame.control() {
+                    Control::Request { function, count } => request(f, frame, function, count),
+                    Control::Response { station, status } => response(f, frame, station, status),
+                }
+            }
+        }
+    }
+}
+
+/// `  2 -> 8  `, everybody as `all`.
+struct Route(u8, u8);
+
+impl fmt::Display for Route {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self(sa, BROADCAST) => write!(f, "{sa:3} -> all"),
+            Self(sa, da) => write!(f, "{sa:3} -> {da:<3}"),
+        }
+    }
+}
+
+fn request(f: &mut fmt::Formatter<'_>, frame: &Frame<'_>, function: Function, count: FrameCount) -> fmt::Result {
+    match function {
+        Function::SrdLow | Function::SrdHigh | Function::SdnLow | Function::SdnHigh => {
+            let sap = Sap::from_octet(frame.dsap);
+            write!(f, "{:16} {:6}", Service(sap).to_string(), counted(count))?;
+            request_data(f, sap, frame.du)
+        }
+        Function::FdlStatus => f.write_str("FDL_Status ?"),
+        Function::Ident => f.write_str("Ident ?"),
+        Function::LsapStatus => write!(f, "LSAP_Status ?{}", data(frame.du)),
+        Function::SdaLow | Function::SdaHigh => write!(f, "SDA {}{}", counted(count), data(frame.du)),
+        Function::Other(_) => write!(f, "request {:02X}{}", frame.fc, data(frame.du)),
+    }
+}
+
+const fn counted(count: FrameCount) -> &'static str {
+    match count {
+        FrameCount::Uncounted => "",
+        FrameCount::First => "first",
+        FrameCount::Counted(false) => "FCB 0",
+        FrameCount::Counted(true) => "FCB 1",
+    }
+}
+
+/// The name of a service.
+struct Service(Sap);
+
+impl fmt::Display for Service {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            Sap::Default => "Data_Exchange",
+            Sap::Ms2(connection) => return write!(f, "MS2 SAP {connection}"),
+            Sap::ResourceManager => "MS2 Initiate",
+            Sap::Alarm => "MS1 Alarm",
+            Sap::Ms1 => "MS1",
+            Sap::SetExtPrm => "Set_Ext_Prm",
+            Sap::SetSlaveAdd => "Set_Slave_Add",
+            Sap::RdInp => "RD_Inp",
+            Sap::RdOutp => "RD_Outp",
+            Sap::GlobalControl => "Global_Control",
+            Sap::GetCfg => "Get_Cfg",
+            Sap::SlaveDiag => "Slave_Diag",
+            Sap::SetPrm => "Set_Prm",
+            Sap::ChkCfg => "Chk_Cfg",
+            Sap::Other(other) => return write!(f, "SAP {other}"),
+        })
+    }
+}
+
+/// What a request carries. A data unit its service cannot have is shown as it is.
+fn request_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result {
+    let words = match sap {
+        Sap::SetPrm => SetPrm::parse(du).map(|prm| set_prm(&prm)),
+        Sap::ChkCfg => Ok(configuration(du)),
+        Sap::GlobalControl => GlobalControl::parse(du).map(global_control),
+        Sap::SetSlaveAdd => SetSlaveAdd::parse(du).map(|wanted| set_slave_add(&wanted)),
+        _ => Err(TooShort),
+    };
+    f.write_str(&words.unwrap_or_else(|TooShort| data(du)))
+}
+
+/// Data without a meaning of their own.
+fn data(du: &[u8]) -> String {
+    if du.is_empty() { String::new() } else { format!(" {}", Hex(du)) }
+}
+
+fn set_prm(prm: &SetPrm<'_>) -> String {
+    let [first, second] = prm.wd_fact;
+    let mut words = listed(PRM_WORDS.iter().filter(|(bit, _)| prm.status.intersects(*bit)).map(|(_, word)| *word));
+    if prm.status.contains(PrmStatus::WD_ON) {
+        words += &format!(", watchdog {first} x {second}");
+    }
+    if prm.min_tsdr != 0 {
+        words += &format!(", min T_SDR {}", prm.min_tsdr);
+    }
+    words += &format!(", ident {:04X}, groups {:02X}", prm.ident, prm.group);
+    if prm.user.is_empty() { words } else { format!("{words}, user {}", Hex(prm.user)) }
+}
+
+const PRM_WORDS: [(PrmStatus, &str); 5] = [
+    (PrmStatus::LOCK_REQ, "lock"),
+    (PrmStatus::UNLOCK_REQ, "unlock"),
+    (PrmStatus::SYNC_REQ, "sync"),
+    (PrmStatus::FREEZE_REQ, "freeze"),
+    (PrmStatus::RESERVED, "reserved bits"),
+];
+
+fn configuration(octets: &[u8]) -> String {
+    match cfg::lengths(octets) {
+        Ok(lengths) => format!(" {} out, {} in: {}", lengths.outputs, lengths.inputs, Hex(octets)),
+        Err(error) => format!(" {error}: {}", Hex(octets)),
+    }
+}
+
+fn global_control(control: GlobalControl) -> String {
+    let words = CONTROL_WORDS.iter().filter(|(bit, _)| control.command.intersects(*bit)).map(|(_, word)| *word);
+    let words = if control.command.is_empty() { " Operate".to_owned() } else { listed(words) };
+    if control.group == 0 { words } else { format!("{words}, groups {:02X}", control.group) }
+}
+
+const CONTROL_WORDS: [(ControlCommand, &str); 6] = [
+    (ControlCommand::CLEAR_DATA, "Clear_Data"),
+    (ControlCommand::UNFREEZE, "Unfreeze"),
+    (ControlCommand::FREEZE, "Freeze"),
+    (ControlCommand::UNSYNC, "Unsync"),
+    (ControlCommand::SYNC, "Sync"),
+    (ControlCommand::RESERVED, "reserved bits"),
+];
+
+fn set_slave_add(wanted: &SetSlaveAdd<'_>) -> String {
+    let locked = if wanted.no_add_chg == 0 { "" } else { ", locked" };
+    format!(" address {}, ident {:04X}{locked}{}", wanted.address, wanted.ident, data(wanted.rem_slave_data))
+}
+
+fn response(f: &mut fmt::Formatter<'_>, frame: &Frame<'_>, station: StationType, status: Status) -> fmt::Result {
+    let name = match status {
+        Status::Ok => return f.write_str(answer_of(station)),
+        Status::UserError => "UE",
+        Status::NoResource => "RR",
+        Status::ServiceNotActivated => "RS",
+        Status::DataLow => "DL",
+        Status::NoReply => "NR",
+        Status::DataHigh => "DH",
+        Status::DataLowNotTaken => "RDL",
+        Status::DataHighNotTaken => "RDH",
+        Status::Other(_) => return write!(f, "answer {:02X}{}", frame.fc, data(frame.du)),
+    };
+    if frame.ssap.is_none() && frame.du.is_empty() {
+        return f.write_str(name);
+    }
+    let sap = Sap::from_octet(frame.ssap);
+    write!(f, "{:16} {name:6}", Service(sap).to_string())?;
+    match (sap, SlaveDiag::parse(frame.du)) {
+        (Sap::SlaveDiag, Ok(diag)) => f.write_str(&slave_diag(&diag)),
+        (Sap::GetCfg, _) => f.write_str(&configuration(frame.du)),
+        _ => f.write_str(&data(frame.du)),
+    }
+}
+
+/// The answer to FDL_Status.
+const fn answer_of(station: StationType) -> &'static str {
+    match station {
+        StationType::Slave => "OK, passive station",
+        StationType::MasterNotReady => "OK, active station, not ready for the ring",
+        StationType::MasterReady => "OK, active station, ready for the ring",
+        StationType::MasterInRing => "OK, active station, in the ring",
+    }
+}
+
+fn slave_diag(diag: &SlaveDiag<'_>) -> String {
+    let mut words = match diag.master_add {
+        NO_MASTER => " no master".to_owned(),
+        master => format!(" master {master}"),
+    };
+    words += &format!(", ident {:04X}", diag.ident);
+    for (_, word) in DIAG_WORDS.iter().filter(|(bit, _)| diag.status.contains(*bit)) {
+        words = words + ", " + word;
+    }
+    if diag.ext_diag.is_empty() { words } else { format!("{words}, {}", Hex(diag.ext_diag)) }
+}
+
+/// Names as profibus-wire 2.3 has them; the bit that is always one says nothing.
+const DIAG_WORDS: [(StationStatus, &str); 15] = [
+    (StationStatus::STATION_NON_EXISTENT, "Station_Non_Existent"),
+    (StationStatus::STATION_NOT_READY, "Station_Not_Ready"),
+    (StationStatus::CFG_FAULT, "Cfg_Fault"),
+    (StationStatus::EXT_DIAG, "Ext_Diag"),
+    (StationStatus::NOT_SUPPORTED, "Not_Supported"),
+    (StationStatus::INVALID_SLAVE_RESPONSE, "Invalid_Slave_Response"),
+    (StationStatus::PRM_FAULT, "Prm_Fault"),
+    (StationStatus::MASTER_LOCK, "Master_Lock"),
+    (StationStatus::PRM_REQ, "Prm_Req"),
+    (StationStatus::STAT_DIAG, "Stat_Diag"),
+    (StationStatus::WD_ON, "WD_On"),
+    (StationStatus::FREEZE_MODE, "Freeze_Mode"),
+    (StationStatus::SYNC_MODE, "Sync_Mode"),
+    (StationStatus::DEACTIVATED, "Deactivated"),
+    (StationStatus::EXT_DIAG_OVERFLOW, "Ext_Diag_Overflow"),
+];
+
+/// ` one, two, three`
+fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    format!(" {}", words.collect::<Vec<_>>().join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::hex;
+
+    #[test]
+    fn the_telegrams_of_the_reference_in_words() {
+        for (text, words) in [
+            ("E5", "            SC"),
+            ("DC 02 02", "  2 -> 2    Token"),
+            ("10 08 02 49 53 16", "  2 -> 8    FDL_Status ?"),
+            ("10 02 08 00 0A 16", "  8 -> 2    OK, passive station"),
+            ("10 02 08 03 0D 16", "  8 -> 2    RS"),
+            ("68 05 05 68 88 82 6D 3C 3E F1 16", "  2 -> 8    Slave_Diag       first "),
+            (
+                "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16",
+                "  8 -> 2    Slave_Diag       DL     no master, ident 1234, Station_Not_Ready, Prm_Req",
+            ),
+            (
+                "68 0C 0C 68 88 82 5D 3D 3E 88 0A 0A 0B 12 34 01 D0 16",
+                "  2 -> 8    Set_Prm          FCB 0  lock, watchdog 10 x 10, min T_SDR 11, ident 1234, groups 01",
+            ),
+            ("68 07 07 68 88 82 7D 3E 3E 11 21 35 16", "  2 -> 8    Chk_Cfg          FCB 1  2 out, 2 in: 11 21"),
+            ("68 07 07 68 82 88 08 3E 3B 11 21 BD 16", "  8 -> 2    Get_Cfg          DL     2 out, 2 in: 11 21"),
+            ("68 05 05 68 08 02 7D AA 55 86 16", "  2 -> 8    Data_Exchange    FCB 1  AA 55"),
+            ("68 05 05 68 02 08 0A 01 02 17 16", "  8 -> 2    Data_Exchange    DH     01 02"),
+            ("68 07 07 68 FF 82 46 3A 3E 00 00 3F 16", "  2 -> all  Global_Control          Operate"),
+            ("68 07 07 68 FF 82 46 3A 3E 20 01 60 16", "  2 -> all  Global_Control          Sync, groups 01"),
+            (
+                "68 09 09 68 FE 82 6D 37 3E 08 12 34 00 B0 16",
+                "  2 -> 126  Set_Slave_Add    first  address 8, ident 1234",
+            ),
+        ] {
+            assert_eq!(Words(&Telegram::parse(&hex(text)).unwrap()).to_string(), words, "{text}");
+        }
+    }
+
+    #[test]
+    fn data_that_do_not_fit_their_service_are_shown_as_they_are() {
+        let frame = Frame { da: 8, sa: 2, dsap: Some(61), ssap: Some(62), fc: 0x5D, du: &[0x80, 1] };
+        assert_eq!(Words(&Telegram::Frame(frame)).to_string(), "  2 -> 8    Set_Prm          FCB 0  80 01");
+    }
+}

@@ -1,0 +1,53 @@
+//! What can go wrong on a cable, by script or by seed.
+
+use crate::bus::Id;
+use crate::noise::Noise;
+use crate::random::Random;
+use crate::signal::Tamper;
+use profivac_dp::link::BitTime;
+
+/// A fault, or its end. Two stations at one address need none: attach them. Nor does a station that babbles:
+/// [`Babbler`](crate::stations::Babbler).
+#[derive(Clone, Debug)]
+pub enum Fault {
+    /// A station loses (`false`) or gets power. It hears and sends nothing without; what it forgets is its own business.
+    Power(Id, bool),
+    /// The whole line is noisy, or quiet again.
+    Noise(Option<Noise>),
+    /// One station hears noise that others do not.
+    NoiseAt(Id, Option<Noise>),
+    /// Something happens to the next telegram of a station.
+    Tamper(Id, Tamper),
+    /// Octets are lost and added now and then, or not any more.
+    Mangle(Option<Mangle>),
+    /// A stub without terminator: everybody, the sender included, hears everything once more so many bit times later.
+    Echo(Option<u64>),
+    /// The cable is cut in front of everything from this position on, or mended.
+    Cut(Option<u64>),
+}
+
+/// Octets that are lost and added at random.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mangle {
+    /// The same seed loses and adds the same octets.
+    pub seed: u64,
+    /// The probability for each octet to be lost.
+    pub lose: f64,
+    /// The probability for another octet to appear in front of it.
+    pub add: f64,
+}
+
+impl Mangle {
+    /// What happens to a telegram of `length` octets that begins at `now`.
+    pub(crate) fn draw(&self, now: BitTime, length: usize, tampers: &mut Vec<Tamper>) {
+        let mut random = Random::new(self.seed ^ now.0.wrapping_mul(0xA076_1D64_78BD_642F));
+        for place in (0..length).rev() {
+            if random.fraction() < self.lose {
+                tampers.push(Tamper::Lose(place));
+            }
+            if random.fraction() < self.add {
+                tampers.push(Tamper::Add(place, random.octet()));
+            }
+        }
+    }
+}

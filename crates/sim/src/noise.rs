@@ -1,0 +1,86 @@
+//! Bits that arrive inverted.
+//!
+//! Which bit times are hit depends on the seed alone and not on who asks or when, so all who listen to the same noise hear
+//! the same. The distance to the next flipped bit is drawn at once (it is geometrically distributed), so clean stretches
+//! cost nothing.
+
+use crate::agenda::NEVER;
+use crate::random::Random;
+use profivac_dp::link::BitTime;
+
+/// Noise on the whole line, or at one station.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    seed: u64,
+    per_bit: f64,
+    /// The distances are drawn anew at the beginning of each block of so many bit times.
+    block: u64,
+}
+
+impl Noise {
+    /// Each bit, of a character or of the idle line, is inverted with the probability `per_bit`.
+    #[must_use]
+    pub fn new(seed: u64, per_bit: f64) -> Self {
+        // Some four flips a block: few draws to find the place, few empty blocks to pass.
+        let block = (4.0 / per_bit).clamp(64.0, 1e15) as u64;
+        Self { seed, per_bit, block }
+    }
+
+    /// The first inverted bit time that is not before `from`.
+    pub(crate) fn next(&self, from: BitTime) -> BitTime {
+        if self.per_bit <= 0.0 {
+            return NEVER;
+        }
+        let mut block = from.0 / self.block;
+        loop {
+            if let Some(flip) = self.flips(block).find(|flip| *flip >= from) {
+                return flip;
+            }
+            block += 1;
+        }
+    }
+
+    /// All inverted bit times of a block.
+    fn flips(&self, block: u64) -> impl Iterator<Item = BitTime> {
+        let mut random = Random::new(self.seed ^ block.wrapping_mul(0xD134_2543_DE82_EF95));
+        let mut offset = 0u64;
+        std::iter::from_fn(move || {
+            let flip = offset.saturating_add(random.misses(self.per_bit));
+            offset = flip.saturating_add(1);
+            (flip < self.block).then(|| BitTime(block * self.block + flip))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_bits_are_hit_as_the_probability_says() {
+        let noise = Noise::new(3, 1e-3);
+        let (mut at, mut hits) = (BitTime(0), 0);
+        while noise.next(at) < BitTime(10_000_000) {
+            at = noise.next(at) + 1;
+            hits += 1;
+        }
+        assert!((9_700..10_300).contains(&hits), "{hits} of 10,000,000 bits instead of 10,000 or so");
+    }
+
+    #[test]
+    fn everybody_hears_the_same() {
+        let noise = Noise::new(4, 0.01);
+        let all: Vec<BitTime> = (0..100_000).map(BitTime).filter(|at| noise.next(*at) == *at).collect();
+        for pair in all.windows(2) {
+            for from in pair[0].0 + 1..=pair[1].0 {
+                assert_eq!(noise.next(BitTime(from)), pair[1]);
+            }
+        }
+    }
+
+    #[test]
+    fn none_and_all_are_possible() {
+        assert_eq!(Noise::new(1, 0.0).next(BitTime(5)), NEVER);
+        assert_eq!(Noise::new(1, 1.0).next(BitTime(5)), BitTime(5));
+    }
+}

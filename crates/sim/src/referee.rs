@@ -1,0 +1,362 @@
+//! Who may speak when. Each telegram is judged as it begins, by the rules of profibus-wire 1.7, 1.10 and 1.12.
+//!
+//! The referee knows what stations send, not what others make of it: noise, lost octets and cut cables are nobody's fault.
+//! Times are taken where the rule applies: T_SDR at the responder, idle times at the sender, the slot time at the requester.
+
+use crate::bus::Id;
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
+use profivac_wire::control::{Control, Function};
+use profivac_wire::diag::SlaveDiag;
+use profivac_wire::prm::SetPrm;
+use profivac_wire::{BROADCAST, Frame, Sap, Telegram};
+use std::collections::VecDeque;
+use std::fmt;
+
+/// min T_SDR of a slave that nobody told otherwise.
+const DEFAULT_MIN_TSDR_TBIT: u8 = 11;
+
+/// How many telegrams back one can still be on the line.
+const REMEMBERED: usize = 4;
+
+/// What a station did wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// It spoke while another did.
+    Collision,
+    /// It sent something that is no telegram.
+    NoTelegram,
+    /// It paused inside a telegram.
+    Gap,
+    /// It began a request or a token inside T_SYN.
+    Syn,
+    /// It began a request inside T_ID1, after an answer or a token.
+    Id1,
+    /// It began a request inside T_ID2, after a request that is not answered.
+    Id2,
+    /// It began a request while the slot time of the one before was running and no answer had come.
+    Impatient,
+    /// It answered before min T_SDR.
+    Early,
+    /// It answered after max T_SDR.
+    Late,
+    /// Its answer reached the requester after the slot time.
+    Slot,
+    /// It answered though nobody had asked it.
+    Unasked,
+    /// It answered, or another did, though the answer had come already.
+    SecondAnswer,
+}
+
+impl Rule {
+    /// What happened and how it should be. Both in bit times where that says something.
+    const fn words(self) -> (&'static str, Option<&'static str>) {
+        match self {
+            Self::Collision => ("it spoke while another station did", None),
+            Self::NoTelegram => ("what it sent is no telegram", None),
+            Self::Gap => ("it paused inside a telegram", None),
+            Self::Syn => ("it began a request after an idle time of", Some("T_SYN")),
+            Self::Id1 => ("it began a request after an idle time of", Some("T_ID1")),
+            Self::Id2 => ("it began a request after an idle time of", Some("T_ID2")),
+            Self::Impatient => ("it did not wait for the answer: it began a request after", Some("T_SL")),
+            Self::Early => ("it answered after", Some("min T_SDR")),
+            Self::Late => ("it answered after", Some("max T_SDR")),
+            Self::Slot => ("its answer reached the requester after", Some("T_SL")),
+            Self::Unasked => ("it answered, and nobody had asked it", None),
+            Self::SecondAnswer => ("the request was answered already", None),
+        }
+    }
+}
+
+/// A broken rule. `Debug` and `Display` both tell the story, so that a failed test shows it.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Foul {
+    /// The rule.
+    pub rule: Rule,
+    /// The station that broke it.
+    pub station: Id,
+    /// When its telegram began.
+    pub at: BitTime,
+    /// The time it took, in bit times, where the rule is about one.
+    pub measured_tbit: u64,
+    /// The time it should have taken at least or at most.
+    pub limit_tbit: u64,
+    /// What was on the line up to and including the telegram.
+    pub trace: String,
+}
+
+impl fmt::Display for Foul {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (what, limit) = self.rule.words();
+        write!(f, "bit time {}, {}: {what}", self.at, self.station)?;
+        if let Some(limit) = limit {
+            write!(f, " {} bit times, {limit} is {}", self.measured_tbit, self.limit_tbit)?;
+        }
+        write!(f, "\n{}", self.trace)
+    }
+}
+
+impl fmt::Debug for Foul {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl std::error::Error for Foul {}
+
+/// The times that depend on the bus parameters, in bit times. profibus-wire 1.12.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Idle before a request after an answer, an acknowledgement or a token.
+    pub t_id1: u64,
+    /// Idle before a request after one that is not answered.
+    pub t_id2: u64,
+    /// The latest start of an answer.
+    pub max_tsdr: u64,
+    /// T_SL, from the end of a request to the end of the first character of its answer.
+    pub slot: u64,
+}
+
+impl Limits {
+    /// The default set of a rate.
+    #[must_use]
+    pub const fn of(baud: Baud) -> Self {
+        let t_id1 = match baud {
+            Baud::B9600 | Baud::B19200 | Baud::B45450 | Baud::B93750 | Baud::B187500 => 37,
+            Baud::B500000 | Baud::B1500000 => 37,
+            Baud::B3000000 => 46,
+            Baud::B6000000 => 57,
+            Baud::B12000000 => 76,
+        };
+        let max_tsdr = baud.max_tsdr_tbit() as u64;
+        Self { t_id1, t_id2: max_tsdr, max_tsdr, slot: baud.default_slot_tbit() as u64 }
+    }
+}
+
+/// Someone speaks: where, from when to when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Speech {
+    pub(crate) station: Id,
+    pub(crate) position: u64,
+    pub(crate) begin: BitTime,
+    pub(crate) end: BitTime,
+    /// The sender itself paused.
+    pub(crate) paused: bool,
+}
+
+impl Speech {
+    fn distance(&self, other: &Self) -> u64 {
+        self.position.abs_diff(other.position)
+    }
+
+    /// Whether it still is on the line at `place` when that one begins to speak there.
+    fn covers(&self, place: &Self) -> bool {
+        let away = self.distance(place);
+        place.begin < self.end + away && self.begin + away < place.end
+    }
+}
+
+/// What may come next.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Next {
+    /// Nothing was said yet.
+    Anything,
+    /// The answer to a request.
+    Answer(Asked),
+    /// A request, after an answer to this one.
+    AfterAnswer(Asked),
+    /// A request, after a token.
+    AfterToken,
+    /// A request, after one that is not answered.
+    AfterUnconfirmed,
+}
+
+/// A request that is to be answered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Asked {
+    speech: Speech,
+    sa: u8,
+    da: u8,
+    /// The min T_SDR it brings, if it is a Set_Prm with one.
+    min_tsdr: Option<u8>,
+}
+
+/// Judges what stations send.
+#[derive(Clone, Debug)]
+pub struct Referee {
+    limits: Limits,
+    allowed: Vec<Rule>,
+    exempt: Vec<Id>,
+    recent: VecDeque<Speech>,
+    next: Next,
+    /// The line was not what the stations sent since the last request, so nobody need know that it was one.
+    disturbed: bool,
+    /// min T_SDR by address, and what a Set_Prm from a master asked for that no diagnosis has confirmed yet.
+    min_tsdr: [u8; 128],
+    asked_tsdr: [Option<(u8, u8)>; 128],
+}
+
+/// A rule, and the time that was measured beside the one it allows.
+type Verdict = Result<(), (Rule, u64, u64)>;
+
+impl Referee {
+    pub(crate) const fn new(limits: Limits) -> Self {
+        Self {
+            limits,
+            allowed: Vec::new(),
+            exempt: Vec::new(),
+            recent: VecDeque::new(),
+            next: Next::Anything,
+            disturbed: false,
+            min_tsdr: [DEFAULT_MIN_TSDR_TBIT; 128],
+            asked_tsdr: [None; 128],
+        }
+    }
+
+    /// Judges by other times from now on.
+    pub const fn set_limits(&mut self, limits: Limits) {
+        self.limits = limits;
+    }
+
+    /// Does not stop the run for this rule any more.
+    pub fn allow(&mut self, rule: Rule) {
+        self.allowed.push(rule);
+    }
+
+    /// Lets this station send what and when it likes. What others do about it is still judged.
+    pub fn exempt(&mut self, station: Id) {
+        self.exempt.push(station);
+    }
+
+    /// Forgets what slaves were told and what was said last: power or cable have changed.
+    pub(crate) fn forget(&mut self) {
+        self.recent.clear();
+        self.next = Next::Anything;
+        self.min_tsdr = [DEFAULT_MIN_TSDR_TBIT; 128];
+        self.asked_tsdr = [None; 128];
+    }
+
+    /// The line was disturbed.
+    pub(crate) const fn disturb(&mut self) {
+        self.disturbed = true;
+    }
+
+    /// Someone begins to say `telegram`, or something that is none.
+    pub(crate) fn judge(&mut self, speech: Speech, telegram: Option<&Telegram<'_>>) -> Verdict {
+        let exempt = self.exempt.contains(&speech.station);
+        let verdict = self.verdict(&speech, telegram);
+        if self.recent.len() == REMEMBERED {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(speech);
+        match verdict {
+            Err((rule, ..)) if exempt || self.allowed.contains(&rule) => Ok(()),
+            verdict => verdict,
+        }
+    }
+
+    fn verdict(&mut self, speech: &Speech, telegram: Option<&Telegram<'_>>) -> Verdict {
+        let collides = self.recent.iter().any(|other| other.covers(speech) || speech.covers(other));
+        let timing = match telegram {
+            Some(Telegram::ShortAck) => self.answer(speech, None),
+            Some(Telegram::Token { .. }) => self.request(speech, Next::AfterToken),
+            Some(Telegram::Frame(frame)) => match frame.control() {
+                Control::Response { .. } => self.answer(speech, Some(frame)),
+                Control::Request { function, .. } => {
+                    let next = asked(speech, frame, function).map_or(Next::AfterUnconfirmed, Next::Answer);
+                    self.request(speech, next)
+                }
+            },
+            None => Err((Rule::NoTelegram, 0, 0)),
+        };
+        if collides {
+            return Err((Rule::Collision, 0, 0));
+        }
+        if speech.paused {
+            return Err((Rule::Gap, 0, 0));
+        }
+        timing
+    }
+
+    /// A request or a token, after which `next` may come.
+    fn request(&mut self, speech: &Speech, next: Next) -> Verdict {
+        let before = std::mem::replace(&mut self.next, next);
+        let disturbed = std::mem::take(&mut self.disturbed);
+        let quiet_since = self.recent.iter().map(|other| other.end + other.distance(speech)).max();
+        let Some(quiet_since) = quiet_since else { return Ok(()) };
+        let idle = speech.begin - quiet_since;
+        at_least(Rule::Syn, idle, T_SYN_TBIT)?;
+        match before {
+            Next::Anything => Ok(()),
+            Next::Answer(_) if disturbed => Ok(()),
+            Next::Answer(_) => at_least(Rule::Impatient, idle, self.limits.slot),
+            Next::AfterAnswer(_) => at_least(Rule::Id1, idle, self.limits.t_id1),
+            // A station that passes the token to itself sends it and receives it; profibus-wire 8.2 lets T_ID1 follow.
+            Next::AfterToken => at_least(Rule::Id1, idle, self.limits.t_id1),
+            Next::AfterUnconfirmed => at_least(Rule::Id2, idle, self.limits.t_id2),
+        }
+    }
+
+    /// An answer; `None` is SC, which names nobody.
+    fn answer(&mut self, speech: &Speech, frame: Option<&Frame<'_>>) -> Verdict {
+        let unasked = Err((Rule::Unasked, 0, 0));
+        let (Next::Answer(asked) | Next::AfterAnswer(asked)) = &self.next else { return unasked };
+        let asked = asked.clone();
+        if frame.is_some_and(|frame| (frame.da, frame.sa) != (asked.sa, asked.da)) {
+            return unasked;
+        }
+        if matches!(self.next, Next::AfterAnswer(_)) {
+            return Err((Rule::SecondAnswer, 0, 0));
+        }
+        let min_tsdr = u64::from(self.min_tsdr[usize::from(asked.da)]);
+        self.learn(&asked, frame);
+        self.next = Next::AfterAnswer(asked.clone());
+        let away = asked.speech.distance(speech);
+        let tsdr = speech.begin - (asked.speech.end + away);
+        at_least(Rule::Early, tsdr, min_tsdr)?;
+        at_most(Rule::Late, tsdr, self.limits.max_tsdr)?;
+        let first_character = speech.begin + away + CHARACTER_TBIT;
+        at_most(Rule::Slot, first_character - asked.speech.end, self.limits.slot)
+    }
+
+    /// Follows min T_SDR. Whether a slave took a Set_Prm is only known when its diagnosis names the master; until then both
+    /// values are good.
+    fn learn(&mut self, asked: &Asked, frame: Option<&Frame<'_>>) {
+        let slave = usize::from(asked.da);
+        if let (Some(new), None) = (asked.min_tsdr, frame) {
+            self.min_tsdr[slave] = self.min_tsdr[slave].min(new);
+            self.asked_tsdr[slave] = Some((asked.sa, new));
+        }
+        let diag = frame.filter(|frame| Sap::from_octet(frame.ssap) == Sap::SlaveDiag);
+        if let Some(Ok(diag)) = diag.map(|frame| SlaveDiag::parse(frame.du))
+            && let Some((master, new)) = self.asked_tsdr[slave].take()
+            && master == diag.master_add
+        {
+            self.min_tsdr[slave] = new;
+        }
+    }
+}
+
+/// The request, if its function is to be answered.
+fn asked(speech: &Speech, frame: &Frame<'_>, function: Function) -> Option<Asked> {
+    let confirmed = match function {
+        Function::SrdLow | Function::SrdHigh | Function::SdaLow | Function::SdaHigh => true,
+        Function::FdlStatus | Function::Ident | Function::LsapStatus => true,
+        Function::SdnLow | Function::SdnHigh | Function::Other(_) => false,
+    };
+    let set_prm = SetPrm::parse(frame.du).ok().filter(|_| Sap::from_octet(frame.dsap) == Sap::SetPrm);
+    let min_tsdr = set_prm.map(|prm| prm.min_tsdr).filter(|tbit| *tbit != 0);
+    (confirmed && frame.da != BROADCAST).then(|| Asked {
+        speech: *speech,
+        sa: frame.sa,
+        da: frame.da,
+        min_tsdr: min_tsdr.map(|tbit| tbit.max(DEFAULT_MIN_TSDR_TBIT)),
+    })
+}
+
+const fn at_least(rule: Rule, measured: u64, limit: u64) -> Verdict {
+    if measured < limit { Err((rule, measured, limit)) } else { Ok(()) }
+}
+
+const fn at_most(rule: Rule, measured: u64, limit: u64) -> Verdict {
+    if measured > limit { Err((rule, measured, limit)) } else { Ok(()) }
+}

@@ -1,0 +1,208 @@
+//! Stations for tests: one that says what it is told, one made of a function, one that does not stop talking.
+
+use crate::random::Random;
+use crate::referee::Limits;
+use profivac_dp::link::{BitTime, Listening, Station, Transmit};
+use profivac_wire::{BROADCAST, MAX_TELEGRAM, Telegram};
+use std::collections::VecDeque;
+use std::fmt;
+
+/// A telegram as a station heard it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Heard {
+    /// When its last bit ended.
+    pub end: BitTime,
+    /// All of it.
+    pub octets: Vec<u8>,
+}
+
+/// Sends what it is told when it is told, and writes down what it hears.
+#[derive(Clone, Debug, Default)]
+pub struct Tester {
+    queue: VecDeque<(BitTime, Vec<u8>)>,
+    sent: Vec<u8>,
+    /// Every telegram of others, in order.
+    pub heard: Vec<Heard>,
+    /// How many characters completed no telegram.
+    pub characters: usize,
+}
+
+impl Tester {
+    /// A station that says nothing.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Sends `octets` at `time`. Telegrams leave in the order in which they were given.
+    pub fn send(&mut self, time: BitTime, octets: &[u8]) {
+        self.queue.push_back((time, octets.to_vec()));
+    }
+}
+
+impl Station for Tester {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        let mut octets = vec![0; MAX_TELEGRAM];
+        let length = telegram.emit(&mut octets).unwrap_or_default();
+        octets.truncate(length);
+        self.heard.push(Heard { end, octets });
+        None
+    }
+
+    fn activity(&mut self, _end: BitTime) {
+        self.characters += 1;
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        let (not_before, octets) = self.queue.pop_front_if(|(time, _)| *time <= now)?;
+        self.sent = octets;
+        Some(Transmit { not_before, octets: &self.sent })
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.queue.front().map(|(time, _)| *time)
+    }
+}
+
+/// A station that answers as a function says: for stations that do something wrong.
+pub struct Puppet<F> {
+    reaction: F,
+    octets: Vec<u8>,
+}
+
+impl<F> fmt::Debug for Puppet<F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Puppet")
+    }
+}
+
+impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Puppet<F> {
+    /// `reaction` gets every telegram with the time of its end, and says what to send and when.
+    pub const fn new(reaction: F) -> Self {
+        Self { reaction, octets: Vec::new() }
+    }
+}
+
+impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Station for Puppet<F> {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        let (not_before, octets) = (self.reaction)(end, telegram)?;
+        self.octets = octets;
+        Some(Transmit { not_before, octets: &self.octets })
+    }
+
+    fn poll(&mut self, _now: BitTime) -> Option<Transmit<'_>> {
+        None
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        None
+    }
+}
+
+/// A master without wits: it sends a list of requests, each after the answer to the one before or the slot time.
+///
+/// It keeps all times and repeats nothing. After the last request it goes on with the one at `again`, for ever.
+#[derive(Clone, Debug)]
+pub struct Poller {
+    requests: Vec<Vec<u8>>,
+    again: usize,
+    next: usize,
+    limits: Limits,
+    /// When the next request may begin. While one is being sent: never.
+    wake: BitTime,
+    /// How many answers have come.
+    pub answers: u64,
+}
+
+impl Poller {
+    /// Sends `requests` once, and those from `again` on over and over.
+    #[must_use]
+    pub const fn new(limits: Limits, requests: Vec<Vec<u8>>, again: usize) -> Self {
+        Self { requests, again, next: 0, limits, wake: BitTime(limits.slot), answers: 0 }
+    }
+
+    /// Whether the last request is one that is answered.
+    fn is_waiting(&self) -> bool {
+        let last = self.next.checked_sub(1).and_then(|last| self.requests.get(last));
+        last.is_some_and(|octets| match Telegram::parse(octets) {
+            Ok(Telegram::Frame(frame)) => frame.da != BROADCAST,
+            _ => false,
+        })
+    }
+}
+
+impl Station for Poller {
+    fn telegram(&mut self, end: BitTime, _telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.answers += 1;
+        self.wake = end + self.limits.t_id1;
+        None
+    }
+
+    fn activity(&mut self, end: BitTime) {
+        // Something comes; if it becomes nothing, the line is idle again after this.
+        self.wake = end + self.limits.t_id1;
+    }
+
+    fn sent(&mut self, end: BitTime) {
+        let wait = if self.is_waiting() { self.limits.slot + 1 } else { self.limits.t_id2 };
+        self.wake = end + wait;
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.wake = BitTime(u64::MAX);
+        if self.next == self.requests.len() {
+            self.next = self.again;
+        }
+        self.next += 1;
+        let octets = self.requests.get(self.next - 1)?;
+        Some(Transmit { not_before: now, octets })
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        Some(self.wake)
+    }
+}
+
+/// A station that talks at random and listens to nobody.
+#[derive(Clone, Debug)]
+pub struct Babbler {
+    random: Random,
+    next: BitTime,
+    until: BitTime,
+    /// The longest silence between two bursts.
+    pause_tbit: u64,
+    octets: Vec<u8>,
+}
+
+impl Babbler {
+    /// Bursts of 1 to 20 octets from `from` to `until`, with silences of at most `pause_tbit` between them.
+    #[must_use]
+    pub const fn new(seed: u64, from: BitTime, until: BitTime, pause_tbit: u64) -> Self {
+        Self { random: Random::new(seed), next: from, until, pause_tbit, octets: Vec::new() }
+    }
+}
+
+impl Station for Babbler {
+    fn telegram(&mut self, _end: BitTime, _telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        None
+    }
+
+    fn sent(&mut self, end: BitTime) {
+        self.next = end + self.random.below(self.pause_tbit + 1);
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        let length = 1 + self.random.below(20);
+        self.octets = (0..length).map(|_| self.random.octet()).collect();
+        self.next = BitTime(u64::MAX);
+        Some(Transmit { not_before: now, octets: &self.octets })
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        (self.next < self.until).then_some(self.next)
+    }
+
+    fn listening(&self) -> Listening {
+        Listening::Everything
+    }
+}

@@ -1,0 +1,142 @@
+//! A trace as text.
+
+use super::{Entry, Trace};
+use crate::describe::octet;
+use profivac_dp::link::{Baud, BitTime};
+use std::fmt::{self, Write as _};
+use std::str::FromStr;
+
+/// What the words of a line are filled up to, so that the octets stand below each other.
+const WORDS_WIDTH: usize = 76;
+
+/// One line, with the end of what came before it.
+pub(crate) struct Line<'a>(pub(crate) Option<BitTime>, pub(crate) &'a Entry);
+
+impl fmt::Display for Line<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(before, entry) = self;
+        let gap = before.map(|end| format!("+{}", entry.start - end)).unwrap_or_default();
+        write!(f, "{:>10} {gap:>6}  {:WORDS_WIDTH$} |", entry.start.0, entry.to_string())?;
+        for (place, octet) in entry.octets.iter().enumerate() {
+            write!(f, " {octet:02X}{}", if entry.errors.contains(&place) { "!" } else { "" })?;
+        }
+        f.write_char('\n')
+    }
+}
+
+impl fmt::Display for Trace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "# {}", self.baud)?;
+        let mut before = None;
+        for entry in &self.entries {
+            Line(before, entry).fmt(f)?;
+            before = Some(entry.end());
+        }
+        Ok(())
+    }
+}
+
+/// A line that is no line of a trace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadLine {
+    /// Its number, counted from 1.
+    pub number: usize,
+    /// What it should have had.
+    pub expected: &'static str,
+    /// What it has.
+    pub received: String,
+}
+
+impl fmt::Display for BadLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}: expected {}, found '{}'", self.number, self.expected, self.received)
+    }
+}
+
+impl std::error::Error for BadLine {}
+
+impl FromStr for Trace {
+    type Err = BadLine;
+
+    /// Reads what [`Display`](fmt::Display) wrote. Empty lines and further remarks are skipped.
+    fn from_str(text: &str) -> Result<Self, BadLine> {
+        let mut lines = text.lines().zip(1..);
+        let (first, _) = lines.next().unwrap_or_default();
+        let bad = |number, (expected, received): (&'static str, &str)| {
+            Err(BadLine { number, expected, received: received.to_owned() })
+        };
+        let Some(baud) = first.strip_prefix("# ").and_then(rate) else {
+            return bad(1, ("a transmission rate, as in '# 1.5 Mbit/s'", first));
+        };
+        let mut trace = Self { baud, entries: Default::default() };
+        for (line, number) in lines.filter(|(line, _)| !line.is_empty() && !line.starts_with('#')) {
+            match entry(line) {
+                Ok(entry) => trace.entries.push_back(entry),
+                Err(wrong) => return bad(number, wrong),
+            }
+        }
+        Ok(trace)
+    }
+}
+
+fn rate(text: &str) -> Option<Baud> {
+    Baud::ALL.into_iter().find(|baud| baud.to_string() == text.trim())
+}
+
+/// An entry, or what was expected and what came instead.
+fn entry(line: &str) -> Result<Entry, (&'static str, &str)> {
+    let time = line.split_whitespace().next().unwrap_or_default();
+    let start = time.parse().map(BitTime).map_err(|_| ("a bit time", time))?;
+    let Some((_, octets)) = line.rsplit_once('|') else { return Err(("octets after '|'", line)) };
+    let (mut read, mut errors) = (Vec::new(), Vec::new());
+    for text in octets.split_whitespace() {
+        let digits = text.strip_suffix('!').unwrap_or(text);
+        if digits != text {
+            errors.push(read.len());
+        }
+        read.push(octet(digits).ok_or(("two hexadecimal digits", text))?);
+    }
+    Ok(Entry { start, octets: read.into(), errors })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "\
+# 1.5 Mbit/s
+      1000           2 -> 8    FDL_Status ?                                                 | 10 08 02 49 53 16
+      1077    +11    8 -> 2    OK, passive station                                          | 10 02 08 00 0A 16
+      1180    +37  damaged: character error in octet 2, 4                                     | 10 08! 02 49! 53 16
+      1300    +54  damaged: the check octet is 54, the sum is 53                              | 10 08 02 49 54 16
+      2000   +634              SC                                                             | E5
+";
+
+    /// The same without the filling, which is there for the eye.
+    fn squeezed(text: &str) -> String {
+        text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect()
+    }
+
+    #[test]
+    fn a_trace_is_read_and_written() {
+        let trace: Trace = TEXT.parse().unwrap();
+        assert_eq!(trace.entries.len(), 5);
+        assert_eq!(trace.entries[2].errors, [1, 3]);
+        assert_eq!(squeezed(&trace.to_string()), squeezed(TEXT));
+        assert_eq!(trace.to_string().parse(), Ok(trace));
+    }
+
+    #[test]
+    fn a_bad_line_is_named() {
+        for (text, message) in [
+            ("", "line 1: expected a transmission rate, as in '# 1.5 Mbit/s', found ''"),
+            ("# 1.6 Mbit/s", "line 1: expected a transmission rate, as in '# 1.5 Mbit/s', found '# 1.6 Mbit/s'"),
+            ("# 12 Mbit/s\n\nsoon | E5", "line 3: expected a bit time, found 'soon'"),
+            ("# 12 Mbit/s\n5 E5", "line 2: expected octets after '|', found '5 E5'"),
+            ("# 12 Mbit/s\n5 | E5 5", "line 2: expected two hexadecimal digits, found '5'"),
+            ("# 12 Mbit/s\n5 | +5", "line 2: expected two hexadecimal digits, found '+5'"),
+        ] {
+            assert_eq!(text.parse::<Trace>().unwrap_err().to_string(), message);
+        }
+    }
+}

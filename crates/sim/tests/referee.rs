@@ -1,0 +1,282 @@
+//! The referee finds what it is there to find: for each rule a station that breaks it, and one that just does not.
+
+mod common;
+
+use common::*;
+use profivac_dp::link::{Baud, BitTime, Station};
+use profivac_dp::slave::Slave;
+use profivac_sim::stations::{Puppet, Tester};
+use profivac_sim::{Bus, Fault, Foul, Limits, Rule, Tamper};
+use profivac_wire::{Frame, Telegram};
+
+const BAUD: Baud = Baud::B1500000;
+/// FDL status of the slave, 66 bit times long.
+const ASK: [u8; 6] = [0x10, TS, OWN, 0x49, 0x53, 0x16];
+const ANSWER: [u8; 6] = [0x10, OWN, TS, 0x00, 0x0A, 0x16];
+
+/// A bus with a tester that sends telegrams at given times.
+fn bus_with(script: &[(u64, &[u8])]) -> Bus {
+    let mut bus = Bus::new(BAUD);
+    let tester = bus.attach(Tester::new());
+    for (time, octets) in script {
+        bus.station_mut(tester).send(BitTime(*time), octets);
+    }
+    bus
+}
+
+/// A station that answers whatever comes with `octets` after `tsdr`.
+fn answering(tsdr: u64, octets: &[u8]) -> impl Station + Send + 'static {
+    let octets = octets.to_vec();
+    Puppet::new(move |end, _| Some((end + tsdr, octets.clone())))
+}
+
+fn outcome(bus: &mut Bus) -> Result<(), Rule> {
+    bus.run_until(BitTime(100_000)).map_err(|foul| foul.rule)
+}
+
+/// What the referee says to a single request and an answer `tsdr` after it.
+fn answered(tsdr: u64, octets: &[u8]) -> Result<(), Rule> {
+    let mut bus = bus_with(&[(100, &ASK)]);
+    bus.attach(answering(tsdr, octets));
+    outcome(&mut bus)
+}
+
+/// What the referee says to two telegrams of one master, the second `idle` bit times after the end of the first.
+fn after(first: &[u8], idle: u64) -> Result<(), Rule> {
+    let end = 100 + 11 * first.len() as u64;
+    outcome(&mut bus_with(&[(100, first), (end + idle, &ASK)]))
+}
+
+#[test]
+fn a_good_dialogue_passes() {
+    assert_eq!(answered(11, &ANSWER), Ok(()));
+    assert_eq!(answered(150, &ANSWER), Ok(()));
+    assert_eq!(answered(11, &[0xE5]), Ok(()));
+}
+
+#[test]
+fn talking_over_each_other_is_found() {
+    let mut bus = bus_with(&[(100, &ASK)]);
+    let other = bus.attach(Tester::new());
+    bus.station_mut(other).send(BitTime(165), &ASK);
+    assert_eq!(outcome(&mut bus), Err(Rule::Collision));
+}
+
+#[test]
+fn talking_over_each_other_is_found_where_signals_meet() {
+    // Seen from the middle the two never speak at once, at each end the other's telegram arrives while its own is sent.
+    for (distance, expected) in [(65, Err(Rule::Collision)), (66, Err(Rule::Syn))] {
+        let mut bus = bus_with(&[(100, &ASK)]);
+        let other = bus.attach_at(distance, Tester::new());
+        bus.station_mut(other).send(BitTime(100), &ASK);
+        assert_eq!(outcome(&mut bus), expected, "{distance} bit times apart");
+    }
+}
+
+#[test]
+fn two_slaves_at_one_address_talk_over_each_other() {
+    let mut bus = bus_with(&[(100, &ASK)]);
+    bus.attach(Slave::new(Plain::new(), TS, BAUD));
+    bus.attach(Slave::new(Plain::new(), TS, BAUD));
+    assert_eq!(outcome(&mut bus), Err(Rule::Collision));
+}
+
+#[test]
+fn what_is_no_telegram_is_found() {
+    let mut altered = ASK;
+    altered[4] += 1;
+    for octets in [&altered[..], &ASK[..5], &[ASK, ASK].concat(), &[0x00]] {
+        assert_eq!(outcome(&mut bus_with(&[(100, octets)])), Err(Rule::NoTelegram), "{octets:02X?}");
+    }
+}
+
+#[test]
+fn a_pause_inside_a_telegram_is_found() {
+    for place in 1..6 {
+        let mut bus = Bus::new(BAUD);
+        let tester = bus.attach(Tester::new());
+        bus.station_mut(tester).send(BitTime(100), &ASK);
+        bus.inject(Fault::Tamper(tester.id(), Tamper::Stutter(place, 1)));
+        assert_eq!(outcome(&mut bus), Err(Rule::Gap));
+    }
+}
+
+#[test]
+fn a_request_inside_t_syn_is_found() {
+    assert_eq!(after(&[0xDC, OWN, OWN], 32), Err(Rule::Syn));
+    assert_eq!(after(&[0xDC, OWN, OWN], 33), Err(Rule::Id1));
+}
+
+#[test]
+fn a_token_inside_t_syn_is_found() {
+    let bus = &mut bus_with(&[(100, &[0xDC, OWN, OWN]), (133 + 32, &[0xDC, OWN, OWN])]);
+    assert_eq!(outcome(bus), Err(Rule::Syn));
+}
+
+#[test]
+fn a_request_inside_t_id1_is_found_at_every_rate() {
+    for (baud, t_id1) in Baud::ALL.into_iter().zip([37, 37, 37, 37, 37, 37, 37, 46, 57, 76]) {
+        for (idle, expected) in [(t_id1 - 1, Err(Rule::Id1)), (t_id1, Ok(()))] {
+            let mut bus = Bus::new(baud);
+            bus.attach(answering(11, &ANSWER));
+            let tester = bus.attach(Tester::new());
+            bus.station_mut(tester).send(BitTime(100), &ASK);
+            bus.station_mut(tester).send(BitTime(100 + 66 + 11 + 66 + idle), &ASK);
+            assert_eq!(outcome(&mut bus), expected, "{baud}, {idle}");
+        }
+    }
+}
+
+#[test]
+fn a_request_inside_t_id1_after_a_token_is_found() {
+    assert_eq!(after(&[0xDC, OWN, OWN], 36), Err(Rule::Id1));
+    assert_eq!(after(&[0xDC, OWN, OWN], 37), Ok(()));
+}
+
+#[test]
+fn a_request_inside_t_id2_after_an_unconfirmed_one_is_found() {
+    let all = emit(&Telegram::Frame(Frame { da: 127, sa: OWN, dsap: Some(58), ssap: Some(62), fc: 0x46, du: &[0, 0] }));
+    assert_eq!(after(&all, 149), Err(Rule::Id2));
+    assert_eq!(after(&all, 150), Ok(()));
+}
+
+#[test]
+fn a_request_that_does_not_wait_for_an_answer_is_found() {
+    assert_eq!(after(&ASK, 299), Err(Rule::Impatient));
+    assert_eq!(after(&ASK, 300), Ok(()));
+}
+
+#[test]
+fn an_answer_before_min_tsdr_is_found() {
+    assert_eq!(answered(10, &ANSWER), Err(Rule::Early));
+    assert_eq!(answered(0, &[0xE5]), Err(Rule::Early));
+}
+
+#[test]
+fn an_answer_before_the_min_tsdr_a_slave_was_given_is_found_once_its_diagnosis_confirms() {
+    // Set_Prm with min T_SDR 40, Slave_Diag, then FDL status, answered after `tsdr` each time.
+    let talk = |tsdr: u64, diag: &'static [u8]| {
+        let prm = request(OWN, FIRST, 61, &[0x80, 0, 0, 40, 0x12, 0x34, 0]);
+        let ask_diag = request(OWN, FCB_0, 60, &[]);
+        let mut bus = bus_with(&[(100, &prm), (1000, &ask_diag), (2000, &ASK)]);
+        bus.attach(Puppet::new(move |end, telegram| {
+            let Telegram::Frame(frame) = telegram else { return None };
+            Some(match frame.dsap {
+                Some(61) => (end + 11, vec![0xE5]),
+                Some(_) => {
+                    let answer = Frame { da: OWN, sa: TS, dsap: Some(62), ssap: Some(60), fc: 8, du: diag };
+                    (end + 40, emit(&Telegram::Frame(answer)))
+                }
+                None => (end + tsdr, ANSWER.to_vec()),
+            })
+        }));
+        outcome(&mut bus)
+    };
+    let taken = &[0x02, 0x04, 0x00, OWN, 0x12, 0x34];
+    assert_eq!(talk(39, taken), Err(Rule::Early));
+    assert_eq!(talk(40, taken), Ok(()));
+    assert_eq!(talk(11, &[0x42, 0x05, 0x00, 0xFF, 0x12, 0x34]), Ok(()), "the slave refused it");
+}
+
+#[test]
+fn an_answer_after_max_tsdr_is_found_at_every_rate() {
+    for (baud, max) in Baud::ALL.into_iter().zip([60, 60, 60, 60, 60, 100, 150, 250, 450, 800]) {
+        for (tsdr, expected) in [(max, Ok(())), (max + 1, Err(Rule::Late))] {
+            let mut bus = Bus::new(baud);
+            bus.attach(answering(tsdr, &ANSWER));
+            let tester = bus.attach(Tester::new());
+            bus.station_mut(tester).send(BitTime(100), &ASK);
+            assert_eq!(outcome(&mut bus), expected, "{baud}, {tsdr}");
+        }
+    }
+}
+
+#[test]
+fn an_answer_after_the_slot_time_is_found() {
+    // Max T_SDR is no limit here, the first character has to end within 300 bit times.
+    for (tsdr, expected) in [(289, Ok(())), (290, Err(Rule::Slot))] {
+        let mut bus = bus_with(&[(100, &ASK)]);
+        bus.set_limits(Limits { max_tsdr: 1000, ..Limits::of(BAUD) });
+        bus.attach(answering(tsdr, &ANSWER));
+        assert_eq!(outcome(&mut bus), expected, "{tsdr}");
+    }
+}
+
+#[test]
+fn the_way_there_and_back_counts_for_the_slot_time_and_not_for_tsdr() {
+    for (position, expected) in [(69, Ok(())), (70, Err(Rule::Slot))] {
+        let mut bus = bus_with(&[(100, &ASK)]);
+        bus.attach_at(position, answering(150, &ANSWER));
+        assert_eq!(outcome(&mut bus), expected, "{position}");
+    }
+}
+
+#[test]
+fn an_answer_nobody_asked_for_is_found() {
+    assert_eq!(outcome(&mut bus_with(&[(100, &[0xE5])])), Err(Rule::Unasked));
+    assert_eq!(outcome(&mut bus_with(&[(100, &ANSWER)])), Err(Rule::Unasked));
+    // To a token, to everybody, to a request that has none.
+    for octets in [&[0xDC, TS, OWN][..], &[0x10, 127, OWN, 0x46, 0xC7, 0x16], &[0x10, TS, OWN, 0x46, 0x50, 0x16]] {
+        let mut bus = bus_with(&[(100, octets)]);
+        bus.attach(answering(11, &ANSWER));
+        assert_eq!(outcome(&mut bus), Err(Rule::Unasked), "{octets:02X?}");
+    }
+}
+
+#[test]
+fn an_answer_of_or_to_the_wrong_station_is_found() {
+    assert_eq!(answered(11, &[0x10, OWN, 9, 0x00, 0x0B, 0x16]), Err(Rule::Unasked));
+    assert_eq!(answered(11, &[0x10, OTHER, TS, 0x00, 0x0B, 0x16]), Err(Rule::Unasked));
+}
+
+#[test]
+fn a_second_answer_is_found() {
+    let mut bus = bus_with(&[(100, &ASK)]);
+    bus.attach(answering(11, &ANSWER));
+    bus.attach(answering(120, &ANSWER));
+    assert_eq!(outcome(&mut bus), Err(Rule::SecondAnswer));
+}
+
+#[test]
+fn a_foul_tells_the_story() {
+    let mut bus = bus_with(&[(100, &ASK)]);
+    let slave = bus.attach(answering(10, &ANSWER));
+    let foul: Foul = *bus.run_until(BitTime(100_000)).unwrap_err();
+    assert_eq!((foul.station, foul.at, foul.measured_tbit, foul.limit_tbit), (slave.id(), BitTime(176), 10, 11));
+    let told: Vec<String> = foul.to_string().lines().map(squeezed).collect();
+    assert_eq!(
+        told,
+        [
+            "bit time 176, station #1: it answered after 10 bit times, min T_SDR is 11",
+            "100 2 -> 8 FDL_Status ? | 10 08 02 49 53 16",
+            "176 +10 8 -> 2 OK, passive station | 10 02 08 00 0A 16",
+        ]
+    );
+}
+
+fn squeezed(line: &str) -> String {
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn what_is_allowed_is_not_found_and_the_run_goes_on() {
+    let mut bus = bus_with(&[(100, &ASK)]);
+    bus.attach(answering(10, &ANSWER));
+    bus.allow(Rule::Early);
+    assert_eq!(outcome(&mut bus), Ok(()));
+    assert_eq!(bus.trace().entries.len(), 2);
+}
+
+#[test]
+fn an_exempt_station_may_do_what_it_likes_and_others_may_not() {
+    let mut bus = Bus::new(BAUD);
+    let tester = bus.attach(Tester::new());
+    bus.station_mut(tester).send(BitTime(100), &[0x00]);
+    bus.station_mut(tester).send(BitTime(120), &ASK);
+    bus.exempt(tester.id());
+    assert_eq!(outcome(&mut bus), Ok(()));
+    let mut bus = bus_with(&[(100, &ASK)]);
+    let slave = bus.attach(answering(10, &ANSWER));
+    bus.exempt(Bus::new(BAUD).attach(Tester::new()).id());
+    assert_eq!(bus.run_until(BitTime(1000)).map_err(|foul| foul.station), Err(slave.id()));
+}

@@ -1,0 +1,231 @@
+//! What a slave makes of what it should not be sent. profibus-wire 1.8, 2.2 to 2.8, 3.4 and 3.9.
+
+mod common;
+
+use common::*;
+use profivac_dp::slave::Features;
+use profivac_sim::{Fault, Tamper};
+use profivac_wire::{Frame, Telegram};
+
+const SC: [u8; 1] = [0xE5];
+
+fn exchanging() -> Talk {
+    let mut talk = talk(Plain::new());
+    to_data_exch(&mut talk);
+    talk
+}
+
+/// The diagnosis after a Set_Prm from power-up.
+fn diagnosis_after(device: Plain, prm: &[u8]) -> String {
+    let mut talk = talk(device);
+    assert_eq!(ask(&mut talk, &request(OWN, FIRST, 61, prm)), SC, "always acknowledged");
+    diagnosis(&mut talk)
+}
+
+fn dpv1() -> Plain {
+    Plain { features: Features { dpv1: true, ..Features::default() }, ..Plain::new() }
+}
+
+#[test]
+fn a_faulty_set_prm_is_acknowledged_and_told_by_the_diagnosis() {
+    for (what, prm) in [
+        ("too short", &[0x80, 0, 0, 11, 0x12, 0x34][..]),
+        ("empty", &[]),
+        ("wrong ident, high", &[0x80, 0, 0, 11, 0x13, 0x34, 0]),
+        ("wrong ident, low", &[0x80, 0, 0, 11, 0x12, 0x35, 0]),
+        ("watchdog with a factor 0", &[0x88, 0, 1, 11, 0x12, 0x34, 0]),
+        ("watchdog with the other factor 0", &[0x88, 1, 0, 11, 0x12, 0x34, 0]),
+        ("user parameters the device does not take", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 1]),
+    ] {
+        assert_eq!(diagnosis_after(Plain::new(), prm), "42 05 00 FF", "{what}");
+    }
+}
+
+#[test]
+fn a_dpv1_slave_checks_reserved_bits_and_lengths() {
+    for (what, prm, expected) in [
+        ("no user parameters", &[0x80, 0, 0, 11, 0x12, 0x34, 0][..], "02 04 00 02"),
+        ("the three octets", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0x80, 0, 0], "02 04 00 02"),
+        ("one octet", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0x80], "42 05 00 FF"),
+        ("two octets", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0x80, 0], "42 05 00 FF"),
+        ("reserved in Station_Status", &[0x81, 0, 0, 11, 0x12, 0x34, 0], "42 05 00 FF"),
+        ("reserved in DPV1_Status_1", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0x08, 0, 0], "42 05 00 FF"),
+        ("reserved in DPV1_Status_2", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0, 0x02, 0], "42 05 00 FF"),
+        ("reserved in DPV1_Status_3", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0, 0, 0x40], "42 05 00 FF"),
+        ("publisher of DP-V2", &[0x80, 0, 0, 11, 0x12, 0x34, 0, 0x20, 0, 0], "42 05 00 FF"),
+    ] {
+        assert_eq!(diagnosis_after(dpv1(), prm), expected, "{what}");
+    }
+}
+
+#[test]
+fn reserved_bits_do_not_matter_to_a_dpv0_slave() {
+    assert_eq!(diagnosis_after(Plain::new(), &[0x87, 0, 0, 11, 0x12, 0x34, 0]), "02 04 00 02");
+}
+
+#[test]
+fn what_is_not_supported_is_told_and_accepted() {
+    let device = Plain { features: Features::default(), ..Plain::new() };
+    assert_eq!(diagnosis_after(device, &[0xB0, 0, 0, 11, 0x12, 0x34, 0]), "12 04 00 02");
+    assert_eq!(diagnosis_after(Plain::new(), &[0xB0, 0, 0, 11, 0x12, 0x34, 0]), "02 04 00 02");
+}
+
+#[test]
+fn a_wrong_configuration_leads_back_to_the_beginning() {
+    for wrong in [&[0x11, 0x22][..], &[0x21, 0x11], &[0x11], &[0x11, 0x21, 0x00], &[], &[0xC1]] {
+        let mut talk = talk(Plain::new());
+        to_wait_cfg(&mut talk);
+        assert_eq!(ask(&mut talk, &request(OWN, FCB_0, 62, wrong)), SC);
+        assert_eq!(diagnosis(&mut talk), "06 05 00 FF", "{wrong:02X?}");
+    }
+}
+
+#[test]
+fn a_good_start_after_a_bad_one_clears_the_fault() {
+    let mut talk = talk(Plain::new());
+    ask(&mut talk, &request(OWN, FIRST, 61, &[0x80, 0, 0, 11, 0, 0, 0]));
+    assert_eq!(diagnosis(&mut talk), "42 05 00 FF");
+    to_wait_cfg(&mut talk);
+    ask(&mut talk, &request(OWN, FIRST, 62, &[0x11]));
+    assert_eq!(diagnosis(&mut talk), "06 05 00 FF");
+    to_data_exch(&mut talk);
+    assert_eq!(diagnosis(&mut talk), "00 04 00 02");
+}
+
+#[test]
+fn a_foreign_master_changes_nothing_while_the_slave_is_owned() {
+    for octets in [
+        request(OTHER, FIRST, 61, &LOCK),
+        request(OTHER, FIRST, 61, &[0x40, 0, 0, 0, 0x12, 0x34, 0]),
+        request(OTHER, FIRST, 61, &[0x80, 0, 0, 11, 0, 0, 0]),
+        request(OTHER, FIRST, 61, &[0x80]),
+        request(OTHER, FIRST, 62, &CFG),
+        request(OTHER, FIRST, 62, &[0x11]),
+    ] {
+        let mut talk = exchanging();
+        assert_eq!(ask(&mut talk, &octets), SC);
+        assert_eq!(diagnosis(&mut talk), "00 04 00 02", "after {octets:02X?}");
+    }
+}
+
+#[test]
+fn a_foreign_master_cannot_exchange_and_cannot_command() {
+    let mut talk = exchanging();
+    assert_eq!(ask(&mut talk, &plain(OTHER, FIRST, &[1, 2])), [0x10, OTHER, TS, 3, 14, 0x16]);
+    ask_or_silence(&mut talk, &request(OTHER, 0x46, 58, &[0x02, 0]));
+    assert_eq!(talk.station().device().outputs.iter().flatten().count(), 0);
+    ask(&mut talk, &plain(OWN, FIRST, &[1, 2]));
+    ask_or_silence(&mut talk, &request(OTHER, 0x46, 58, &[0x02, 0]));
+    assert_eq!(talk.station().device().outputs.last(), Some(&Some(vec![1, 2])));
+}
+
+#[test]
+fn after_unlock_another_master_may_take_the_slave() {
+    let mut talk = exchanging();
+    assert_eq!(ask(&mut talk, &request(OWN, FCB_0, 61, &[0x40, 0, 0, 0, 0x12, 0x34, 0])), SC);
+    assert_eq!(diagnosis(&mut talk), "02 05 00 FF");
+    assert_eq!(ask(&mut talk, &request(OTHER, FIRST, 61, &LOCK)), SC);
+    assert_eq!(diagnosis(&mut talk), "02 04 00 03");
+}
+
+#[test]
+fn outputs_of_a_wrong_length_are_answered_once_and_end_the_exchange() {
+    for wrong in [&[][..], &[1], &[1, 2, 3], &[0; 244]] {
+        let mut talk = exchanging();
+        ask(&mut talk, &plain(OWN, FCB_0, &[7, 7]));
+        assert_eq!(ask(&mut talk, &plain(OWN, FCB_1, wrong))[..4], [0x68, 5, 5, 0x68], "{} octets", wrong.len());
+        assert_eq!(talk.station().device().outputs.last(), Some(&None), "outputs are safe");
+        assert_eq!(ask(&mut talk, &plain(OWN, FCB_0, &[1, 2])), [0x10, OWN, TS, 3, 13, 0x16]);
+        assert_eq!(diagnosis(&mut talk), "02 05 00 FF");
+    }
+}
+
+#[test]
+fn an_extension_alone_or_of_another_kind_is_no_access_point() {
+    for (dsap, ssap) in [
+        (Some(60), None),
+        (None, Some(62)),
+        (Some(60 | 0x40), Some(62)),
+        (Some(60 | 0x80), Some(62)),
+        (Some(60), Some(62 | 0x40)),
+        (Some(60), Some(63)),
+    ] {
+        let frame = Frame { da: TS, sa: OWN, dsap, ssap, fc: FIRST, du: &[] };
+        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Frame(frame)));
+        assert_eq!(answer, [0x10, OWN, TS, 3, 13, 0x16], "{dsap:?} {ssap:?}");
+    }
+}
+
+#[test]
+fn an_acknowledged_send_is_no_service_of_dp() {
+    for fc in [0x43, 0x45, 0x63, 0x55] {
+        assert_eq!(ask(&mut talk(Plain::new()), &request(OWN, fc, 61, &LOCK)), [0x10, OWN, TS, 3, 13, 0x16]);
+    }
+}
+
+#[test]
+fn what_is_not_for_a_slave_is_met_by_silence() {
+    let frame = |da, sa, fc| emit(&Telegram::Frame(Frame { da, sa, dsap: None, ssap: None, fc, du: &[] }));
+    let mut cases = vec![
+        ("SC", vec![0xE5]),
+        ("a token for the slave", vec![0xDC, TS, OWN]),
+        ("a token for another", vec![0xDC, OWN, OTHER]),
+        ("a request for another", frame(9, OWN, 0x49)),
+        ("a request for all", frame(127, OWN, 0x49)),
+        ("a request from its own address", frame(TS, TS, 0x49)),
+        ("a request from all", frame(TS, 127, 0x49)),
+        ("an answer", frame(TS, OWN, 0x00)),
+        ("Global_Control", request(OWN, 0x46, 58, &[0, 0])),
+        ("Global_Control at low priority", request(OWN, 0x44, 58, &[0, 0])),
+        ("Slave_Diag as a send without answer", request(OWN, 0x46, 60, &[])),
+    ];
+    for code in [0x0, 0x1, 0x2, 0x7, 0x8, 0xA, 0xB] {
+        cases.push(("a reserved function", frame(TS, OWN, 0x40 | code)));
+        cases.push(("the other table of functions", frame(TS, OWN, 0xC0 | code)));
+    }
+    for (what, octets) in cases {
+        let mut talk = exchanging();
+        assert_eq!(ask_or_silence(&mut talk, &octets), None, "{what}: {octets:02X?}");
+        assert_eq!(diagnosis(&mut talk), "00 04 00 02", "{what} changes nothing");
+    }
+}
+
+/// Slave_Diag of the owner, which would be answered if it were whole.
+const SLAVE_DIAG: [u8; 11] = [0x68, 5, 5, 0x68, 0x80 | TS, 0x80 | OWN, FIRST, 60, 62, 0xF1, 0x16];
+
+#[test]
+fn every_altered_octet_makes_a_telegram_that_is_met_by_silence() {
+    for place in 0..SLAVE_DIAG.len() {
+        for flipped in 1..=0xFF {
+            let mut octets = SLAVE_DIAG;
+            octets[place] ^= flipped;
+            let mut talk = talk(Plain::new());
+            assert_eq!(ask_or_silence(&mut talk, &octets), None, "octet {place} as {:02X}", octets[place]);
+        }
+    }
+    assert!(ask_or_silence(&mut talk(Plain::new()), &SLAVE_DIAG).is_some());
+}
+
+#[test]
+fn damage_on_the_line_is_met_by_silence_and_forgotten_after_t_syn() {
+    for bit in 0..11 * SLAVE_DIAG.len() {
+        let mut talk = talk(Plain::new());
+        let tester = talk.tester();
+        talk.bus.inject(Fault::Tamper(tester, Tamper::Flip(vec![bit])));
+        assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "bit {bit}");
+        assert!(talk.ask(33, &SLAVE_DIAG).unwrap().is_some(), "after bit {bit}");
+    }
+}
+
+#[test]
+fn lost_and_added_octets_are_met_by_silence() {
+    for place in 0..SLAVE_DIAG.len() {
+        for tamper in [Tamper::Lose(place), Tamper::Add(place, 0x10), Tamper::Add(place, 0xFF)] {
+            let mut talk = talk(Plain::new());
+            let tester = talk.tester();
+            talk.bus.inject(Fault::Tamper(tester, tamper.clone()));
+            assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "{tamper:?}");
+            assert!(talk.ask(400, &SLAVE_DIAG).unwrap().is_some(), "after {tamper:?}");
+        }
+    }
+}
