@@ -8,6 +8,7 @@
 //! | `channel` | the eight octets of the parameter channel |
 //! | `machine` | the device state machine, as a table |
 //! | `exceptions` | Exception Status and its records |
+//! | `fitted` | which channels of a controller have a gauge |
 //! | `part` | a measuring part: sensor, limits, safe state |
 //! | `address` | address switch and Set_Slave_Add |
 
@@ -17,6 +18,7 @@ mod bench;
 mod channel;
 mod device;
 mod exceptions;
+mod fitted;
 mod machine;
 mod parameters;
 mod part;
@@ -24,5 +26,6 @@ mod part;
 pub use behaviour::{At, Behaviour};
 pub use device::{BlockDevice, Serial, Setup};
 pub use exceptions::{Common, Details, ExceptionStatus, exception_status};
+pub use fitted::Fitted;
 pub use machine::{Event, Health, Machine, State, TRANSITIONS, Transition};
 pub use part::{Facts, Limits, MeasuringPart, Range, SafeState, Sensor, StatusExtension};
