@@ -7,10 +7,8 @@ use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
 use profivac_devices::tpg::{Gauge, Tpg300, Tpg500};
 use profivac_devices::{Action, Instrument};
+use support::tpg::{COLD, PIRANI};
 use support::{Desk, hex};
-
-const PIRANI: Option<Gauge> = Some(Gauge::Pirani);
-const COLD: Option<Gauge> = Some(Gauge::ColdCathode);
 
 /// errata-bpg-bcg-tpg 122 and 125: configuration, inputs. The outputs are always nine octets.
 const CONFIGURATIONS: [(&str, usize); 9] = [
