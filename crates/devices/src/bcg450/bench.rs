@@ -1,12 +1,11 @@
 //! The BCG450-SP as it stands on bus and bench.
 
 use super::relay::Relay;
-use super::table::{MODEL, Parameter};
-use super::{Gauge, PARTS};
-use crate::instrument::{Action, Indicated, Part, Report, Unknown};
-use crate::model::{Address, Configuration, Field, Format, Model, Octets, Refusal, UserPrm, Value, faults};
-use crate::profile::{At, Behaviour, MeasuringPart};
-use crate::store::Key;
+use super::table::{MODEL, PARTS};
+use super::{Gauge, table};
+use crate::instrument::{Action, Part, Report, Unknown};
+use crate::model::{Configuration, Field, Model, Octets, Unit, faults};
+use crate::profile::Behaviour;
 
 faults! {
     /// What can be broken. The effect is a bit of the exception details (3.1.1.11, 3.1.1.12).
@@ -25,58 +24,16 @@ faults! {
 }
 
 impl Behaviour for Gauge {
-    type Parameter = Parameter;
-
-    const MODEL: &'static Model = &MODEL;
-
-    /// Slot 1 shows the instance of the Channel Instance Selector (errata-bpg-bcg-tpg 28).
-    fn shows(&self, address: &Address) -> bool {
-        address.instance == 0 || address.instance == self.selector
+    fn model(&self) -> &'static Model {
+        &MODEL
     }
 
-    fn format(&self, _at: &At<Parameter>) -> Format {
-        self.format()
-    }
-
-    fn get(&self, at: &At<Parameter>) -> Value {
-        self.get(at)
-    }
-
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
-        self.permits(at)
-    }
-
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
-        self.set(at, value)
-    }
-
-    fn key(&self, at: &At<Parameter>) -> Key {
-        Self::key(at)
-    }
-
-    /// The adjustment of the ambient pressure sensor.
-    fn hidden(&self) -> &[f64] {
-        core::slice::from_ref(&self.atmosphere.offset_pa)
-    }
-
-    fn hidden_mut(&mut self) -> &mut [f64] {
-        core::slice::from_mut(&mut self.atmosphere.offset_pa)
-    }
-
-    fn memory_works(&self) -> bool {
-        !self.faults.eeprom
-    }
-
-    fn parameterise(&mut self, prm: &'static UserPrm) {
-        if let Some(unit) = MODEL.unit(prm.code()) {
-            self.unit = unit;
-        }
+    fn set_unit(&mut self, unit: &'static Unit) {
+        self.presentation.unit = unit;
     }
 
     fn configure(&mut self, configuration: &'static Configuration) {
-        if let Some(number) = configuration.number() {
-            self.number = number;
-        }
+        self.presentation.configure(configuration);
     }
 
     fn exchanging(&mut self, running: bool) {
@@ -97,10 +54,10 @@ impl Behaviour for Gauge {
         match field {
             Field::ExceptionStatus => Octets::new(&[self.exception_status().bits()]),
             Field::StatusExtension => Octets::new(&[self.one_of_n().bits()]),
-            Field::PvSelector => Octets::new(&[self.measurement.active]),
+            Field::PvSelector => Octets::new(&[self.active]),
             Field::ProcessValue(_) => {
-                let pa = self.part(self.measurement.active).map_or(0.0, |part| self.process_value_pa(part));
-                self.format().encode(pa)
+                let pa = self.active().process_value_pa(&self.condition());
+                self.presentation.format(table::COUNTS).encode(pa)
             }
             // In none of its telegrams.
             _ => Octets::EMPTY,
@@ -109,9 +66,9 @@ impl Behaviour for Gauge {
 
     fn start(&mut self) {
         *self = Self {
-            pirani: MeasuringPart::restarted(&self.pirani),
-            ba: MeasuringPart::restarted(&self.ba),
-            cdg: MeasuringPart::restarted(&self.cdg),
+            pirani: self.pirani.restarted(),
+            ba: self.ba.restarted(),
+            cdg: self.cdg.restarted(),
             atmosphere: self.atmosphere.restarted(),
             relays: self.relays.each_ref().map(Relay::restarted),
             faults: self.faults,
@@ -137,7 +94,7 @@ impl Behaviour for Gauge {
 
     fn advance(&mut self, seconds: f64) {
         self.machine.advance(seconds, self.health());
-        self.emission.advance(seconds);
+        self.cathode.advance(seconds);
         self.seconds += seconds;
     }
 
@@ -156,8 +113,8 @@ impl Behaviour for Gauge {
             Action::Pot { which, volts } => {
                 let [a, b] = &mut self.relays;
                 match which {
-                    'a' => a.turn(volts),
-                    'b' => b.turn(volts),
+                    'a' => a.point.turn(volts),
+                    'b' => b.point.turn(volts),
                     _ => return Err(Unknown { expected: &["a", "b"] }),
                 }
                 Ok(())
@@ -167,21 +124,17 @@ impl Behaviour for Gauge {
     }
 
     fn report(&self) -> Report {
-        let indicated = [&self.pirani, &self.ba, &self.cdg].into_iter().map(|part| Indicated {
-            instance: part.facts.instance,
-            value_mbar: self.indicated_pa(part.facts) / 100.0,
-            valid: self.is_valid(part.facts),
-        });
+        let condition = self.condition();
         Report {
             device_state: self.machine.state().name(),
             led: "none",
-            relays: self.relays.iter().map(Relay::is_closed).collect(),
-            indicated: indicated.collect(),
-            active_instance: self.measurement.active,
+            relays: self.relays.iter().map(|relay| relay.point.is_closed()).collect(),
+            indicated: [&self.pirani, &self.ba, &self.cdg].into_iter().map(|part| part.indicated(&condition)).collect(),
+            active_instance: self.active,
             exception_status: self.exception_status().bits(),
-            outputs_safe: self.is_safe(self.measurement.active),
-            emission: core::iter::once(self.emission.is_on()).collect(),
-            degas: core::iter::once(self.emission.is_degassing()).collect(),
+            outputs_safe: self.active().is_safe(&condition),
+            emission: core::iter::once(self.cathode.is_on()).collect(),
+            degas: core::iter::once(self.cathode.is_degassing()).collect(),
             run_hours: self.seconds / 3600.0,
         }
     }
@@ -191,12 +144,12 @@ impl Gauge {
     /// Pin 7, active high: Appendix C.
     fn degas_input(&mut self, value: &str) -> Result<(), Unknown> {
         let conditions = self.conditions();
-        // Refused like the command, and as silently as a wire can refuse.
-        let _ = match value {
-            "on" => self.emission.start_degas(&conditions),
-            "off" => self.emission.stop_degas(),
+        match value {
+            // Refused like the command, but a wire hears nothing of it.
+            "on" => drop(self.cathode.start_degas(&conditions)),
+            "off" => self.cathode.stop_degas(),
             _ => return Err(Unknown { expected: &["on", "off"] }),
-        };
+        }
         Ok(())
     }
 }

@@ -41,11 +41,11 @@ fn blend(low_pa: f64, high_pa: f64, weight: f64) -> f64 {
 ///
 /// The Pirani takes part in both overlaps, so its reading says where the pressure lies.
 pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
-    let pirani = Measurement { active: PIRANI.instance, pa: pirani_pa };
-    let cdg = Measurement { active: CDG.instance, pa: cdg_pa };
+    let pirani = Measurement { active: PIRANI.part.instance, pa: pirani_pa };
+    let cdg = Measurement { active: CDG.part.instance, pa: cdg_pa };
     let upper = PIRANI_AND_CDG.weight(pirani_pa);
     let Some(ba_pa) = ba_pa.filter(|_| upper == 0.0) else { return join(pirani, cdg, upper) };
-    let ba = Measurement { active: BA.instance, pa: ba_pa };
+    let ba = Measurement { active: BA.part.instance, pa: ba_pa };
     join(ba, pirani, BA_AND_PIRANI.weight(pirani_pa))
 }
 

@@ -1,25 +1,22 @@
 //! BCG450-SP: Pirani, Bayard-Alpert and capacitance diaphragm in one gauge. tira41d1.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `measurement` joins the three parts, `emission` switches
-//! the cathode, `relay` the contacts, `parameters` leads every row to its value, `bench` has what people do to it.
+//! [`table`] is the manual's tables; the rest is what they do: `measurement` joins the three parts, `relay` has the two
+//! functions of the contacts, `parameters` leads every row to its value, `bench` has bus and people.
 
 mod bench;
-mod emission;
 mod measurement;
 mod parameters;
 mod relay;
 pub mod table;
 
-use crate::instrument::{Part, Principle};
-use crate::model::{NumberType, Unit};
+use crate::model::{Range, Refusal};
 use crate::profile::{
-    BlockDevice, Common, Details, ExceptionStatus, Facts, Health, Machine, MeasuringPart, Range, Sensor, Serial, Setup,
-    StatusExtension, exception_status,
+    BlockDevice, Cathode, Common, Condition, Conditions, Details, ExceptionStatus, Health, Machine, MeasuringPart,
+    Presentation, Sensor, Serial, Setup, StatusExtension, exception_status,
 };
 use crate::store::Store;
 use bench::Faults;
-use emission::{Conditions, Emission};
-use measurement::{Measurement, measure};
+use measurement::measure;
 use relay::Relay;
 
 /// A BCG450-SP with its nonvolatile memory.
@@ -29,37 +26,26 @@ impl<S: Store> Bcg450<S> {
     /// A gauge that has just been switched on.
     #[must_use]
     pub fn new(store: S, setup: Setup) -> Self {
-        let mut device = Self::with(Gauge::new(setup.serial), store, setup.address_switch);
-        if let Some(unit) = setup.unit {
-            device.happen(|gauge| gauge.unit = unit);
-        }
-        device
+        Self::with(Gauge::new(setup.serial), store, &setup)
     }
 }
-
-/// The measuring parts, in the order of their instances.
-const PARTS: [Part; 4] = [
-    Part { instance: 1, principle: Principle::Pirani },
-    Part { instance: 2, principle: Principle::HotCathode },
-    Part { instance: 3, principle: Principle::Diaphragm },
-    Part { instance: 4, principle: Principle::Atmosphere },
-];
 
 /// What is particular to the BCG450-SP.
 #[derive(Clone, Debug)]
 pub struct Gauge {
     serial: Serial,
     machine: Machine,
-    unit: &'static Unit,
-    number: NumberType,
+    presentation: Presentation,
     /// Channel Instance Selector.
     selector: u8,
     pirani: MeasuringPart,
     ba: MeasuringPart,
     cdg: MeasuringPart,
+    /// The ambient pressure.
     atmosphere: Sensor,
-    measurement: Measurement,
-    emission: Emission,
+    /// PV Selector.
+    active: u8,
+    cathode: Cathode,
     relays: [Relay; 2],
     /// The cyclic transition command of the last cycle.
     command: [u8; 2],
@@ -68,22 +54,21 @@ pub struct Gauge {
 }
 
 impl Gauge {
-    fn new(serial: Serial) -> Self {
+    const fn new(serial: Serial) -> Self {
         Self {
             serial,
-            machine: Machine::default(),
-            unit: table::FACTORY_UNIT,
-            number: NumberType::Float,
+            machine: Machine::power_up(),
+            presentation: Presentation::new(table::FACTORY_UNIT),
             selector: 1,
             pirani: MeasuringPart::new(&table::PIRANI),
             ba: MeasuringPart::new(&table::BA),
             cdg: MeasuringPart::new(&table::CDG),
-            atmosphere: Sensor::default(),
-            measurement: Measurement { active: table::PIRANI.instance, pa: 0.0 },
-            emission: Emission::default(),
-            relays: [Relay::default(), Relay::default()],
+            atmosphere: Sensor::in_air(),
+            active: 1,
+            cathode: Cathode::new(&table::CATHODE),
+            relays: [Relay::new(), Relay::new()],
             command: [0; 2],
-            faults: Faults::default(),
+            faults: Faults::NONE,
             seconds: 0.0,
         }
     }
@@ -107,6 +92,11 @@ impl Gauge {
         }
     }
 
+    /// The part that measures.
+    fn active(&self) -> &MeasuringPart {
+        self.part(self.active).unwrap_or(&self.pirani)
+    }
+
     /// Instances 5 and 6.
     fn relay(&self, instance: u8) -> Option<&Relay> {
         self.relays.get(usize::from(instance).checked_sub(5)?)
@@ -116,16 +106,11 @@ impl Gauge {
         self.relays.get_mut(usize::from(instance).checked_sub(5)?)
     }
 
-    /// Volatile values as they are after INIT.
-    fn initialise(&mut self) {
-        self.emission = Emission::default();
-        self.relays.iter_mut().for_each(Relay::open);
-    }
-
-    /// A Device Block State Command.
-    fn state_command(&mut self, number: u8) -> Result<(), crate::model::Refusal> {
+    /// A Device Block State Command. Reset brings the volatile values back to what they are after power-up.
+    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
         if self.machine.command(number)? {
-            self.initialise();
+            self.cathode = Cathode::new(&table::CATHODE);
+            self.relays.iter_mut().for_each(|relay| relay.point.open());
         }
         Ok(())
     }
@@ -140,28 +125,6 @@ impl Gauge {
         }
     }
 
-    /// A sensor alarm of this instance: sensor and electronics cannot be told apart (3.3.2.3).
-    const fn has_failed(&self, instance: u8) -> bool {
-        match instance {
-            1 => self.faults.sensor_1 || self.faults.electronics_1,
-            2 => self.faults.sensor_2 || self.faults.electronics_2,
-            3 => self.faults.sensor_3 || self.faults.electronics_3,
-            _ => false,
-        }
-    }
-
-    /// Sensor Alarm, two octets.
-    const fn sensor_alarm(&self, instance: u8) -> [u8; 2] {
-        [0, if self.has_failed(instance) { 1 << 1 } else { 0 }]
-    }
-
-    /// Sensor Warning, two octets. Only the Pirani has an Electronics Warning, which means badly adjusted (105).
-    fn sensor_warning(&self, instance: u8) -> [u8; 2] {
-        let electronics = instance == 1 && self.faults.pirani_adjust;
-        let degas = instance == 2 && self.emission.is_too_high_for_degas(self.pressure_pa());
-        [0, u8::from(electronics) << 1 | u8::from(degas) << 3]
-    }
-
     /// Memory faults, alike in both records (48, 49).
     fn common(&self) -> Common {
         let mut common = Common::empty();
@@ -173,9 +136,9 @@ impl Gauge {
 
     /// Exception Detail Alarm: CDG, Pirani, BA (46).
     fn alarm(&self) -> Details<6> {
-        let [c0, c1] = self.sensor_alarm(3);
-        let [p0, p1] = self.sensor_alarm(1);
-        let [b0, b1] = self.sensor_alarm(2);
+        let [c0, c1] = self.cdg.sensor_alarm();
+        let [p0, p1] = self.pirani.sensor_alarm();
+        let [b0, b1] = self.ba.sensor_alarm();
         let manufacturer = u8::from(self.faults.comm);
         Details { common: self.common(), device: [c0, c1, p0, p1, b0, b1], manufacturer }
     }
@@ -185,124 +148,85 @@ impl Gauge {
         let [c0, c1] = self.sensor_warning(3);
         let [p0, p1] = self.sensor_warning(1);
         let [b0, b1] = self.sensor_warning(2);
-        let device = [self.one_of_n().bits(), c0, c1, p0, p1, b0, b1];
         let [a, b] = &self.relays;
         // Internal communication as in the alarm (49), then the relays at atmosphere (50, 114).
         let manufacturer =
             u8::from(self.faults.comm) | u8::from(a.atmosphere_reached()) << 1 | u8::from(b.atmosphere_reached()) << 2;
-        Details { common: self.common(), device, manufacturer }
+        Details { common: self.common(), device: [self.one_of_n().bits(), c0, c1, p0, p1, b0, b1], manufacturer }
+    }
+
+    /// Sensor Warning. Only the Pirani has an Electronics Warning, which means badly adjusted (105).
+    fn sensor_warning(&self, instance: u8) -> [u8; 2] {
+        let electronics = instance == 1 && self.faults.pirani_adjust;
+        let degas = instance == 2 && self.cathode.is_too_high_for_degas(self.active().indicated_pa());
+        [0, u8::from(electronics) << 1 | u8::from(degas) << 3]
     }
 
     fn exception_status(&self) -> ExceptionStatus {
         exception_status(&self.alarm(), &self.warning())
     }
 
-    fn has_alarm(&self) -> bool {
-        // The status of the alarms alone: the warnings depend on it.
-        self.alarm() != Details { common: Common::empty(), device: [0; 6], manufacturer: 0 }
-    }
-
-    /// What an instance reads, in Pa; nothing without emission. The active one shows what the gauge measures.
-    fn reading_pa(&self, part: &Facts) -> Option<f64> {
-        match part.instance {
-            active if active == self.measurement.active => Some(self.measurement.pa),
-            1 => Some(self.pirani.sensor.indicated_pa()),
-            2 => self.emission.is_on().then(|| self.ba.sensor.indicated_pa()),
-            _ => Some(self.cdg.sensor.indicated_pa()),
+    /// Any alarm makes every reading invalid, warnings do not (54).
+    fn condition(&self) -> Condition {
+        let alarm = self.alarm();
+        Condition {
+            executing: self.machine.is_executing(),
+            disturbed: alarm.is_any(),
+            alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
         }
-    }
-
-    /// Where the reading of an instance lies; without emission on the high side (81).
-    fn range(&self, part: &Facts) -> Range {
-        self.reading_pa(part).map_or(Range::Over, |pa| part.limits.judge(pa))
-    }
-
-    /// What an instance indicates, in Pa: clipped to its own range (81), but not where that is the end of the gauge's
-    /// range (53).
-    fn indicated_pa(&self, part: &Facts) -> f64 {
-        let low = if part.limits.under_pa == table::GAUGE.under_pa { 0.0 } else { part.limits.under_pa };
-        let high = if part.limits.over_pa == table::GAUGE.over_pa { f64::INFINITY } else { part.limits.over_pa };
-        self.reading_pa(part).map_or(high, |pa| pa.clamp(low, high))
-    }
-
-    /// The pressure the gauge indicates, in Pa.
-    fn pressure_pa(&self) -> f64 {
-        self.indicated_pa(self.active())
-    }
-
-    /// The part that measures.
-    const fn active(&self) -> &'static Facts {
-        match self.part(self.measurement.active) {
-            Some(part) => part.facts,
-            None => &table::PIRANI,
-        }
-    }
-
-    /// Reading Valid: measuring, no alarm (54), in range (55).
-    fn is_valid(&self, part: &Facts) -> bool {
-        self.machine.is_executing() && !self.has_alarm() && self.range(part) == Range::Within
-    }
-
-    /// Whether Safe State rules the value of an instance (75).
-    fn is_safe(&self, instance: u8) -> bool {
-        !self.machine.is_executing() || !self.common().is_empty() || self.faults.comm || self.has_failed(instance)
-    }
-
-    /// Process Value in Pa.
-    fn process_value_pa(&self, part: &MeasuringPart) -> f64 {
-        if self.is_safe(part.facts.instance) { part.safe_pa() } else { self.indicated_pa(part.facts) }
-    }
-
-    /// Status Extension of an instance (57).
-    fn status_extension(&self, part: &Facts) -> StatusExtension {
-        StatusExtension::new(self.range(part), self.is_valid(part))
     }
 
     /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
     fn one_of_n(&self) -> StatusExtension {
-        let range = table::GAUGE.judge(self.pressure_pa());
-        StatusExtension::new(range, range == Range::Within && self.is_valid(self.active()))
+        let range = table::GAUGE.judge(self.active().indicated_pa());
+        StatusExtension::new(range, range == Range::Within && self.active().is_valid(&self.condition()))
     }
 
+    /// What the cathode depends on; the Pirani controls it.
     fn conditions(&self) -> Conditions {
         Conditions {
-            able: self.machine.is_executing() && !self.has_failed(1) && !self.has_failed(2),
-            pirani_pa: self.pirani.sensor.indicated_pa(),
-            gauge_pa: self.pressure_pa(),
+            able: self.machine.is_executing() && !self.pirani.failed && !self.ba.failed,
+            control_pa: self.pirani.sensor.indicated_pa(),
+            gauge_pa: self.active().indicated_pa(),
         }
     }
 
-    /// Everything that follows at once: emission, active instance, relays, last valid values.
+    /// Everything that follows at once: emission, readings, relays, last valid values.
     fn follow(&mut self) {
-        let Conditions { able, pirani_pa, .. } = self.conditions();
-        self.emission.switch(able, pirani_pa);
-        let ba_pa = self.emission.is_on().then(|| self.ba.sensor.indicated_pa());
-        self.measurement = measure(pirani_pa, ba_pa, self.cdg.sensor.indicated_pa());
-        let pa = self.pressure_pa();
-        self.emission.forget_refused_degas(pa);
-        self.follow_relays(pa);
-        for instance in 1..=3 {
-            self.remember(instance);
+        self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
+        self.ba.failed = self.faults.sensor_2 || self.faults.electronics_2;
+        self.cdg.failed = self.faults.sensor_3 || self.faults.electronics_3;
+        self.cathode.switch(&self.conditions());
+        self.measure();
+        self.cathode.forget_refused_degas(self.active().indicated_pa());
+        self.follow_relays();
+        let condition = self.condition();
+        [&mut self.pirani, &mut self.ba, &mut self.cdg].into_iter().for_each(|part| part.remember(&condition));
+    }
+
+    /// Each part reads for itself, the active one what the gauge measures.
+    fn measure(&mut self) {
+        let pirani_pa = self.pirani.sensor.indicated_pa();
+        let ba_pa = self.cathode.is_on().then(|| self.ba.sensor.indicated_pa());
+        let cdg_pa = self.cdg.sensor.indicated_pa();
+        self.pirani.reading_pa = Some(pirani_pa);
+        self.ba.reading_pa = ba_pa;
+        self.cdg.reading_pa = Some(cdg_pa);
+        let measurement = measure(pirani_pa, ba_pa, cdg_pa);
+        self.active = measurement.active;
+        if let Some(active) = self.part_mut(measurement.active) {
+            active.reading_pa = Some(measurement.pa);
         }
     }
 
     /// Only in EXECUTING, and not with any sensor alarm (112).
-    fn follow_relays(&mut self, pa: f64) {
-        let allowed = self.machine.is_executing() && !(1..=3).any(|instance| self.has_failed(instance));
+    fn follow_relays(&mut self) {
+        let failed = self.pirani.failed || self.ba.failed || self.cdg.failed;
+        let allowed = self.machine.is_executing() && !failed;
+        let pa = self.active().indicated_pa();
         let atmosphere_pa = self.atmosphere.indicated_pa();
         for relay in &mut self.relays {
             relay.follow(allowed, pa, atmosphere_pa);
-        }
-    }
-
-    /// For Hold Last Value.
-    fn remember(&mut self, instance: u8) {
-        let Some(facts) = self.part(instance).map(|part| part.facts) else { return };
-        if self.is_valid(facts) {
-            let pa = self.indicated_pa(facts);
-            if let Some(part) = self.part_mut(instance) {
-                part.remember(pa);
-            }
         }
     }
 

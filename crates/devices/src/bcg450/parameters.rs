@@ -1,43 +1,48 @@
 //! Every row of the tables, and what it means.
 
-use super::emission::Current;
 use super::table::{
     AnalogInput, Atmosphere, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, INSTANCES, MODEL, OneOfNInput,
     OneOfNTransducer, Parameter, SetPoint,
 };
 use super::{Gauge, table};
-use crate::model::{Format, NumberType, Refusal, Value};
-use crate::profile::{At, MeasuringPart, SafeState};
+use crate::model::{Address, Format, Refusal, Value};
+use crate::profile::{At, Blocks, Current, MeasuringPart, SafeState};
 use crate::store::Key;
 
-impl Gauge {
-    /// One unit and one number type for the whole device (errata-bpg-bcg-tpg 72).
-    pub(super) const fn format(&self) -> Format {
-        Format { unit: self.unit, number: self.number, counts: table::COUNTS, highest: 32767 }
+impl Blocks for Gauge {
+    type Parameter = Parameter;
+
+    /// Slot 1 shows the instance of the Channel Instance Selector (28).
+    fn shows(&self, address: &Address) -> bool {
+        address.instance == 0 || address.instance == self.selector
     }
 
-    pub(super) fn get(&self, at: &At<Parameter>) -> Value {
+    fn format(&self, _at: &At<Parameter>) -> Format {
+        self.presentation.format(table::COUNTS)
+    }
+
+    fn get(&self, at: &At<Parameter>) -> Value {
         match at.parameter {
             Parameter::Device(row) => self.get_device(row),
             Parameter::OneOfNInput(row) => match row {
                 OneOfNInput::BlockType => Value::octets(&OneOfNInput::BLOCK.type_octets()),
                 OneOfNInput::ChannelInstanceSelector => self.selector.into(),
-                OneOfNInput::PvSelector => self.measurement.active.into(),
+                OneOfNInput::PvSelector => self.active.into(),
             },
             Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n().bits().into(),
             Parameter::Input(row) => self.part(at.instance()).map_or(Value::NONE, |part| self.get_input(part, row)),
             Parameter::SetPoint(row) => self.get_set_point(at.instance(), row),
             Parameter::HeatTransfer(row) => match row {
                 HeatTransfer::BlockType => Value::octets(&HeatTransfer::BLOCK.type_octets()),
-                HeatTransfer::StatusExtension => self.status_extension(&table::PIRANI).bits().into(),
-                HeatTransfer::SensorAlarm => Value::octets(&self.sensor_alarm(1)),
+                HeatTransfer::StatusExtension => self.pirani.status_extension(&self.condition()).bits().into(),
+                HeatTransfer::SensorAlarm => Value::octets(&self.pirani.sensor_alarm()),
                 HeatTransfer::SensorWarning => Value::octets(&self.sensor_warning(1)),
             },
             Parameter::HotCathode(row) => self.get_hot_cathode(row),
             Parameter::Diaphragm(row) => match row {
                 Diaphragm::BlockType => Value::octets(&Diaphragm::BLOCK.type_octets()),
-                Diaphragm::StatusExtension => self.status_extension(&table::CDG).bits().into(),
-                Diaphragm::SensorAlarm => Value::octets(&self.sensor_alarm(3)),
+                Diaphragm::StatusExtension => self.cdg.status_extension(&self.condition()).bits().into(),
+                Diaphragm::SensorAlarm => Value::octets(&self.cdg.sensor_alarm()),
                 Diaphragm::SensorWarning => Value::octets(&self.sensor_warning(3)),
             },
             Parameter::Atmosphere(row) => match row {
@@ -47,108 +52,26 @@ impl Gauge {
         }
     }
 
-    fn get_device(&self, row: DeviceBlock) -> Value {
-        match row {
-            // A command has been carried out when it can be read (35).
-            DeviceBlock::StateCommand => Value::Integer(0),
-            DeviceBlock::BlockType => Value::octets(&DeviceBlock::BLOCK.type_octets()),
-            DeviceBlock::DeviceType => Value::text("CG"),
-            DeviceBlock::StandardRevision => Value::text("E54-0997"),
-            DeviceBlock::Manufacturer => Value::text(MODEL.vendor),
-            DeviceBlock::ModelNumber => Value::text("353-554"),
-            // free choice: gauge 100, PROFIBUS board 1.01 (36).
-            DeviceBlock::SoftwareRevision => Value::text("100_1.01"),
-            DeviceBlock::HardwareRevision => Value::text(MODEL.gsd.hardware),
-            DeviceBlock::SerialNumber => self.serial.value(),
-            DeviceBlock::DeviceConfiguration => Value::text(MODEL.title),
-            DeviceBlock::DeviceState => self.machine.state().code().into(),
-            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
-            DeviceBlock::AlarmDetail => self.alarm().record(),
-            DeviceBlock::WarningDetail => self.warning().record(),
-            DeviceBlock::AlarmCommon => self.alarm().common.bits().into(),
-            DeviceBlock::AlarmDevice0To3 => self.alarm().part(0, 4),
-            DeviceBlock::AlarmDevice4To5 => self.alarm().part(4, 6),
-            DeviceBlock::AlarmManufacturer => self.alarm().manufacturer.into(),
-            DeviceBlock::WarningCommon => self.warning().common.bits().into(),
-            DeviceBlock::WarningDevice0To3 => self.warning().part(0, 4),
-            DeviceBlock::WarningDevice4To6 => self.warning().part(4, 7),
-            DeviceBlock::WarningManufacturer => self.warning().manufacturer.into(),
-        }
-    }
-
-    fn get_input(&self, part: &MeasuringPart, row: AnalogInput) -> Value {
-        match row {
-            AnalogInput::ProcessValue => Value::Pressure(self.process_value_pa(part)),
-            AnalogInput::Status => Value::Integer(0),
-            AnalogInput::DataType => self.number.code().into(),
-            AnalogInput::DataUnits => self.unit.code.into(),
-            AnalogInput::ReadingValid => self.is_valid(part.facts).into(),
-            AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
-            AnalogInput::SafeState => part.safe_state.code().into(),
-            AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
-            AnalogInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
-            AnalogInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
-        }
-    }
-
-    fn get_set_point(&self, instance: u8, row: SetPoint) -> Value {
-        let Some(relay) = self.relay(instance) else { return Value::NONE };
-        match row {
-            SetPoint::ProcessValue => Value::Pressure(relay.threshold_pa()),
-            SetPoint::Status => relay.status().into(),
-            SetPoint::DataType => self.number.code().into(),
-            SetPoint::DataUnits => self.unit.code.into(),
-            // In every state (56).
-            SetPoint::ReadingValid => true.into(),
-            SetPoint::SetpointFunction => relay.function().into(),
-            SetPoint::PercentageOfAtmosphere => relay.percentage().into(),
-            SetPoint::AtmosphereReached => relay.atmosphere_reached().into(),
-        }
-    }
-
-    fn get_hot_cathode(&self, row: HotCathode) -> Value {
-        let current = self.emission.current(self.pressure_pa());
-        match row {
-            HotCathode::StateCommand => Value::octets(&[0, 0]),
-            HotCathode::BlockType => Value::octets(&HotCathode::BLOCK.type_octets()),
-            HotCathode::StatusExtension => self.status_extension(&table::BA).bits().into(),
-            HotCathode::SensorAlarm => Value::octets(&self.sensor_alarm(2)),
-            HotCathode::SensorWarning => Value::octets(&self.sensor_warning(2)),
-            HotCathode::EmissionStatus => (current as u8).into(),
-            HotCathode::EmissionCurrent => Value::Float(current.milliamperes()),
-            HotCathode::DegasStatus => if self.emission.is_degassing() { 3u8 } else { 0 }.into(),
-            HotCathode::EmissionUserMode => self.emission.is_automatic().into(),
-        }
-    }
-
     /// Data Type and Data Units are for IDLE outside cyclic exchange (91).
-    pub(super) fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
-        match at.parameter {
-            Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
-            | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits)
-                if !self.machine.is_configurable() =>
-            {
-                Err(Refusal::Mode)
-            }
-            _ => Ok(()),
-        }
+    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+        if is_presentation(at) && !self.machine.is_configurable() { Err(Refusal::Mode) } else { Ok(()) }
     }
 
     /// Unit and number type are one value, whatever the instance (72).
-    pub(super) fn key(at: &At<Parameter>) -> Key {
-        match at.parameter {
-            Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
-            | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits) => at.shared_key(),
-            _ => at.key(),
-        }
+    fn key(&self, at: &At<Parameter>) -> Key {
+        if is_presentation(at) { at.shared_key() } else { at.key() }
     }
 
-    pub(super) fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
-            Parameter::Input(AnalogInput::DataType) | Parameter::SetPoint(SetPoint::DataType) => self.set_number(value),
-            Parameter::Input(AnalogInput::DataUnits) | Parameter::SetPoint(SetPoint::DataUnits) => self.set_unit(value),
+            Parameter::Input(AnalogInput::DataType) | Parameter::SetPoint(SetPoint::DataType) => {
+                self.presentation.set_number(value)
+            }
+            Parameter::Input(AnalogInput::DataUnits) | Parameter::SetPoint(SetPoint::DataUnits) => {
+                self.presentation.set_unit(&MODEL, value)
+            }
             Parameter::Input(AnalogInput::SafeState) => {
                 let state = SafeState::of(value)?;
                 self.part_mut(at.instance()).ok_or(Refusal::Index)?.safe_state = state;
@@ -189,24 +112,119 @@ impl Gauge {
         }
     }
 
+    /// The adjustment of the ambient pressure sensor.
+    fn hidden(&self) -> &[f64] {
+        core::slice::from_ref(&self.atmosphere.offset_pa)
+    }
+
+    fn hidden_mut(&mut self) -> &mut [f64] {
+        core::slice::from_mut(&mut self.atmosphere.offset_pa)
+    }
+
+    fn memory_works(&self) -> bool {
+        !self.faults.eeprom
+    }
+}
+
+/// Data Type or Data Units, of whatever instance.
+const fn is_presentation(at: &At<Parameter>) -> bool {
+    matches!(
+        at.parameter,
+        Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
+            | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits)
+    )
+}
+
+impl Gauge {
+    fn get_device(&self, row: DeviceBlock) -> Value {
+        match row {
+            // A command has been carried out when it can be read (35).
+            DeviceBlock::StateCommand => Value::Integer(0),
+            DeviceBlock::BlockType => Value::octets(&DeviceBlock::BLOCK.type_octets()),
+            DeviceBlock::DeviceType => Value::text("CG"),
+            DeviceBlock::StandardRevision => Value::text("E54-0997"),
+            DeviceBlock::Manufacturer => Value::text(MODEL.vendor),
+            DeviceBlock::ModelNumber => Value::text("353-554"),
+            // free choice: gauge 100, PROFIBUS board 1.01 (36).
+            DeviceBlock::SoftwareRevision => Value::text("100_1.01"),
+            DeviceBlock::HardwareRevision => Value::text(MODEL.gsd.hardware),
+            DeviceBlock::SerialNumber => self.serial.value(),
+            DeviceBlock::DeviceConfiguration => Value::text(MODEL.title),
+            DeviceBlock::DeviceState => self.machine.state().code().into(),
+            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
+            DeviceBlock::AlarmDetail => self.alarm().record(),
+            DeviceBlock::WarningDetail => self.warning().record(),
+            DeviceBlock::AlarmCommon => self.alarm().common.bits().into(),
+            DeviceBlock::AlarmDevice0To3 => self.alarm().part(0, 4),
+            DeviceBlock::AlarmDevice4To5 => self.alarm().part(4, 6),
+            DeviceBlock::AlarmManufacturer => self.alarm().manufacturer.into(),
+            DeviceBlock::WarningCommon => self.warning().common.bits().into(),
+            DeviceBlock::WarningDevice0To3 => self.warning().part(0, 4),
+            DeviceBlock::WarningDevice4To6 => self.warning().part(4, 7),
+            DeviceBlock::WarningManufacturer => self.warning().manufacturer.into(),
+        }
+    }
+
+    fn get_input(&self, part: &MeasuringPart, row: AnalogInput) -> Value {
+        match row {
+            AnalogInput::ProcessValue => Value::Pressure(part.process_value_pa(&self.condition())),
+            AnalogInput::Status => Value::Integer(0),
+            AnalogInput::DataType => self.presentation.number.code().into(),
+            AnalogInput::DataUnits => self.presentation.unit.code.into(),
+            AnalogInput::ReadingValid => part.is_valid(&self.condition()).into(),
+            AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
+            AnalogInput::SafeState => part.safe_state.code().into(),
+            AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
+            AnalogInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
+            AnalogInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+        }
+    }
+
+    fn get_set_point(&self, instance: u8, row: SetPoint) -> Value {
+        let Some(relay) = self.relay(instance) else { return Value::NONE };
+        match row {
+            SetPoint::ProcessValue => Value::Pressure(relay.point.threshold_pa()),
+            SetPoint::Status => relay.point.status().into(),
+            SetPoint::DataType => self.presentation.number.code().into(),
+            SetPoint::DataUnits => self.presentation.unit.code.into(),
+            // In every state (56).
+            SetPoint::ReadingValid => true.into(),
+            SetPoint::SetpointFunction => relay.function().into(),
+            SetPoint::PercentageOfAtmosphere => relay.percentage().into(),
+            SetPoint::AtmosphereReached => relay.atmosphere_reached().into(),
+        }
+    }
+
+    fn get_hot_cathode(&self, row: HotCathode) -> Value {
+        let current = self.cathode.current(self.active().indicated_pa());
+        match row {
+            HotCathode::StateCommand => Value::octets(&[0, 0]),
+            HotCathode::BlockType => Value::octets(&HotCathode::BLOCK.type_octets()),
+            HotCathode::StatusExtension => self.ba.status_extension(&self.condition()).bits().into(),
+            HotCathode::SensorAlarm => Value::octets(&self.ba.sensor_alarm()),
+            HotCathode::SensorWarning => Value::octets(&self.sensor_warning(2)),
+            HotCathode::EmissionStatus => (current as u8).into(),
+            HotCathode::EmissionCurrent => Value::Float(current.milliamperes()),
+            HotCathode::DegasStatus => if self.cathode.is_degassing() { 3u8 } else { 0 }.into(),
+            HotCathode::EmissionUserMode => self.cathode.is_automatic().into(),
+        }
+    }
+
     fn select(&mut self, instance: u8) -> Result<(), Refusal> {
         self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(Refusal::Range)?;
         Ok(())
     }
 
-    fn set_number(&mut self, value: &Value) -> Result<(), Refusal> {
-        self.number = NumberType::of(value.integer()?).ok_or(Refusal::Range)?;
-        Ok(())
-    }
-
-    fn set_unit(&mut self, value: &Value) -> Result<(), Refusal> {
-        self.unit = MODEL.unit(value.integer()?).ok_or(Refusal::Range)?;
-        Ok(())
-    }
-
-    pub(super) fn hot_cathode_command(&mut self, (command, value): (u8, u8)) -> Result<(), Refusal> {
+    /// 3.3.3.9
+    pub(super) fn hot_cathode_command(&mut self, command: (u8, u8)) -> Result<(), Refusal> {
         let conditions = self.conditions();
-        self.emission.command(command, value, &conditions)
+        match command {
+            (128, mode @ (0 | 1)) => {
+                self.cathode.set_automatic(mode == 1);
+                Ok(())
+            }
+            (command, value) => self.cathode.command(command, value, &conditions),
+        }
     }
 
     /// 3.3.5.2 (116)

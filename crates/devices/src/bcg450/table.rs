@@ -2,13 +2,13 @@
 //! comment says why. Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
 
 use super::bench::Faults;
-use crate::instrument::Principle;
+use crate::instrument::{Part, Principle};
 use crate::model::block::{block, blocks};
 use crate::model::{
-    Configuration, Counts, Dialect, Field, Gsd, Instruction, Model, NumberType, Parameters, Scale, Telegram, Unit,
-    UserPrm, configuration, mbar, telegram,
+    Configuration, Counts, Dialect, Facts, Field, Gsd, Instruction, Limits, Model, NumberType, Parameters, Scale,
+    Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
-use crate::profile::{Facts, Limits};
+use crate::profile::{Potentiometer, Thresholds};
 use profivac_dp::slave::Features;
 
 block! {
@@ -201,30 +201,40 @@ pub const COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 
 
 /// 3.2.2.6, 3.2.2.9, 3.2.2.10
 pub static PIRANI: Facts = Facts {
-    instance: 1,
-    principle: Principle::Pirani,
+    part: Part { instance: 1, principle: Principle::Pirani },
     limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
+    shows: Shows::Range,
     counts: COUNTS,
 };
 
 /// 3.2.3.6, 3.2.3.9, 3.2.3.10
 pub static BA: Facts = Facts {
-    instance: 2,
-    principle: Principle::HotCathode,
+    part: Part { instance: 2, principle: Principle::HotCathode },
     limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
+    shows: Shows::RangeAndBelow,
     counts: COUNTS,
 };
 
 /// 3.2.4.6, 3.2.4.9, 3.2.4.10
 pub static CDG: Facts = Facts {
-    instance: 3,
-    principle: Principle::Diaphragm,
+    part: Part { instance: 3, principle: Principle::Diaphragm },
     limits: Limits { under_pa: mbar(1.0), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) },
+    shows: Shows::RangeAndAbove,
     counts: COUNTS,
 };
 
+/// The measuring parts; the last one is no measuring part of the chamber and has no range (3.3.5).
+pub static PARTS: [Part; 4] = [PIRANI.part, BA.part, CDG.part, Part { instance: 4, principle: Principle::Atmosphere }];
+
 /// 3.3.1.1: the whole gauge (58).
 pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) };
+
+/// 3.3.3.9. free choice: the operating current changes at the Degas On Limit, as on the sister gauges.
+pub static CATHODE: Thresholds = Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) };
+
+/// 3.2.5.1; no limit above which the relays would not work (107).
+pub static POTENTIOMETER: Potentiometer =
+    Potentiometer { per_volt: 1.23011, at_0_v: -9.301_029_99, highest_pa: f64::INFINITY };
 
 /// 2.2.1.1
 static DIALECT: Dialect = Dialect {
@@ -253,6 +263,7 @@ pub static MODEL: Model = Model {
     user_prm: &USER_PRM,
     dpv1_status: 0x80,
     places: Parameter::PLACES,
+    ranges: &[&PIRANI, &BA, &CDG],
     dialect: &DIALECT,
     faults: &Faults::LIST,
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.01", max_diag_octets: 6, set_slave_add: true },

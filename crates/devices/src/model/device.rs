@@ -1,6 +1,6 @@
 //! A device in one static value.
 
-use super::{Configuration, Place, Refusal, Unit};
+use super::{Configuration, Facts, Place, Refusal, Unit};
 use profivac_dp::slave::Features;
 
 /// Everything about a device that does not change.
@@ -30,6 +30,8 @@ pub struct Model {
     pub dpv1_status: u8,
     /// The blocks and their slots.
     pub places: &'static [Place],
+    /// The instances that measure, with their ranges.
+    pub ranges: &'static [&'static Facts],
     /// How it speaks in the parameter channel.
     pub dialect: &'static Dialect,
     /// The faults it can have.
@@ -155,12 +157,15 @@ pub struct FaultList {
 macro_rules! faults {
     ($(#[$doc:meta])* pub $faults:ident; $($fault:ident $name:literal $effect:literal;)+) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct $faults {
             $(#[doc = $effect] pub $fault: bool,)+
         }
 
         impl $faults {
+            /// All is well.
+            pub const NONE: Self = Self { $($fault: false),+ };
+
             /// Their names and effects.
             pub const LIST: $crate::model::FaultList =
                 $crate::model::FaultList { names: &[$($name),+], effects: &[$($effect),+] };

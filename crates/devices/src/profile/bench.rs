@@ -7,7 +7,7 @@ use crate::store::Store;
 
 impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
     fn name(&self) -> &'static str {
-        B::MODEL.name
+        self.behaviour.model().name
     }
 
     fn station_address(&self) -> u8 {
@@ -43,7 +43,7 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
     }
 
     fn faults(&self) -> &'static [&'static str] {
-        B::MODEL.faults.names
+        self.behaviour.model().faults.names
     }
 
     fn operate(&mut self, action: Action<'_>) -> Result<(), Unknown> {

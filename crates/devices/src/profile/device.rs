@@ -66,16 +66,20 @@ pub struct BlockDevice<B, S> {
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// A device that has just been switched on.
     #[must_use]
-    pub fn with(behaviour: B, store: S, address_switch: u8) -> Self {
+    pub fn with(behaviour: B, store: S, setup: &Setup) -> Self {
+        let model = behaviour.model();
         let mut device = Self {
             behaviour,
             store,
-            address: StationAddress::new(address_switch),
+            address: StationAddress::new(setup.address_switch),
             powered: true,
-            channel: Channel::new(B::MODEL.dialect),
-            configuration: B::MODEL.default_configuration,
+            channel: Channel::new(model.dialect),
+            configuration: model.default_configuration,
         };
         device.start();
+        if let Some(unit) = setup.unit {
+            device.happen(|behaviour| behaviour.set_unit(unit));
+        }
         device
     }
 
@@ -85,8 +89,9 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         self.recall();
         self.behaviour.update();
         self.address.start(&mut self.store);
-        self.channel = Channel::new(B::MODEL.dialect);
-        self.configuration = B::MODEL.default_configuration;
+        let model = self.behaviour.model();
+        self.channel = Channel::new(model.dialect);
+        self.configuration = model.default_configuration;
     }
 
     /// What the device stands on its own for, apart from the bus.
@@ -100,7 +105,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     /// Something that no master can be told about: the memory follows if it can.
-    pub(crate) fn happen(&mut self, event: impl FnOnce(&mut B)) {
+    pub(super) fn happen(&mut self, event: impl FnOnce(&mut B)) {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);
         self.behaviour.update();
@@ -162,26 +167,27 @@ fn fields<'a>(telegram: Option<&'static Telegram>, image: &'a [u8]) -> impl Iter
 
 impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
     fn ident_number(&self) -> u16 {
-        B::MODEL.ident
+        self.behaviour.model().ident
     }
 
     fn features(&self) -> Features {
-        B::MODEL.features
+        self.behaviour.model().features
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
-        let prm = B::MODEL.user_prm(user).ok_or(PrmFault)?;
+        let prm = self.behaviour.model().user_prm(user).ok_or(PrmFault)?;
         // A memory that fails must not keep a master from the alarm that says so.
         self.happen(|behaviour| behaviour.parameterise(prm));
         Ok(())
     }
 
     fn chk_cfg(&mut self, cfg: &[u8]) -> Result<Lengths, CfgFault> {
-        let configuration = B::MODEL.configuration(cfg).ok_or(CfgFault)?;
+        let configuration = self.behaviour.model().configuration(cfg).ok_or(CfgFault)?;
         let octets = |octets| u8::try_from(octets).map_err(|_| CfgFault);
         let lengths =
             Lengths { outputs: octets(configuration.output_octets())?, inputs: octets(configuration.input_octets())? };
         self.configuration = configuration;
+        self.channel = Channel::new(self.behaviour.model().dialect);
         self.happen(|behaviour| behaviour.configure(configuration));
         Ok(lengths)
     }

@@ -80,6 +80,12 @@ impl<const N: usize> Details<N> {
         Value::octets(self.device.get(from..to).unwrap_or_default())
     }
 
+    /// Whether any detail is set.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        self.groups().contains(&true)
+    }
+
     /// Which groups have something to tell: common, device, manufacturer.
     fn groups(&self) -> [bool; 3] {
         [!self.common.is_empty(), self.device.iter().any(|detail| *detail != 0), self.manufacturer != 0]

@@ -176,14 +176,13 @@ pub struct Machine {
     execute_when_idle: bool,
 }
 
-impl Default for Machine {
+impl Machine {
     /// Power has just come.
-    fn default() -> Self {
+    #[must_use]
+    pub const fn power_up() -> Self {
         Self { state: State::Init, remaining_s: INIT_S, exchanging: false, execute_when_idle: false }
     }
-}
 
-impl Machine {
     /// The state.
     #[must_use]
     pub const fn state(&self) -> State {

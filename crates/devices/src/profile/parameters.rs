@@ -1,19 +1,20 @@
 //! The one access to parameters, for DP-V1 and for the parameter channel. What the row says is decided here, before the
 //! device's own code runs: errata-bpg-bcg-tpg 23.
 
-use super::behaviour::{At, Behaviour};
+use super::behaviour::Behaviour;
+use super::blocks::{At, Blocks};
 use super::device::BlockDevice;
 use crate::model::{DataType, Direction, Octets, Parameters, Refusal, Via};
 use crate::store::{self, Key, Store};
 
 /// Finds the parameter at slot and index.
-fn locate<B: Behaviour>(behaviour: &B, slot: u8, index: u8) -> Result<At<B::Parameter>, Refusal> {
+fn locate<B: Blocks>(blocks: &B, slot: u8, index: u8) -> Result<At<B::Parameter>, Refusal> {
     let mut refusal = Refusal::Slot;
     for (position, place) in B::Parameter::PLACES.iter().enumerate() {
         for address in place.addresses.iter().filter(|address| address.slot == slot) {
             refusal = Refusal::Index;
             if let (Some(row), Some(parameter)) = (place.block.row(index), B::Parameter::of(position, index))
-                && behaviour.shows(address)
+                && blocks.shows(address)
             {
                 return Ok(At { address, row, parameter });
             }
@@ -127,6 +128,6 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 }
 
 /// A nonvolatile value as it is stored.
-fn kept_octets<B: Behaviour>(behaviour: &B, at: &At<B::Parameter>) -> Octets {
-    at.row.data_type.keep(&behaviour.kept(at), &behaviour.format(at))
+fn kept_octets<B: Blocks>(blocks: &B, at: &At<B::Parameter>) -> Octets {
+    at.row.data_type.keep(&blocks.kept(at), &blocks.format(at))
 }

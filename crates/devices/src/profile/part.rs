@@ -1,57 +1,7 @@
 //! One measuring part: what it senses, what it may say, and what it says instead.
 
-use crate::instrument::Principle;
-use crate::model::{Counts, Refusal, Value};
-
-/// What the tables say about a measuring part.
-#[derive(Debug)]
-pub struct Facts {
-    /// The instance.
-    pub instance: u8,
-    /// How it senses.
-    pub principle: Principle,
-    /// Its range.
-    pub limits: Limits,
-    /// Its COUNTS.
-    pub counts: Counts,
-}
-
-/// The range of an instance in Pa.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Underrange: the lowest valid value.
-    pub under_pa: f64,
-    /// Overrange: the highest valid value.
-    pub over_pa: f64,
-    /// Full Scale.
-    pub full_scale_pa: f64,
-}
-
-/// Where a value lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Range {
-    /// Below underrange.
-    Under,
-    /// Valid.
-    Within,
-    /// Above overrange.
-    Over,
-}
-
-/// The limits belong to the range (errata-bpg-bcg-tpg 55), also after a conversion between units.
-const SLACK: f64 = 1e-9;
-
-impl Limits {
-    /// Where `pa` lies.
-    #[must_use]
-    pub fn judge(&self, pa: f64) -> Range {
-        match pa {
-            _ if pa < self.under_pa * (1.0 - SLACK) => Range::Under,
-            _ if pa > self.over_pa * (1.0 + SLACK) => Range::Over,
-            _ => Range::Within,
-        }
-    }
-}
+use crate::instrument::{Indicated, Part};
+use crate::model::{Facts, Range, Refusal, Value};
 
 bitflags::bitflags! {
     /// Status Extension of an instance, and One Of N Status Extension.
@@ -132,6 +82,12 @@ pub struct Sensor {
 }
 
 impl Sensor {
+    /// As from the factory, in ambient air until somebody says otherwise.
+    #[must_use]
+    pub const fn in_air() -> Self {
+        Self { sensed_pa: 101_325.0, gain: 1.0, offset_pa: 0.0 }
+    }
+
     /// The pressure it indicates, in Pa; never below zero.
     #[must_use]
     pub fn indicated_pa(&self) -> f64 {
@@ -140,16 +96,20 @@ impl Sensor {
 
     /// The same sensor with the adjustments of the factory.
     #[must_use]
-    pub fn restarted(&self) -> Self {
-        Self { sensed_pa: self.sensed_pa, ..Self::default() }
+    pub const fn restarted(&self) -> Self {
+        Self { sensed_pa: self.sensed_pa, ..Self::in_air() }
     }
 }
 
-impl Default for Sensor {
-    /// Ambient air until somebody says otherwise.
-    fn default() -> Self {
-        Self { sensed_pa: 101_325.0, gain: 1.0, offset_pa: 0.0 }
-    }
+/// What concerns the values of all parts of a device.
+#[derive(Clone, Copy, Debug)]
+pub struct Condition {
+    /// The device measures.
+    pub executing: bool,
+    /// Something is wrong that makes every reading invalid: errata-bpg-bcg-tpg 54.
+    pub disturbed: bool,
+    /// A common or manufacturer alarm, for which every part shows its Safe State: errata-bpg-bcg-tpg 75.
+    pub alarmed: bool,
 }
 
 /// A measuring part with what a master has set for it.
@@ -159,6 +119,10 @@ pub struct MeasuringPart {
     pub facts: &'static Facts,
     /// The sensor.
     pub sensor: Sensor,
+    /// Sensor or electronics have failed: a sensor alarm.
+    pub failed: bool,
+    /// What the device takes for the reading, in Pa, not clipped; `None` while the part does not measure.
+    pub reading_pa: Option<f64>,
     /// Safe State.
     pub safe_state: SafeState,
     /// Safe Value in Pa.
@@ -169,30 +133,96 @@ pub struct MeasuringPart {
 impl MeasuringPart {
     /// A part as it leaves the factory: Safe State Zero, Safe Value 0 (errata-bpg-bcg-tpg 73), no last value (76).
     #[must_use]
-    pub fn new(facts: &'static Facts) -> Self {
-        let sensor = Sensor::default();
-        Self { facts, sensor, safe_state: SafeState::Zero, safe_value_pa: 0.0, last_pa: 0.0 }
+    pub const fn new(facts: &'static Facts) -> Self {
+        Self {
+            facts,
+            sensor: Sensor::in_air(),
+            failed: false,
+            reading_pa: None,
+            safe_state: SafeState::Zero,
+            safe_value_pa: 0.0,
+            last_pa: 0.0,
+        }
     }
 
-    /// The same part when power returns: parameters and memory are gone, the sensor is still in its chamber.
+    /// The same part when power returns: parameters and memory are gone, the sensor is still what and where it was.
     #[must_use]
-    pub fn restarted(&self) -> Self {
-        Self { sensor: self.sensor.restarted(), ..Self::new(self.facts) }
+    pub const fn restarted(&self) -> Self {
+        Self { sensor: self.sensor.restarted(), failed: self.failed, ..Self::new(self.facts) }
     }
 
-    /// Remembers a valid value.
-    pub const fn remember(&mut self, pa: f64) {
-        self.last_pa = pa;
+    /// The instance and how it senses.
+    #[must_use]
+    pub const fn part(&self) -> Part {
+        self.facts.part
+    }
+
+    /// Where the reading lies; on the high side while the part does not measure (errata-bpg-bcg-tpg 81).
+    #[must_use]
+    pub fn range(&self) -> Range {
+        self.reading_pa.map_or(Range::Over, |pa| self.facts.limits.judge(pa))
+    }
+
+    /// What the part indicates, in Pa, clipped where it does not measure (errata-bpg-bcg-tpg 81).
+    #[must_use]
+    pub fn indicated_pa(&self) -> f64 {
+        self.reading_pa.map_or(self.facts.limits.over_pa, |pa| self.facts.shown(pa))
+    }
+
+    /// Reading Valid: measuring, nothing wrong, in range.
+    #[must_use]
+    pub fn is_valid(&self, condition: &Condition) -> bool {
+        condition.executing && !condition.disturbed && self.range() == Range::Within
+    }
+
+    /// Status Extension (errata-bpg-bcg-tpg 57).
+    #[must_use]
+    pub fn status_extension(&self, condition: &Condition) -> StatusExtension {
+        StatusExtension::new(self.range(), self.is_valid(condition))
+    }
+
+    /// Whether Safe State rules the value (errata-bpg-bcg-tpg 75).
+    #[must_use]
+    pub const fn is_safe(&self, condition: &Condition) -> bool {
+        !condition.executing || condition.alarmed || self.failed
+    }
+
+    /// Process Value, in Pa.
+    #[must_use]
+    pub fn process_value_pa(&self, condition: &Condition) -> f64 {
+        if self.is_safe(condition) { self.safe_pa() } else { self.indicated_pa() }
+    }
+
+    /// A valid value is remembered for Hold Last Value.
+    pub fn remember(&mut self, condition: &Condition) {
+        if self.is_valid(condition) {
+            self.last_pa = self.indicated_pa();
+        }
     }
 
     /// What Safe State says to show, in Pa.
-    #[must_use]
-    pub const fn safe_pa(&self) -> f64 {
+    const fn safe_pa(&self) -> f64 {
         match self.safe_state {
             SafeState::Zero => 0.0,
             SafeState::FullScale => self.facts.limits.full_scale_pa,
             SafeState::HoldLastValue => self.last_pa,
             SafeState::UseSafeValue => self.safe_value_pa,
+        }
+    }
+
+    /// Sensor Alarm: sensor and electronics share one bit (tira41d1 3.3.2.3).
+    #[must_use]
+    pub const fn sensor_alarm(&self) -> [u8; 2] {
+        [0, if self.failed { 1 << 1 } else { 0 }]
+    }
+
+    /// What people see of it.
+    #[must_use]
+    pub fn indicated(&self, condition: &Condition) -> Indicated {
+        Indicated {
+            instance: self.part().instance,
+            value_mbar: self.indicated_pa() / 100.0,
+            valid: self.is_valid(condition),
         }
     }
 }

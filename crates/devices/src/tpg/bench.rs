@@ -1,66 +1,22 @@
 //! The controller as it stands on bus and bench.
 
+use super::Controller;
 use super::channel::{Channel, Gauge, REFRESH_S, Status};
 use super::control::RELAYS;
-use super::table::{self, AnalogInput, Faults, Parameter};
-use super::{Controller, Kind};
+use super::table::{self, Faults};
 use crate::instrument::{Action, Indicated, Part, Report, Unknown};
-use crate::model::{Address, Configuration, Field, Format, Model, Octets, Refusal, UserPrm, Value};
-use crate::profile::{At, Behaviour};
-use crate::store::Key;
+use crate::model::{Configuration, Field, Model, Octets, Unit};
+use crate::profile::Behaviour;
 
-impl<K: Kind> Behaviour for Controller<K> {
-    type Parameter = Parameter;
-
-    const MODEL: &'static Model = K::MODEL;
-
-    /// Every slot is there, whatever boards are fitted: errata-bpg-bcg-tpg 124.
-    fn shows(&self, _address: &Address) -> bool {
-        true
+impl Behaviour for Controller {
+    fn model(&self) -> &'static Model {
+        self.model
     }
 
-    fn format(&self, _at: &At<Parameter>) -> Format {
-        table::format(self.settings.unit)
+    fn set_unit(&mut self, unit: &'static Unit) {
+        self.settings.unit = unit;
+        self.kept.unit = unit;
     }
-
-    fn get(&self, at: &At<Parameter>) -> Value {
-        self.get(at)
-    }
-
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
-        self.permits(at)
-    }
-
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
-        self.set(at, value)
-    }
-
-    fn kept(&self, at: &At<Parameter>) -> Value {
-        self.kept(at)
-    }
-
-    fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
-        self.recall(at, value)
-    }
-
-    /// One unit in all blocks: errata-bpg-bcg-tpg 147.
-    fn key(&self, at: &At<Parameter>) -> Key {
-        match at.parameter {
-            Parameter::Channel(AnalogInput::PressureUnit) => Key::Parameter { slot: 1, instance: 0, index: at.row.id },
-            _ => at.key(),
-        }
-    }
-
-    fn hidden(&self) -> &[f64] {
-        &self.hotstart
-    }
-
-    fn hidden_mut(&mut self) -> &mut [f64] {
-        &mut self.hotstart
-    }
-
-    /// No user parameters: errata-bpg-bcg-tpg 151.
-    fn parameterise(&mut self, _prm: &'static UserPrm) {}
 
     /// The number of channel modules changes nothing but the telegram.
     fn configure(&mut self, _configuration: &'static Configuration) {}
@@ -90,7 +46,7 @@ impl<K: Kind> Behaviour for Controller<K> {
         *self = Self {
             channels: self.channels.each_ref().map(Channel::restarted),
             faults: self.faults,
-            ..Self::new(self.channels.each_ref().map(Channel::gauge))
+            ..Self::new(self.model, self.channels.each_ref().map(Channel::gauge))
         };
     }
 

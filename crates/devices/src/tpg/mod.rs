@@ -18,61 +18,27 @@ mod threshold;
 
 pub use channel::Gauge;
 
-use crate::model::{Model, Unit};
+use crate::model::Model;
 use crate::profile::{BlockDevice, Fitted, Setup};
 use crate::store::Store;
 use channel::{Channel, Status};
-use core::marker::PhantomData;
 use settings::{FIRST_CHANNEL, Settings, THRESHOLDS};
 use table::{Faults, Switch};
 use threshold::Threshold;
 
-/// A TPG300 with its nonvolatile memory.
-pub type Tpg300<S> = BlockDevice<Controller<Kind300>, S>;
-
-/// A TPG500 with its nonvolatile memory.
-pub type Tpg500<S> = BlockDevice<Controller<Kind500>, S>;
+/// A TPG300 or TPG500 with its nonvolatile memory.
+pub type Tpg<S> = BlockDevice<Controller, S>;
 
 /// How many channels the controller has: A1, A2, B1, B2.
 pub const CHANNELS: usize = 4;
 
-impl<K: Kind, S: Store> BlockDevice<Controller<K>, S> {
-    /// A controller that has just been switched on, with the gauges of A1, A2, B1 and B2.
+impl<S: Store> Tpg<S> {
+    /// A controller that has just been switched on: one of [`table::TPG300`] and [`table::TPG500`], with the gauges of A1,
+    /// A2, B1 and B2.
     #[must_use]
-    pub fn new(store: S, setup: Setup, gauges: [Option<Gauge>; CHANNELS]) -> Self {
-        let mut device = Self::with(Controller::new(gauges), store, setup.address_switch);
-        if let Some(unit) = setup.unit {
-            device.happen(|controller| controller.use_unit(unit));
-        }
-        device
+    pub fn new(model: &'static Model, store: S, setup: Setup, gauges: [Option<Gauge>; CHANNELS]) -> Self {
+        Self::with(Controller::new(model, gauges), store, &setup)
     }
-}
-
-/// What differs between TPG300 and TPG500.
-pub trait Kind: Clone {
-    /// The tables.
-    const MODEL: &'static Model;
-    /// Program version. IF300P/IF301P manual 3.2.3.2, errata-bpg-bcg-tpg 131.
-    const PROGRAM_VERSION: u32;
-}
-
-/// The TPG300.
-#[derive(Clone, Copy, Debug)]
-pub enum Kind300 {}
-
-impl Kind for Kind300 {
-    const MODEL: &'static Model = &table::model("tpg300", "TPG300", "BG509780-F");
-    const PROGRAM_VERSION: u32 = 0x5097_8006;
-}
-
-/// The TPG500.
-#[derive(Clone, Copy, Debug)]
-pub enum Kind500 {}
-
-impl Kind for Kind500 {
-    // free choice: the other example of 3.2.3.2
-    const MODEL: &'static Model = &table::model("tpg500", "TPG500", "BG509731-A");
-    const PROGRAM_VERSION: u32 = 0x5097_3101;
 }
 
 /// Where the fields of Sensor On_Off begin. errata-bpg-bcg-tpg 128.
@@ -80,8 +46,8 @@ const FIELDS: [u32; CHANNELS] = [0, 2, 4, 6];
 
 /// The controller with its boards.
 #[derive(Clone, Debug)]
-pub struct Controller<K> {
-    kind: PhantomData<K>,
+pub struct Controller {
+    model: &'static Model,
     channels: [Channel; CHANNELS],
     fitted: Fitted<CHANNELS>,
     faults: Faults,
@@ -101,13 +67,13 @@ pub struct Controller<K> {
     since_refresh_s: f64,
 }
 
-impl<K: Kind> Controller<K> {
-    fn new(gauges: [Option<Gauge>; CHANNELS]) -> Self {
+impl Controller {
+    fn new(model: &'static Model, gauges: [Option<Gauge>; CHANNELS]) -> Self {
         Self {
-            kind: PhantomData,
+            model,
             channels: gauges.map(Channel::new),
             fitted: Fitted::new(gauges.map(|gauge| gauge.map(Gauge::principle))),
-            faults: Faults::default(),
+            faults: Faults::NONE,
             settings: Settings::FACTORY,
             kept: Settings::FACTORY,
             hotstart: [0.0],
@@ -117,12 +83,6 @@ impl<K: Kind> Controller<K> {
             sensor_on_off: 0,
             since_refresh_s: 0.0,
         }
-    }
-
-    /// The unit as if it had been stored.
-    const fn use_unit(&mut self, unit: &'static Unit) {
-        self.settings.unit = unit;
-        self.kept.unit = unit;
     }
 
     /// The channel in this slot.

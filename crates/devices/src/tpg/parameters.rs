@@ -1,19 +1,31 @@
-//! Every row of the tables, and what it means.
+//! Every row of the tables, and what it means. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
-use super::settings::{FIRST_THRESHOLD, Settings, flag, of_slot, of_slot_mut};
-use super::table::{AnalogInput, DeviceBlock, Parameter, ThresholdControl};
+use super::Controller;
+use super::settings::{FIRST_CHANNEL, FIRST_THRESHOLD, Settings, flag, of_slot, of_slot_mut};
+use super::table::{self, AnalogInput, DeviceBlock, Parameter, ThresholdControl};
 use super::threshold::Threshold;
-use super::{Controller, Kind};
-use crate::model::{Refusal, Value};
-use crate::profile::At;
+use crate::model::{Address, Format, Refusal, Value};
+use crate::profile::{At, Blocks};
+use crate::store::Key;
 
 /// What writing Volatility asks for. 3.2.3.2, errata-bpg-bcg-tpg 143.
 const NOTHING: u8 = 0;
 const STORE: u8 = 1;
 const STORE_AND_HOTSTART: u8 = 2;
 
-impl<K: Kind> Controller<K> {
-    pub(super) fn get(&self, at: &At<Parameter>) -> Value {
+impl Blocks for Controller {
+    type Parameter = Parameter;
+
+    /// Every slot is there, whatever boards are fitted (124).
+    fn shows(&self, _address: &Address) -> bool {
+        true
+    }
+
+    fn format(&self, _at: &At<Parameter>) -> Format {
+        table::format(self.settings.unit)
+    }
+
+    fn get(&self, at: &At<Parameter>) -> Value {
         let value = match at.parameter {
             Parameter::Device(row) => self.get_device(row),
             Parameter::Channel(row) => self.get_channel(at.address.slot, row),
@@ -22,11 +34,66 @@ impl<K: Kind> Controller<K> {
         value.or_else(|| self.shown().get(at)).unwrap_or(Value::NONE)
     }
 
+    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and nothing reaches a
+    /// controller whose link is lost (156).
+    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+        use ThresholdControl::{LowerThreshold, Source, UpperThreshold};
+        let is_valid = || self.threshold(at).is_some_and(|threshold| threshold.open.is_none());
+        match at.parameter {
+            _ if self.faults.comm => Err(Refusal::Mode),
+            Parameter::Device(DeviceBlock::AccessCode) if self.settings.access_code_is_fixed() => {
+                Err(Refusal::NotWritable)
+            }
+            Parameter::Threshold(UpperThreshold | LowerThreshold | Source) if is_valid() => Err(Refusal::Mode),
+            _ => Ok(()),
+        }
+    }
+
+    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        match at.parameter {
+            Parameter::Device(DeviceBlock::Volatility) => self.store(value.integer()?),
+            Parameter::Threshold(ThresholdControl::Validation) => self.validate(at, flag(value)?),
+            Parameter::Threshold(row) => self.threshold_mut(at)?.open.as_mut().ok_or(Refusal::Mode)?.set(row, value),
+            Parameter::Device(_) | Parameter::Channel(_) => self.settings.set(at, value),
+        }
+    }
+
+    /// The value that was stored on request.
+    fn kept(&self, at: &At<Parameter>) -> Value {
+        self.kept.get(at).unwrap_or(Value::NONE)
+    }
+
+    fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        self.kept.set(at, value)?;
+        self.settings = self.kept;
+        Ok(())
+    }
+
+    /// One unit in all blocks (147).
+    fn key(&self, at: &At<Parameter>) -> Key {
+        match at.parameter {
+            Parameter::Channel(AnalogInput::PressureUnit) => {
+                Key::Parameter { slot: FIRST_CHANNEL, instance: 0, index: at.row.id }
+            }
+            _ => at.key(),
+        }
+    }
+
+    fn hidden(&self) -> &[f64] {
+        &self.hotstart
+    }
+
+    fn hidden_mut(&mut self) -> &mut [f64] {
+        &mut self.hotstart
+    }
+}
+
+impl Controller {
     /// What is no setting, and nothing for a setting.
     fn get_device(&self, row: DeviceBlock) -> Option<Value> {
         Some(match row {
             DeviceBlock::SensorOnOff => self.sensor_on_off.into(),
-            DeviceBlock::ProgramVersion => K::PROGRAM_VERSION.into(),
+            DeviceBlock::ProgramVersion => program_version(self.model.gsd.software).into(),
             DeviceBlock::Volatility => self.volatility.into(),
             DeviceBlock::AccessCode | DeviceBlock::UnderrangeControl => return None,
         })
@@ -55,30 +122,6 @@ impl<K: Kind> Controller<K> {
             *limits = threshold.open.unwrap_or(*limits);
         }
         shown
-    }
-
-    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and nothing reaches a
-    /// controller whose link is lost (156).
-    pub(super) fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
-        use ThresholdControl::{LowerThreshold, Source, UpperThreshold};
-        let is_valid = || self.threshold(at).is_some_and(|threshold| threshold.open.is_none());
-        match at.parameter {
-            _ if self.faults.comm => Err(Refusal::Mode),
-            Parameter::Device(DeviceBlock::AccessCode) if self.settings.access_code_is_fixed() => {
-                Err(Refusal::NotWritable)
-            }
-            Parameter::Threshold(UpperThreshold | LowerThreshold | Source) if is_valid() => Err(Refusal::Mode),
-            _ => Ok(()),
-        }
-    }
-
-    pub(super) fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
-        match at.parameter {
-            Parameter::Device(DeviceBlock::Volatility) => self.store(value.integer()?),
-            Parameter::Threshold(ThresholdControl::Validation) => self.validate(at, flag(value)?),
-            Parameter::Threshold(row) => self.threshold_mut(at)?.open.as_mut().ok_or(Refusal::Mode)?.set(row, value),
-            Parameter::Device(_) | Parameter::Channel(_) => self.settings.set(at, value),
-        }
     }
 
     /// Threshold validation: 0 opens the set for changes, 1 hands it to the controller, once (139).
@@ -110,17 +153,6 @@ impl<K: Kind> Controller<K> {
         self.volatility = request;
         Ok(())
     }
-
-    /// The value that was stored on request.
-    pub(super) fn kept(&self, at: &At<Parameter>) -> Value {
-        self.kept.get(at).unwrap_or(Value::NONE)
-    }
-
-    pub(super) fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
-        self.kept.set(at, value)?;
-        self.settings = self.kept;
-        Ok(())
-    }
 }
 
 fn get_threshold(threshold: &Threshold, row: ThresholdControl) -> Option<Value> {
@@ -129,5 +161,16 @@ fn get_threshold(threshold: &Threshold, row: ThresholdControl) -> Option<Value> 
         // 0 is activated: 141.
         ThresholdControl::SetpointStatus => u8::from(!threshold.activated).into(),
         ThresholdControl::UpperThreshold | ThresholdControl::LowerThreshold | ThresholdControl::Source => return None,
+    })
+}
+
+/// Program version: a nibble for each digit of the software version, a zero for its hyphen and one for the number of its
+/// letter. 3.2.3.2, errata-bpg-bcg-tpg 131.
+fn program_version(software: &str) -> u32 {
+    software.bytes().fold(0, |coded, character| match character {
+        b'0'..=b'9' => coded << 4 | u32::from(character & 0x0F),
+        b'-' => coded << 4,
+        // The letters before the digits fall out at the front.
+        _ => coded << 4 | u32::from(character & 0x0F),
     })
 }

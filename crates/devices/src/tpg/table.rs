@@ -180,8 +180,15 @@ impl Faults {
     }
 }
 
-/// TPG300 or TPG500: two names, one interface board.
-pub(super) const fn model(name: &'static str, title: &'static str, software: &'static str) -> Model {
+/// The TPG300.
+pub static TPG300: Model = model("tpg300", "TPG300", "BG509780-F");
+
+/// The TPG500.
+// free choice: the version is the other example of 3.2.3.2
+pub static TPG500: Model = model("tpg500", "TPG500", "BG509731-A");
+
+/// Two names, one interface board.
+const fn model(name: &'static str, title: &'static str, software: &'static str) -> Model {
     Model {
         name,
         title,
@@ -197,6 +204,8 @@ pub(super) const fn model(name: &'static str, title: &'static str, software: &'s
         user_prm: &[UserPrm { name: "none", octets: &[] }, UserPrm { name: "DPV1_Status", octets: &[0, 0, 0] }],
         dpv1_status: 0,
         places: Parameter::PLACES,
+        // None in the manual: it leaves them to the gauges.
+        ranges: &[],
         dialect: &DIALECT,
         faults: &Faults::LIST,
         gsd: Gsd { revision: 1, hardware: "IF300P", software, max_diag_octets: 6, set_slave_add: true },

@@ -2,8 +2,6 @@
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
-pub mod tpg;
-
 use profivac_devices::Instrument;
 use profivac_dp::link::{Baud, BitTime, Station};
 use profivac_dp::slave::{Slave, State};

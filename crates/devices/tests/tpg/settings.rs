@@ -1,33 +1,31 @@
 //! What a master sets, and what becomes of it: units, filters, access code, storage on request. IF300P/IF301P manual
 //! 3.2.3.2, 3.2.4.1; errata-bpg-bcg-tpg 131, 132, 143, 146, 147, 149.
 
-mod support;
-
+use crate::master::{
+    A1, ACCESS_CODE, B1, Exchange, FILTER, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
+    VOLATILITY,
+};
+use crate::support::Desk;
+use crate::{BOARDS, Controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::tpg::{Kind, Kind500, Tpg300, Tpg500};
+use profivac_devices::tpg::{Tpg, table};
 use profivac_devices::{Action, Instrument};
 use profivac_dp::slave::Device;
 use profivac_wire::address::SetSlaveAdd;
-use support::Desk;
-use support::tpg::{
-    A1, ACCESS_CODE, B1, COLD, Exchange, FILTER, LOWER, PIRANI, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER,
-    VALIDATION, VOLATILITY,
-};
 
 /// Volatility.
 const STORE: u16 = 1;
 const STORE_AND_HOTSTART: u16 = 2;
 
 fn exchange() -> Exchange {
-    Exchange::new([PIRANI, PIRANI, COLD, COLD])
+    Exchange::new(BOARDS)
 }
 
 #[test]
 fn the_program_version_has_a_digit_in_each_nibble() {
     assert_eq!(exchange().read(0, 21), Ok(0x5097_3101));
-    let mut desk: Desk<Tpg300<RamStore>> =
-        Desk::new(Tpg300::new(RamStore::default(), Setup::new(5), [PIRANI, PIRANI, COLD, COLD]));
+    let mut desk: Desk<Controller> = Desk::new(Tpg::new(&table::TPG300, RamStore::default(), Setup::new(5), BOARDS));
     desk.bring_up(&[], &[0x97, 0xA7, 0xA0]);
     assert_eq!(desk.exchange(&[0x10, 0, 21, 0, 0, 0, 0, 0, 0]), [0x20, 0, 21, 0, 0x50, 0x97, 0x80, 0x06]);
 }
@@ -36,7 +34,7 @@ fn the_program_version_has_a_digit_in_each_nibble() {
 fn a_unit_written_to_one_block_holds_for_all_values() {
     let mut master = exchange();
     master.pressure(10.0);
-    for (slot, unit, value) in [(2, 2, 7.500_616_8), (4, 3, 1000.0), (1, 1, 10.0f32)] {
+    for (slot, unit, value) in [(2, 2, 7.500_617), (4, 3, 1000.0), (1, 1, 10.0f32)] {
         master.write(slot, UNIT, unit).unwrap();
         for slot in 1..=4 {
             assert_eq!(master.read(slot, UNIT), Ok(unit.into()));
@@ -164,10 +162,8 @@ fn hotstart_brings_the_sensors_back_as_they_were() {
 
 #[test]
 fn a_unit_of_the_setup_counts_as_stored() {
-    let setup = Setup { unit: Kind500::MODEL.unit_named("torr"), ..Setup::new(5) };
-    let device: Tpg500<RamStore> = Tpg500::new(RamStore::default(), setup, [PIRANI; 4]);
-    let mut master = Exchange { desk: Desk::new(device), sensor_on_off: 0, inputs: Vec::new() };
-    master.bring_up();
+    let setup = Setup { unit: table::TPG500.unit_named("torr"), ..Setup::new(5) };
+    let mut master = Exchange::with(Tpg::new(&table::TPG500, RamStore::default(), setup, BOARDS));
     assert_eq!(master.read(A1, UNIT), Ok(2));
     master.write(A1, UNIT, 3).unwrap();
     master.power_cycle();
@@ -177,7 +173,7 @@ fn a_unit_of_the_setup_counts_as_stored() {
 #[test]
 fn the_address_comes_from_the_switch_or_from_set_slave_add() {
     // 149
-    let mut device: Tpg500<RamStore> = Tpg500::new(RamStore::default(), Setup::new(126), [PIRANI; 4]);
+    let mut device: Controller = Tpg::new(&table::TPG500, RamStore::default(), Setup::new(126), BOARDS);
     assert_eq!(device.station_address(), 126);
     let request = SetSlaveAdd { address: 17, ident: 0x05D9, no_add_chg: 0, rem_slave_data: &[] };
     assert_eq!(device.set_address(&request), Some(17));

@@ -1,14 +1,12 @@
 //! TPG300 and TPG500 in cyclic exchange: every configuration of modules, every board combination, the status of every
 //! channel. IF300P/IF301P manual 3.2.1.2, 3.2.2, 3.2.4.1.
 
-mod support;
-
+use crate::support::{Desk, hex};
+use crate::{COLD, Controller, PIRANI, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::tpg::{Gauge, Tpg300, Tpg500};
+use profivac_devices::tpg::{Gauge, Tpg, table};
 use profivac_devices::{Action, Instrument};
-use support::tpg::{COLD, PIRANI};
-use support::{Desk, hex};
 
 /// errata-bpg-bcg-tpg 122 and 125: configuration, inputs. The outputs are always nine octets.
 const CONFIGURATIONS: [(&str, usize); 9] = [
@@ -23,8 +21,8 @@ const CONFIGURATIONS: [(&str, usize); 9] = [
     ("97 A7 93 93 93 93 A0", 24),
 ];
 
-fn desk(gauges: [Option<Gauge>; 4]) -> Desk<Tpg500<RamStore>> {
-    Desk::new(Tpg500::new(RamStore::default(), Setup::new(5), gauges))
+fn desk(boards: [Option<Gauge>; 4]) -> Desk<Controller> {
+    Desk::new(controller(boards))
 }
 
 /// Nine octets of outputs: no instruction, and this Sensor On_Off.
@@ -107,7 +105,8 @@ fn user_parameters_are_none_or_three_zeros() {
 
 #[test]
 fn ident_and_first_configuration_are_those_of_the_manual() {
-    let mut desk: Desk<Tpg300<RamStore>> = Desk::new(Tpg300::new(RamStore::default(), Setup::new(5), [PIRANI; 4]));
+    let mut desk: Desk<Controller> =
+        Desk::new(Tpg::new(&table::TPG300, RamStore::default(), Setup::new(5), [PIRANI; 4]));
     let (_, diag) = desk.request(profivac_wire::Sap::SlaveDiag, &[]).unwrap();
     assert_eq!(diag[4..], [0x05, 0xD9]);
     let (_, cfg) = desk.request(profivac_wire::Sap::GetCfg, &[]).unwrap();
@@ -181,7 +180,7 @@ fn measured_values_are_renewed_every_100_ms() {
     // IF300P/IF301P manual 3.2.1.1
     let mut desk = desk([PIRANI; 4]);
     desk.bring_up(&[], &hex("97 A7 94 A0"));
-    let value = |desk: &mut Desk<Tpg500<RamStore>>| {
+    let value = |desk: &mut Desk<Controller>| {
         let du = desk.exchange(&outputs(0));
         f32::from_be_bytes([du[8], du[9], du[10], du[11]])
     };

@@ -1,13 +1,12 @@
 //! The parameter channel of TPG300 and TPG500, line by line: the examples of the manual with errata-bpg-bcg-tpg applied,
 //! every refusal, repetition and width. IF300P/IF301P manual 3.2.2.1, 3.2.4.2, 4.1.
 
-mod support;
-
+use crate::BOARDS;
+use crate::master::Exchange;
 use profivac_devices::Instrument;
-use support::tpg::{COLD, Exchange, PIRANI};
 
 fn exchange() -> Exchange {
-    Exchange::new([PIRANI, PIRANI, COLD, COLD])
+    Exchange::new(BOARDS)
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Relays, cold cathodes and what switches them. IF300P/IF301P manual 3.2.3.2, 3.2.4.2; errata-bpg-bcg-tpg 137 to 144.
 
-mod support;
-
-use profivac_devices::Instrument;
-use support::tpg::{
-    A1, B1, COLD, COLD_CATHODE_B, Exchange, LOWER, PIRANI, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
+use crate::master::{
+    A1, B1, COLD_CATHODE_B, Exchange, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
 };
+use crate::{BOARDS, COLD, PIRANI};
+use profivac_devices::Instrument;
 
 /// Channel B1 in Sensor On_Off.
 const B1_OFF: u8 = 0x10;
@@ -13,7 +12,7 @@ const B1_AUTOMATIC: u8 = 0x20;
 const B1_ON: u8 = 0x30;
 
 fn exchange() -> Exchange {
-    Exchange::new([PIRANI, PIRANI, COLD, COLD])
+    Exchange::new(BOARDS)
 }
 
 fn relays(master: &mut Exchange) -> Vec<bool> {
@@ -26,7 +25,7 @@ fn emission(master: &mut Exchange) -> Vec<bool> {
 
 #[test]
 fn a_relay_switches_at_its_thresholds_with_hysteresis_in_every_unit() {
-    for (unit, per_mbar) in [(1, 1.0), (2, 0.750_061_68), (3, 100.0f32)] {
+    for (unit, per_mbar) in [(1, 1.0), (2, 0.750_061_7), (3, 100.0f32)] {
         let mut master = exchange();
         master.write(A1, UNIT, unit).unwrap();
         master.thresholds(RELAY_1, 0.1 * per_mbar, 1.0 * per_mbar, A1).unwrap();

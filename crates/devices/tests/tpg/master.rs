@@ -1,14 +1,9 @@
 //! A TPG500 on the desk, in exchange with four floats.
 
-use super::{Desk, hex};
-use profivac_devices::profile::Setup;
-use profivac_devices::store::RamStore;
-use profivac_devices::tpg::{Gauge, Tpg500};
+use crate::support::{Desk, hex};
+use crate::{Controller, controller};
+use profivac_devices::tpg::Gauge;
 use profivac_devices::{Action, Instrument};
-
-/// The gauges of a board.
-pub const PIRANI: Option<Gauge> = Some(Gauge::Pirani);
-pub const COLD: Option<Gauge> = Some(Gauge::ColdCathode);
 
 /// Slots. IF300P/IF301P manual 3.2.4.1 and 3.2.4.2.
 pub const A1: u8 = 1;
@@ -35,7 +30,7 @@ pub type Written = Result<(), u8>;
 
 /// A master that exchanges data with the controller.
 pub struct Exchange {
-    pub desk: Desk<Tpg500<RamStore>>,
+    pub desk: Desk<Controller>,
     /// Sensor On_Off, in every cycle.
     pub sensor_on_off: u8,
     /// The inputs of the last cycle.
@@ -43,9 +38,12 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    pub fn new(gauges: [Option<Gauge>; 4]) -> Self {
-        let device = Tpg500::new(RamStore::default(), Setup::new(5), gauges);
-        let mut exchange = Self { desk: Desk::new(device), sensor_on_off: 0, inputs: Vec::new() };
+    pub fn new(boards: [Option<Gauge>; 4]) -> Self {
+        Self::with(controller(boards))
+    }
+
+    pub fn with(controller: Controller) -> Self {
+        let mut exchange = Self { desk: Desk::new(controller), sensor_on_off: 0, inputs: Vec::new() };
         exchange.bring_up();
         exchange
     }

@@ -1,15 +1,17 @@
-//! Emission and degas of the Bayard-Alpert part. tira41d1 3.3.3.5 to 3.3.3.9, errata-bpg-bcg-tpg 95 to 102.
+//! A hot cathode: emission, its automatic, degas. tira41d1 3.3.3.5 to 3.3.3.9, errata-bpg-bcg-tpg 95 to 102.
 
-use crate::model::{Refusal, mbar};
+use crate::model::Refusal;
 
-/// Above this pressure of the Pirani the emission goes off.
-const OFF_PA: f64 = mbar(3.2e-2);
-
-/// Below this pressure of the Pirani it may go on.
-const ON_PA: f64 = mbar(2.4e-2);
-
-/// Degas On Limit. free choice: the operating current changes there too, as on the sister gauges.
-const DEGAS_PA: f64 = mbar(7.2e-6);
+/// The pressures at which a hot cathode is switched, in Pa.
+#[derive(Debug, PartialEq)]
+pub struct Thresholds {
+    /// Above this pressure of the controlling part the emission goes off.
+    pub off_pa: f64,
+    /// Below this pressure of the controlling part it may go on.
+    pub on_pa: f64,
+    /// Degas On Limit; the operating current changes there too.
+    pub degas_pa: f64,
+}
 
 /// Degas ends by itself after three minutes.
 const DEGAS_S: f64 = 180.0;
@@ -45,17 +47,18 @@ impl Current {
 /// What the emission depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
-    /// In EXECUTING, and neither Pirani nor Bayard-Alpert part has failed.
+    /// In EXECUTING, and neither cathode nor controlling part has failed.
     pub able: bool,
-    /// What the Pirani reads, in Pa.
-    pub pirani_pa: f64,
-    /// What the gauge reads, in Pa.
+    /// What the controlling part reads, in Pa.
+    pub control_pa: f64,
+    /// What the gauge indicates, in Pa.
     pub gauge_pa: f64,
 }
 
 /// Emission, user mode and degas.
 #[derive(Clone, Debug)]
-pub struct Emission {
+pub struct Cathode {
+    thresholds: &'static Thresholds,
     on: bool,
     automatic: bool,
     /// Switched off by hand in automatic mode; holds until the pressure was too high once (102).
@@ -66,49 +69,57 @@ pub struct Emission {
     degas_refused: bool,
 }
 
-impl Default for Emission {
+impl Cathode {
     /// After power-up: off, automatic mode (100).
-    fn default() -> Self {
-        Self { on: false, automatic: true, held_off: false, degas_s: 0.0, degas_refused: false }
+    #[must_use]
+    pub const fn new(thresholds: &'static Thresholds) -> Self {
+        Self { thresholds, on: false, automatic: true, held_off: false, degas_s: 0.0, degas_refused: false }
     }
-}
 
-impl Emission {
+    /// Whether there is emission.
+    #[must_use]
     pub const fn is_on(&self) -> bool {
         self.on
     }
 
+    /// Whether the gauge switches the emission on by itself.
+    #[must_use]
     pub const fn is_automatic(&self) -> bool {
         self.automatic
     }
 
+    /// Whether degas runs.
+    #[must_use]
     pub const fn is_degassing(&self) -> bool {
         self.degas_s > 0.0
     }
 
     /// The current at this pressure of the gauge.
+    #[must_use]
     pub const fn current(&self, gauge_pa: f64) -> Current {
         match self.on {
             false => Current::Off,
             true if self.is_degassing() => Current::Degas,
-            true if gauge_pa < DEGAS_PA => Current::High,
+            true if gauge_pa < self.thresholds.degas_pa => Current::High,
             true => Current::Low,
         }
     }
 
     /// "Pressure too high for degas": only while somebody wants it (96).
+    #[must_use]
     pub const fn is_too_high_for_degas(&self, gauge_pa: f64) -> bool {
-        (self.is_degassing() || self.degas_refused) && gauge_pa >= DEGAS_PA
+        (self.is_degassing() || self.degas_refused) && gauge_pa >= self.thresholds.degas_pa
     }
 
     /// The pressure or the state of the device may have changed.
-    pub fn switch(&mut self, able: bool, pirani_pa: f64) {
-        if pirani_pa > OFF_PA {
+    pub fn switch(&mut self, conditions: &Conditions) {
+        let too_high = conditions.control_pa > self.thresholds.off_pa;
+        if too_high {
             self.held_off = false;
         }
-        if !able || pirani_pa > OFF_PA {
+        if too_high || !conditions.able {
             self.on = false;
-        } else if self.automatic && !self.held_off && pirani_pa < ON_PA {
+        } else if self.automatic && !self.held_off && conditions.control_pa < self.thresholds.on_pa {
             self.on = true;
         }
         if !self.on {
@@ -118,57 +129,64 @@ impl Emission {
 
     /// The pressure of the gauge may have changed.
     pub fn forget_refused_degas(&mut self, gauge_pa: f64) {
-        self.degas_refused &= gauge_pa >= DEGAS_PA;
+        self.degas_refused &= gauge_pa >= self.thresholds.degas_pa;
     }
 
+    /// Time passes.
     pub fn advance(&mut self, seconds: f64) {
         self.degas_s = (self.degas_s - seconds).max(0.0);
     }
 
-    /// Hot Cathode Block State Command.
+    /// Hot Cathode Block State Command: 0 none, 1 degas, 3 emission.
+    ///
+    /// # Errors
+    /// [`Refusal::Range`] for what is no command, and as the functions below.
     pub fn command(&mut self, command: u8, value: u8, conditions: &Conditions) -> Result<(), Refusal> {
         match (command, value) {
-            (0, _) => Ok(()),
+            (0, _) => {}
             (1, 0) => self.stop_degas(),
-            (1, 1) => self.start_degas(conditions),
+            (1, 1) => return self.start_degas(conditions),
             (3, 0) => self.switch_off(),
-            (3, 1) => self.switch_on(conditions),
-            (128, 0) => self.set_mode(false),
-            (128, 1) => self.set_mode(true),
-            _ => Err(Refusal::Range),
+            (3, 1) => return self.switch_on(conditions),
+            _ => return Err(Refusal::Range),
         }
-    }
-
-    /// Always accepted (95).
-    pub fn stop_degas(&mut self) -> Result<(), Refusal> {
-        self.degas_s = 0.0;
-        self.degas_refused = false;
         Ok(())
     }
 
-    /// Below the limit only, with the emission on (95). A degas that runs is not prolonged.
+    /// Always accepted (95).
+    pub const fn stop_degas(&mut self) {
+        self.degas_s = 0.0;
+        self.degas_refused = false;
+    }
+
+    /// A degas that runs is not prolonged.
+    ///
+    /// # Errors
+    /// [`Refusal::Conflict`] at the limit and above, and without emission (95).
     pub fn start_degas(&mut self, conditions: &Conditions) -> Result<(), Refusal> {
         if self.is_degassing() {
             return Ok(());
         }
-        if !self.on || conditions.gauge_pa >= DEGAS_PA {
-            self.degas_refused = conditions.gauge_pa >= DEGAS_PA;
+        if !self.on || conditions.gauge_pa >= self.thresholds.degas_pa {
+            self.degas_refused = conditions.gauge_pa >= self.thresholds.degas_pa;
             return Err(Refusal::Conflict);
         }
         self.degas_s = DEGAS_S;
         Ok(())
     }
 
-    /// Always accepted; in automatic mode it holds (102).
-    pub fn switch_off(&mut self) -> Result<(), Refusal> {
+    /// Always accepted; in automatic mode it holds until the pressure has been too high (102).
+    pub const fn switch_off(&mut self) {
         self.held_off = self.automatic;
         self.on = false;
-        Ok(())
     }
 
-    /// Below the limit only, with both parts in order (102).
+    /// Switches the emission on.
+    ///
+    /// # Errors
+    /// [`Refusal::Conflict`] at the limit and above, or when the gauge is not able to (102).
     pub fn switch_on(&mut self, conditions: &Conditions) -> Result<(), Refusal> {
-        if !self.on && (!conditions.able || conditions.pirani_pa >= ON_PA) {
+        if !self.on && (!conditions.able || conditions.control_pa >= self.thresholds.on_pa) {
             return Err(Refusal::Conflict);
         }
         self.held_off = false;
@@ -176,9 +194,9 @@ impl Emission {
         Ok(())
     }
 
-    fn set_mode(&mut self, automatic: bool) -> Result<(), Refusal> {
+    /// Automatic or manual mode.
+    pub const fn set_automatic(&mut self, automatic: bool) {
         self.automatic = automatic;
         self.held_off = false;
-        Ok(())
     }
 }
