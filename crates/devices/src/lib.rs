@@ -17,5 +17,6 @@ mod instrument;
 pub mod model;
 pub mod profile;
 pub mod store;
+pub mod tpg;
 
 pub use instrument::{Action, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Unknown};

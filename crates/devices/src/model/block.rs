@@ -13,6 +13,8 @@ pub enum Storage {
     Nonvolatile,
     /// `V`: lost.
     Volatile,
+    /// `R`: lost, unless the master has asked to store it.
+    OnRequest,
     /// `D`: follows from others, never stored.
     Dynamic,
     /// `-`: the manual says nothing; nothing is kept.
@@ -27,6 +29,9 @@ macro_rules! storage {
     (V) => {
         $crate::model::Storage::Volatile
     };
+    (R) => {
+        $crate::model::Storage::OnRequest
+    };
     (D) => {
         $crate::model::Storage::Dynamic
     };
@@ -40,6 +45,7 @@ impl fmt::Display for Storage {
         f.pad(match self {
             Self::Nonvolatile => "N",
             Self::Volatile => "V",
+            Self::OnRequest => "R",
             Self::Dynamic => "D",
             Self::Unstated => "-",
         })
@@ -66,10 +72,10 @@ pub struct Row {
 }
 
 impl Row {
-    /// Whether a master's value outlives the power: nonvolatile and writable.
+    /// Whether a master's value can outlive the power: it has a place in the memory and is writable.
     #[must_use]
     pub const fn is_kept(&self) -> bool {
-        matches!(self.storage, Storage::Nonvolatile) && self.access.intersects(Access::WRITE)
+        matches!(self.storage, Storage::Nonvolatile | Storage::OnRequest) && self.access.intersects(Access::WRITE)
     }
 }
 

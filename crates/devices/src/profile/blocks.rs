@@ -62,6 +62,19 @@ pub trait Blocks: Clone {
     /// A [`Refusal`]; no parameter has changed then.
     fn set(&mut self, at: &At<Self::Parameter>, value: &Value) -> Result<(), Refusal>;
 
+    /// The value that the memory shall hold: the present one, unless the device stores on request.
+    fn kept(&self, at: &At<Self::Parameter>) -> Value {
+        self.get(at)
+    }
+
+    /// Takes over a value from the memory.
+    ///
+    /// # Errors
+    /// A [`Refusal`]: it cannot be a value of this parameter, and nothing has changed.
+    fn recall(&mut self, at: &At<Self::Parameter>, value: &Value) -> Result<(), Refusal> {
+        self.set(at, value)
+    }
+
     /// The key under which a nonvolatile parameter is stored.
     fn key(&self, at: &At<Self::Parameter>) -> Key {
         at.key()

@@ -9,6 +9,7 @@
 //! | `address` | address switch and Set_Slave_Add |
 //! | `machine` | the device state machine, as a table |
 //! | `exceptions` | Exception Status and its records |
+//! | `fitted` | which channels of a controller have a gauge |
 //! | `presentation` | unit and number type |
 //! | `part` | a measuring part: sensor, validity, safe state |
 //! | `cathode` | emission and degas of a hot cathode |
@@ -22,6 +23,7 @@ mod cathode;
 mod channel;
 mod device;
 mod exceptions;
+mod fitted;
 mod machine;
 mod parameters;
 mod part;
@@ -33,6 +35,7 @@ pub use blocks::{At, Blocks};
 pub use cathode::{Cathode, Conditions, Current, Thresholds};
 pub use device::{BlockDevice, Serial, Setup};
 pub use exceptions::{Common, Details, ExceptionStatus, exception_status};
+pub use fitted::Fitted;
 pub use machine::{Event, Health, Machine, State, TRANSITIONS, Transition};
 pub use part::{Condition, MeasuringPart, SafeState, Sensor, StatusExtension};
 pub use presentation::Presentation;

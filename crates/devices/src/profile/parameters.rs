@@ -109,7 +109,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
             let format = self.behaviour.format(&at);
             if let Some(value) = octets.and_then(|octets| at.row.data_type.recall(&octets, &format)) {
                 // Out of range means: not ours, the factory value stays.
-                let _ = self.behaviour.set(&at, &value);
+                let _ = self.behaviour.recall(&at, &value);
             }
         }
         for (number, hidden) in (0..).zip(self.behaviour.hidden_mut()) {
@@ -123,5 +123,5 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
 /// A nonvolatile value as it is stored.
 fn kept_octets<B: Blocks>(blocks: &B, at: &At<B::Parameter>) -> Octets {
-    at.row.data_type.keep(&blocks.get(at), &blocks.format(at))
+    at.row.data_type.keep(&blocks.kept(at), &blocks.format(at))
 }

@@ -1,0 +1,53 @@
+//! The measuring parts of a controller, whose channels need not all be fitted.
+
+use crate::instrument::{Part, Principle};
+
+/// The parts of a controller with up to `N` channels.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted<const N: usize> {
+    parts: [Part; N],
+    count: usize,
+}
+
+impl<const N: usize> Fitted<N> {
+    /// What each channel senses with, from channel 1 on.
+    #[must_use]
+    pub fn new(channels: [Option<Principle>; N]) -> Self {
+        // What no part overwrites, nobody sees.
+        let mut parts = [Part { instance: 0, principle: Principle::Pirani }; N];
+        let fitted =
+            (1..).zip(channels).filter_map(|(instance, principle)| Some(Part { instance, principle: principle? }));
+        let count = parts.iter_mut().zip(fitted).map(|(place, part)| *place = part).count();
+        Self { parts, count }
+    }
+
+    /// The parts, by channel.
+    #[must_use]
+    pub fn parts(&self) -> &[Part] {
+        self.parts.get(..self.count).unwrap_or_default()
+    }
+
+    /// The channel of a part, counted from 0.
+    #[must_use]
+    pub fn channel(&self, part: usize) -> Option<usize> {
+        usize::from(self.parts().get(part)?.instance).checked_sub(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_counted_without_the_empty_channels() {
+        let fitted = Fitted::new([None, Some(Principle::ColdCathode), None, Some(Principle::Pirani)]);
+        assert_eq!(
+            fitted.parts(),
+            [
+                Part { instance: 2, principle: Principle::ColdCathode },
+                Part { instance: 4, principle: Principle::Pirani }
+            ]
+        );
+        assert_eq!([0, 1, 2].map(|part| fitted.channel(part)), [Some(1), Some(3), None]);
+    }
+}

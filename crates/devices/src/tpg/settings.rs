@@ -1,0 +1,151 @@
+//! What a master sets. It is lost with the power unless Volatility asks to store it: IF300P/IF301P manual 3.2.3.2.
+
+use super::CHANNELS;
+use super::table::{AnalogInput, DeviceBlock, Filter, MBAR, Parameter, ThresholdControl, UNITS};
+use super::threshold::Limits;
+use crate::model::{Refusal, Unit, Value, mbar};
+use crate::profile::At;
+
+/// Relays 1 to 4, cold cathodes A and B.
+pub(super) const THRESHOLDS: usize = 6;
+
+/// The slot of A1, and the slot of relay 1.
+pub(super) const FIRST_CHANNEL: u8 = 1;
+pub(super) const FIRST_THRESHOLD: u8 = 5;
+
+/// Authorized access code that cannot be changed. 3.2.3.2.
+const FIXED_ACCESS_CODE: u16 = 9919;
+
+/// The settings of the controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Settings {
+    pub unit: &'static Unit,
+    pub access_code: u16,
+    /// Pressure underrange control: a relay waits until its cold cathode is trusted.
+    pub waits_for_trust: bool,
+    pub filters: [Filter; CHANNELS],
+    pub limits: [Limits; THRESHOLDS],
+}
+
+impl Settings {
+    // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold cathodes
+    // of both boards are on below 1e-3 mbar on channel A1.
+    pub const FACTORY: Self = Self {
+        unit: &MBAR,
+        access_code: 0,
+        waits_for_trust: false,
+        filters: [Filter::Medium; CHANNELS],
+        limits: [relay(1), relay(2), relay(3), relay(4), COLD_CATHODE, COLD_CATHODE],
+    };
+
+    /// The value of a parameter that is a setting.
+    pub fn get(&self, at: &At<Parameter>) -> Option<Value> {
+        Some(match at.parameter {
+            Parameter::Device(DeviceBlock::AccessCode) => self.access_code.into(),
+            Parameter::Device(DeviceBlock::UnderrangeControl) => u8::from(self.waits_for_trust).into(),
+            Parameter::Channel(AnalogInput::PressureUnit) => self.unit.code.into(),
+            Parameter::Channel(AnalogInput::FilterTimeConstant) => {
+                (*of_slot(&self.filters, FIRST_CHANNEL, at)? as u8).into()
+            }
+            Parameter::Threshold(parameter) => {
+                of_slot(&self.limits, FIRST_THRESHOLD, at).and_then(|limits| limits.get(parameter))?
+            }
+            Parameter::Device(DeviceBlock::SensorOnOff | DeviceBlock::ProgramVersion | DeviceBlock::Volatility)
+            | Parameter::Channel(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => return None,
+        })
+    }
+
+    /// Takes over a setting.
+    pub fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        match at.parameter {
+            Parameter::Device(DeviceBlock::AccessCode) => self.set_access_code(value.integer()?),
+            Parameter::Device(DeviceBlock::UnderrangeControl) => {
+                self.waits_for_trust = flag(value)?;
+                Ok(())
+            }
+            // One unit for the controller, whichever block it is written to: errata-bpg-bcg-tpg 147.
+            Parameter::Channel(AnalogInput::PressureUnit) => {
+                let code = value.integer()?;
+                self.unit = UNITS.iter().find(|unit| unit.code == code).ok_or(Refusal::Range)?;
+                Ok(())
+            }
+            Parameter::Channel(AnalogInput::FilterTimeConstant) => {
+                let filter = Filter::of(value.integer()?).ok_or(Refusal::Range)?;
+                of_slot_mut(&mut self.filters, FIRST_CHANNEL, at).map(|place| *place = filter).ok_or(Refusal::Slot)
+            }
+            Parameter::Threshold(parameter) => {
+                of_slot_mut(&mut self.limits, FIRST_THRESHOLD, at).ok_or(Refusal::Slot)?.set(parameter, value)
+            }
+            Parameter::Device(DeviceBlock::SensorOnOff | DeviceBlock::ProgramVersion | DeviceBlock::Volatility)
+            | Parameter::Channel(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => {
+                Err(Refusal::NotWritable)
+            }
+        }
+    }
+
+    /// 0 to 9999: errata-bpg-bcg-tpg 132.
+    fn set_access_code(&mut self, code: u16) -> Result<(), Refusal> {
+        if code > 9999 {
+            return Err(Refusal::Range);
+        }
+        self.access_code = code;
+        Ok(())
+    }
+
+    /// Whether the access code can be changed.
+    pub const fn access_code_is_fixed(&self) -> bool {
+        self.access_code == FIXED_ACCESS_CODE
+    }
+}
+
+impl Limits {
+    /// The value of a parameter of the set.
+    fn get(&self, parameter: ThresholdControl) -> Option<Value> {
+        Some(match parameter {
+            ThresholdControl::UpperThreshold => Value::Pressure(self.upper_pa),
+            ThresholdControl::LowerThreshold => Value::Pressure(self.lower_pa),
+            ThresholdControl::Source => self.source.into(),
+            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return None,
+        })
+    }
+
+    /// Takes over a parameter of the set. Neither threshold is zero (137), the source is the slot of a channel (140).
+    pub fn set(&mut self, parameter: ThresholdControl, value: &Value) -> Result<(), Refusal> {
+        let positive = |pa: f64| if pa > 0.0 { Ok(pa) } else { Err(Refusal::Range) };
+        match parameter {
+            ThresholdControl::UpperThreshold => self.upper_pa = positive(value.pressure()?)?,
+            ThresholdControl::LowerThreshold => self.lower_pa = positive(value.pressure()?)?,
+            ThresholdControl::Source => match value.integer()? {
+                source @ 1..=4 => self.source = source,
+                _ => return Err(Refusal::Range),
+            },
+            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return Err(Refusal::NotWritable),
+        }
+        Ok(())
+    }
+}
+
+const fn relay(source: u8) -> Limits {
+    Limits { upper_pa: mbar(2e-3), lower_pa: mbar(1e-3), source }
+}
+
+const COLD_CATHODE: Limits = Limits { upper_pa: mbar(1e-2), lower_pa: mbar(1e-3), source: 1 };
+
+/// 0 or 1.
+pub(super) fn flag(value: &Value) -> Result<bool, Refusal> {
+    match value.integer()? {
+        0u8 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Refusal::Range),
+    }
+}
+
+/// Of one item per slot from `first` on, the one for the slot of `at`.
+pub(super) fn of_slot<'a, T>(items: &'a [T], first: u8, at: &At<Parameter>) -> Option<&'a T> {
+    items.get(usize::from(at.address.slot.checked_sub(first)?))
+}
+
+/// The same, to be changed.
+pub(super) fn of_slot_mut<'a, T>(items: &'a mut [T], first: u8, at: &At<Parameter>) -> Option<&'a mut T> {
+    items.get_mut(usize::from(at.address.slot.checked_sub(first)?))
+}

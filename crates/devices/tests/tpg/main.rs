@@ -1,0 +1,29 @@
+//! TPG300 and TPG500 after the IF300P/IF301P manual, each behaviour in its own file. Numbers in brackets are those of
+//! errata-bpg-bcg-tpg.
+#![allow(clippy::unwrap_used, reason = "this is test code")]
+
+mod exchange;
+mod master;
+mod parameter_channel;
+mod settings;
+#[path = "../support/mod.rs"]
+mod support;
+mod thresholds;
+
+use profivac_devices::profile::Setup;
+use profivac_devices::store::RamStore;
+use profivac_devices::tpg::{Gauge, Tpg, table};
+
+type Controller = Tpg<RamStore>;
+
+/// What is plugged into a channel.
+const PIRANI: Option<Gauge> = Some(Gauge::Pirani);
+const COLD: Option<Gauge> = Some(Gauge::ColdCathode);
+
+/// The default of the command line.
+const BOARDS: [Option<Gauge>; 4] = [PIRANI, PIRANI, COLD, COLD];
+
+/// A TPG500 as bought, with the address switch at 5.
+fn controller(boards: [Option<Gauge>; 4]) -> Controller {
+    Tpg::new(&table::TPG500, RamStore::default(), Setup::new(5), boards)
+}
