@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod exchange;
+mod rows;
 #[path = "../support/mod.rs"]
 mod support;
 
