@@ -8,7 +8,7 @@
 //! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
 //! | [`store`] | nonvolatile memory as a device sees it |
 //! | [`profile`] | what all block devices share |
-//! | [`bcg450`] and its like | one device: its tables beside its behaviour |
+//! | [`bcg450`], [`pxg55x`] and their like | one device: its tables beside its behaviour |
 #![no_std]
 #![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
@@ -16,6 +16,7 @@ pub mod bcg450;
 mod instrument;
 pub mod model;
 pub mod profile;
+pub mod pxg55x;
 pub mod store;
 pub mod tpg;
 

@@ -203,7 +203,8 @@ pub trait Parameters: Copy + 'static {
     /// The blocks and where they are.
     const PLACES: &'static [Place];
 
-    /// The parameter with this ID in the block at this position of [`PLACES`](Self::PLACES).
+    /// The parameter with this ID in the block at this position of [`PLACES`](Self::PLACES). A device that comes in several
+    /// kinds has a list of places for each, with blocks for the same parameters at the same positions.
     fn of(place: usize, id: u8) -> Option<Self>;
 }
 

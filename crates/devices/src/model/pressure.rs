@@ -47,13 +47,32 @@ pub enum Counts {
         /// Counts for one mbar.
         per_mbar: f64,
     },
+    /// A difference of pressures, counted on the logarithmic scale from a point to where the difference ends. Both ends
+    /// are converted, not the difference itself: errata-pxg55x-img400 32.
+    Distance {
+        /// Counts for a factor of ten.
+        per_decade: f64,
+        /// Counts at 1 mbar.
+        at_1_mbar: f64,
+        /// The point, in mbar.
+        from_mbar: f64,
+        /// The difference is added to the point, or taken from it.
+        upwards: bool,
+    },
 }
 
 impl Counts {
     fn of(self, mbar: f64) -> f64 {
         match self {
+            // Neither 0 nor what is less has a logarithm.
+            Self::Log { .. } if mbar <= 0.0 => 0.0,
             Self::Log { per_decade, at_1_mbar } => per_decade * libm::log10(mbar) + at_1_mbar,
             Self::Linear { per_mbar } => per_mbar * mbar,
+            Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
+                let scale = Self::Log { per_decade, at_1_mbar };
+                let end_mbar = if upwards { from_mbar + mbar } else { from_mbar - mbar };
+                (scale.of(end_mbar) - scale.of(from_mbar)).abs()
+            }
         }
     }
 
@@ -61,6 +80,11 @@ impl Counts {
         match self {
             Self::Log { per_decade, at_1_mbar } => libm::exp10((counts - at_1_mbar) / per_decade),
             Self::Linear { per_mbar } => counts / per_mbar,
+            Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
+                let scale = Self::Log { per_decade, at_1_mbar };
+                let from = scale.of(from_mbar);
+                (scale.mbar(if upwards { from + counts } else { from - counts }) - from_mbar).abs()
+            }
         }
     }
 }
@@ -177,5 +201,35 @@ impl Format {
             NumberType::Float => octets.try_into().map(f32::from_be_bytes).ok()?.into(),
         };
         self.pa_of(number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COUNTS: Unit = Unit { code: 0, name: "COUNTS", alias: "counts", scale: Scale::Counts };
+
+    /// 1000 counts for a decade, 5000 at 1 mbar, seen from 100 mbar.
+    const fn distance(upwards: bool) -> Format {
+        let counts = Counts::Distance { per_decade: 1000.0, at_1_mbar: 5000.0, from_mbar: 100.0, upwards };
+        Format { unit: &COUNTS, number: NumberType::Float, counts, highest: 32767 }
+    }
+
+    #[test]
+    fn a_difference_in_counts_is_a_distance_of_logarithms() {
+        for (upwards, difference_mbar, counts) in [(true, 900.0, 1000.0), (false, 90.0, 1000.0), (false, 99.0, 2000.0)]
+        {
+            let format = distance(upwards);
+            assert!((format.number_of(mbar(difference_mbar)) - counts).abs() < 1e-9, "{difference_mbar} mbar");
+            let pa = format.pa_of(counts).unwrap();
+            assert!((pa / mbar(difference_mbar) - 1.0).abs() < 1e-9, "{counts} counts are {pa} Pa");
+        }
+        assert_eq!(distance(true).number_of(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_difference_that_leads_below_zero_ends_where_the_scale_does() {
+        assert_eq!(distance(false).number_of(mbar(200.0)), 7000.0);
     }
 }

@@ -23,6 +23,11 @@ pub trait Behaviour: Blocks {
         }
     }
 
+    /// Whether the user parameters leave the choice of this configuration.
+    fn accepts(&self, _configuration: &'static Configuration) -> bool {
+        true
+    }
+
     /// The master has chosen this configuration.
     fn configure(&mut self, configuration: &'static Configuration);
 
@@ -52,6 +57,9 @@ pub trait Behaviour: Blocks {
 
     /// As [`Instrument::settle`](crate::Instrument::settle).
     fn settle(&mut self);
+
+    /// The address switch shows this now.
+    fn address_switch(&mut self, _setting: u8) {}
 
     /// As [`Instrument::operate`](crate::Instrument::operate); the address switch is seen to already.
     ///

@@ -49,6 +49,7 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
     fn operate(&mut self, action: Action<'_>) -> Result<(), Unknown> {
         if let Action::Switch { name: "address", value } = action {
             self.address.switch = value.parse().map_err(|_| Unknown { expected: &["0 ... 255"] })?;
+            self.behaviour.address_switch(self.address.switch);
             return Ok(());
         }
         let before = self.behaviour.clone();
@@ -59,10 +60,11 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
     }
 
     fn report(&self) -> Report {
+        let report = self.behaviour.report();
         if self.powered {
-            self.behaviour.report()
-        } else {
-            Report { device_state: "OFF", led: "none", ..Report::default() }
+            return report;
         }
+        let led = if report.led == "none" { "none" } else { "off" };
+        Report { device_state: "OFF", led, ..Report::default() }
     }
 }

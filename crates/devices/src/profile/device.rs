@@ -76,6 +76,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
             channel: Channel::new(model.dialect),
             configuration: model.default_configuration,
         };
+        device.behaviour.address_switch(setup.address_switch);
         device.start();
         if let Some(unit) = setup.unit {
             device.happen(|behaviour| behaviour.set_unit(unit));
@@ -183,6 +184,9 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
 
     fn chk_cfg(&mut self, cfg: &[u8]) -> Result<Lengths, CfgFault> {
         let configuration = self.behaviour.model().configuration(cfg).ok_or(CfgFault)?;
+        if !self.behaviour.accepts(configuration) {
+            return Err(CfgFault);
+        }
         let octets = |octets| u8::try_from(octets).map_err(|_| CfgFault);
         let lengths =
             Lengths { outputs: octets(configuration.output_octets())?, inputs: octets(configuration.input_octets())? };

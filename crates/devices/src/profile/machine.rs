@@ -195,6 +195,12 @@ impl Machine {
         self.state == State::Executing
     }
 
+    /// Whether cyclic exchange runs.
+    #[must_use]
+    pub const fn is_exchanging(&self) -> bool {
+        self.exchanging
+    }
+
     /// Whether unit and data type may be changed: in IDLE, and not during cyclic exchange. errata-bpg-bcg-tpg 91.
     #[must_use]
     pub fn is_configurable(&self) -> bool {

@@ -4,13 +4,13 @@
 use super::behaviour::Behaviour;
 use super::blocks::{At, Blocks};
 use super::device::BlockDevice;
-use crate::model::{DataType, Direction, Octets, Parameters, Refusal, Via};
+use crate::model::{DataType, Direction, Octets, Parameters, Place, Refusal, Via};
 use crate::store::{self, Key, Store};
 
 /// Finds the parameter at slot and index.
-fn locate<B: Blocks>(blocks: &B, slot: u8, index: u8) -> Result<At<B::Parameter>, Refusal> {
+fn locate<B: Behaviour>(blocks: &B, slot: u8, index: u8) -> Result<At<B::Parameter>, Refusal> {
     let mut refusal = Refusal::Slot;
-    for (position, place) in B::Parameter::PLACES.iter().enumerate() {
+    for (position, place) in blocks.model().places.iter().enumerate() {
         for address in place.addresses.iter().filter(|address| address.slot == slot) {
             refusal = Refusal::Index;
             if let (Some(row), Some(parameter)) = (place.block.row(index), B::Parameter::of(position, index))
@@ -24,8 +24,8 @@ fn locate<B: Blocks>(blocks: &B, slot: u8, index: u8) -> Result<At<B::Parameter>
 }
 
 /// Every parameter a master's value of which is kept, at every instance.
-fn kept<P: Parameters>() -> impl Iterator<Item = At<P>> {
-    P::PLACES.iter().enumerate().flat_map(|(position, place)| {
+fn kept<P: Parameters>(places: &'static [Place]) -> impl Iterator<Item = At<P>> {
+    places.iter().enumerate().flat_map(|(position, place)| {
         place.addresses.iter().flat_map(move |address| {
             place
                 .block
@@ -88,7 +88,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     pub(super) fn store_differences(&mut self, before: &B) -> Result<(), Refusal> {
         let Self { behaviour, store, .. } = self;
         let mut save = |key, octets: &[u8]| store.save(key, octets).map_err(|_| Refusal::Storage);
-        for at in kept::<B::Parameter>() {
+        for at in kept::<B::Parameter>(behaviour.model().places) {
             let octets = kept_octets(behaviour, &at);
             if octets != kept_octets(before, &at) {
                 save(behaviour.key(&at), &octets)?;
@@ -104,7 +104,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Takes over what is stored; a value that cannot be one is passed over.
     pub(super) fn recall(&mut self) {
-        for at in kept::<B::Parameter>() {
+        for at in kept::<B::Parameter>(self.behaviour.model().places) {
             let octets = store::load(&self.store, self.behaviour.key(&at));
             let format = self.behaviour.format(&at);
             if let Some(value) = octets.and_then(|octets| at.row.data_type.recall(&octets, &format)) {

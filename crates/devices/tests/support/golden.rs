@@ -33,7 +33,7 @@ pub fn print(model: &Model) -> String {
     }
     text += "\nUser parameters\n";
     for prm in model.user_prm {
-        writeln!(text, "{:<15}{:02X?}", prm.name, prm.octets).unwrap();
+        writeln!(text, "{:<14} {:02X?}", prm.name, prm.octets).unwrap();
     }
     text += "\nUnits\n";
     for unit in model.units {
@@ -51,7 +51,8 @@ pub fn print(model: &Model) -> String {
         let part = facts.part;
         writeln!(text, "{} {:?}: {under} to {over}, full scale {full}", part.instance, part.principle).unwrap();
     }
-    model.places.iter().for_each(|place| text += &print_place(place));
+    let present = model.places.iter().filter(|place| !place.addresses.is_empty());
+    present.for_each(|place| text += &print_place(place));
     text += "\nFaults\n";
     for (name, effect) in model.faults.names.iter().zip(model.faults.effects) {
         writeln!(text, "{name:<14}{effect}").unwrap();
@@ -75,12 +76,12 @@ fn print_configuration(configuration: &Configuration) -> String {
     )
 }
 
-/// Every telegram once, by its number.
+/// Every telegram once, by its number; a number may stand for one of each direction.
 fn telegrams(model: &Model) -> Vec<&'static Telegram> {
     let mut telegrams: Vec<&Telegram> =
         model.configurations.iter().flat_map(|it| it.outputs.into_iter().chain(it.inputs)).collect();
     telegrams.sort_by_key(|telegram| telegram.number);
-    telegrams.dedup_by_key(|telegram| telegram.number);
+    telegrams.dedup();
     telegrams
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Desk, hex};
 use profivac_devices::Instrument;
-use profivac_devices::model::{Access, Address, DataType, Model, Row, Storage};
+use profivac_devices::model::{self, Access, Address, DataType, Model, Row, Storage};
 use profivac_dp::slave::{Refusal, Relation};
 
 /// What may be written into a parameter, and what must not. Pressures are floats in the unit of [`Rig::make`].
@@ -151,7 +151,7 @@ impl<D: Instrument> Rig<D> {
                 let readable = row.access.intersects(Access::READ);
                 match answer_ak(row, length) {
                     _ if !readable => assert_eq!(answer, channel_error(slot, id, 18), "{what}"),
-                    None => assert_eq!(answer, channel_error(slot, id, 5), "{what}"),
+                    None => assert_eq!(answer, channel_error(slot, id, self.unfit_code(row)), "{what}"),
                     Some(ak) => {
                         assert_eq!(answer[..4], [ak << 4, slot, id, 0], "{what}");
                         // The same octets as by DP-V1, right-aligned.
@@ -163,6 +163,12 @@ impl<D: Instrument> Rig<D> {
                 }
             });
         }
+    }
+
+    /// The code for what the parameter channel cannot carry.
+    fn unfit_code(&self, row: &Row) -> u8 {
+        let text = matches!(row.data_type, DataType::Visible(_));
+        self.model.dialect.code(if text { model::Refusal::Text } else { model::Refusal::Length })
     }
 
     /// Writing where no mark allows it, and with another length.

@@ -1,0 +1,200 @@
+//! Zero and gain adjust, auto zero, run hours: what a gauge keeps without an index. tira56e1 8.1.1, 8.1.11, 8.2.1, 8.3.1,
+//! 7.1.14 and 7.1.23.
+
+use super::Gauge;
+use crate::instrument::Principle;
+use crate::model::{Refusal, mbar};
+use crate::profile::{Sensor, State};
+
+/// "2 decades below the minimum pressure range of the gauge" (8.1.1): there the diaphragm has nothing to show.
+const CDG_ZERO_PA: f64 = mbar(1.0) / 100.0;
+
+/// free choice: "periodically" (8.1.11) has no number.
+const AUTO_ZERO_S: f64 = 600.0;
+
+/// The counter counts quarters of an hour (7.1.23).
+const QUARTER_S: f64 = 900.0;
+
+/// Adjustments and run hours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kept {
+    /// Quarter hours, gain and offset of the Pirani, offset of the diaphragm, gain of the atmosphere sensor. Offsets in Pa.
+    pub values: [f64; 5],
+    /// What is not yet a quarter of an hour. Lost with the power, as on a gauge that counts in its memory.
+    part_s: f64,
+    /// Since the last auto zero.
+    since_auto_zero_s: f64,
+}
+
+impl Kept {
+    pub const fn new() -> Self {
+        Self { values: [0.0, 1.0, 0.0, 0.0, 1.0], part_s: 0.0, since_auto_zero_s: 0.0 }
+    }
+
+    /// The adjustments of the factory; time is not undone.
+    pub const fn readjusted(&self) -> Self {
+        let [quarters, ..] = self.values;
+        let [_, gain, offset, cdg, atm] = Self::new().values;
+        Self { values: [quarters, gain, offset, cdg, atm], ..*self }
+    }
+
+    /// ID 212.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole, and saturating")]
+    pub const fn quarters(&self) -> u32 {
+        let [quarters, ..] = self.values;
+        quarters as u32
+    }
+
+    /// ID 36 saturates (76).
+    pub fn hours(&self) -> u16 {
+        u16::try_from(self.quarters() / 4).unwrap_or(u16::MAX)
+    }
+
+    /// Operating hours, to the second.
+    pub fn run_hours(&self) -> f64 {
+        (f64::from(self.quarters()) * QUARTER_S + self.part_s) / 3600.0
+    }
+
+    /// Device time passes. Returns whether it is time for an auto zero.
+    fn advance(&mut self, seconds: f64) -> bool {
+        let [quarters, ..] = &mut self.values;
+        let whole = libm::floor((self.part_s + seconds) / QUARTER_S);
+        *quarters = (*quarters + whole).min(f64::from(u32::MAX));
+        self.part_s = (self.part_s + seconds - whole * QUARTER_S).max(0.0);
+        self.since_auto_zero_s += seconds;
+        let due = self.since_auto_zero_s >= AUTO_ZERO_S;
+        if due {
+            self.since_auto_zero_s = 0.0;
+        }
+        due
+    }
+}
+
+/// What a zero adjust adds, so that the sensor reads nothing now.
+fn zero(sensor: &Sensor) -> f64 {
+    -sensor.sensed_pa * sensor.gain
+}
+
+/// Gain and offset with which the sensor reads `target_pa` now and its zero stays where it is.
+fn gain(sensor: &Sensor, target_pa: f64) -> Result<(f64, f64), Refusal> {
+    let zero_pa = -sensor.offset_pa / sensor.gain;
+    let gain = target_pa / (sensor.sensed_pa - zero_pa);
+    // A sensor that shows nothing, or less, cannot be stretched.
+    if gain > 0.0 && gain.is_finite() { Ok((gain, -zero_pa * gain)) } else { Err(Refusal::Conflict) }
+}
+
+impl Gauge {
+    /// An Analog Input Block Adjust Command; the target value is not available (78). Commands without a name are accepted
+    /// and do nothing (79).
+    ///
+    /// The manual gives no condition but asks the user for the right pressure, and so does this gauge.
+    pub(super) fn adjust(&mut self, instance: u8, command: u8) -> Result<(), Refusal> {
+        let principle = self.part(instance).map(|part| part.facts.part.principle);
+        match (principle, command) {
+            (Some(Principle::Diaphragm), 0) => self.adjustable(instance).map(|()| self.zero_cdg()),
+            (Some(Principle::Pirani), 0) => self.adjustable(instance).map(|()| self.zero_pirani()),
+            (Some(Principle::Pirani), 1) => self.adjustable(instance).and_then(|()| self.stretch_pirani()),
+            (Some(Principle::Atmosphere), 1) => self.adjustable(instance).and_then(|()| self.match_atm()),
+            _ => Ok(()),
+        }
+    }
+
+    /// free choice: in EXECUTING and IDLE, with a sensor that reads something.
+    fn adjustable(&self, instance: u8) -> Result<(), Refusal> {
+        let reads = self.part(instance).is_some_and(|part| part.reading_pa.is_some() && !part.failed);
+        let state = matches!(self.machine.state(), State::Executing | State::Idle);
+        if reads && state { Ok(()) } else { Err(Refusal::Conflict) }
+    }
+
+    fn zero_cdg(&mut self) {
+        let Some(cdg) = &self.cdg else { return };
+        let [_, _, _, offset, _] = &mut self.kept.values;
+        *offset = zero(&cdg.sensor);
+    }
+
+    fn zero_pirani(&mut self) {
+        let [_, _, offset, _, _] = &mut self.kept.values;
+        *offset = zero(&self.pirani.sensor);
+    }
+
+    /// The present pressure is full scale (8.2.1).
+    fn stretch_pirani(&mut self) -> Result<(), Refusal> {
+        let full_scale_pa = self.pirani.facts.limits.full_scale_pa;
+        let [_, pirani_gain, pirani_offset, _, _] = &mut self.kept.values;
+        (*pirani_gain, *pirani_offset) = gain(&self.pirani.sensor, full_scale_pa)?;
+        Ok(())
+    }
+
+    /// The atmosphere sensor reads what the diaphragm reads (80).
+    fn match_atm(&mut self) -> Result<(), Refusal> {
+        let (Some(cdg), Some(atm)) = (&self.cdg, &self.atm) else { return Ok(()) };
+        if cdg.failed {
+            return Err(Refusal::Conflict);
+        }
+        let [.., atm_gain] = &mut self.kept.values;
+        (*atm_gain, _) = gain(&atm.sensor, cdg.sensor.indicated_pa())?;
+        Ok(())
+    }
+
+    /// What is kept rules the sensors.
+    pub(super) fn apply_adjustments(&mut self) {
+        let [_, pirani_gain, pirani_offset, cdg_offset, atm_gain] = self.kept.values;
+        (self.pirani.sensor.gain, self.pirani.sensor.offset_pa) = (pirani_gain, pirani_offset);
+        if let Some(cdg) = &mut self.cdg {
+            cdg.sensor.offset_pa = cdg_offset;
+        }
+        if let Some(atm) = &mut self.atm {
+            atm.sensor.gain = atm_gain;
+        }
+    }
+
+    /// Time for the counters, and for the diaphragm's zero while the Pirani says that there is nothing to measure: the
+    /// Pirani adjusts the diaphragm (91).
+    pub(super) fn pass_time(&mut self, seconds: f64) {
+        let due = self.kept.advance(seconds);
+        let void = self.pirani.reading_pa.is_some_and(|pa| pa <= CDG_ZERO_PA) && !self.pirani.failed;
+        let able = self.machine.is_executing() && self.cdg.as_ref().is_some_and(|cdg| !cdg.failed);
+        if due && self.auto_zero && void && able {
+            self.zero_cdg();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn run_hours_count_in_quarters_and_saturate() {
+        let mut kept = Kept::new();
+        kept.advance(899.0);
+        assert_eq!((kept.quarters(), kept.hours()), (0, 0));
+        kept.advance(1.0);
+        assert_eq!((kept.quarters(), kept.hours()), (1, 0));
+        kept.advance(3.0 * 900.0 + 450.0);
+        assert_eq!((kept.quarters(), kept.hours()), (4, 1));
+        assert_eq!(kept.run_hours(), 1.125);
+        kept.advance(3600.0 * 70_000.0);
+        assert_eq!((kept.quarters(), kept.hours()), (280_004, u16::MAX));
+        kept.advance(1e15);
+        assert_eq!(kept.quarters(), u32::MAX);
+    }
+
+    #[test]
+    fn a_gain_adjust_keeps_the_zero() {
+        let mut sensor = Sensor { sensed_pa: 5.0, ..Sensor::in_air() };
+        sensor.offset_pa = zero(&sensor);
+        assert_eq!(sensor.indicated_pa(), 0.0);
+        sensor.sensed_pa = 90_000.0;
+        (sensor.gain, sensor.offset_pa) = gain(&sensor, 100_000.0).unwrap();
+        assert!((sensor.indicated_pa() - 100_000.0).abs() < 1e-6);
+        sensor.sensed_pa = 5.0;
+        assert!(sensor.indicated_pa() < 1e-9);
+    }
+
+    #[test]
+    fn a_sensor_that_reads_nothing_cannot_be_stretched() {
+        let sensor = Sensor { sensed_pa: 0.0, ..Sensor::in_air() };
+        assert_eq!(gain(&sensor, 100_000.0), Err(Refusal::Conflict));
+    }
+}

@@ -1,0 +1,364 @@
+//! PCG550, PCG552, PCG554, PSG550, PSG552 and PSG554: Pirani gauges, the PCG with a capacitance diaphragm and perhaps an
+//! atmosphere sensor beside it. tira56e1.
+//!
+//! [`table`] is the manual's tables; the rest is what they do: `adjust` moves the sensors, `heating` switches the Pirani,
+//! `trip` has the trip points, `ttr` the telegram of the compatibility mode, `parameters` leads every row to its value,
+//! `bench` has bus and people. Numbers in brackets are those of errata-pxg55x-img400.
+
+mod adjust;
+mod bench;
+mod heating;
+mod parameters;
+pub mod table;
+mod trip;
+mod ttr;
+
+use crate::model::{Refusal, mbar};
+use crate::profile::{
+    BlockDevice, Common, Condition, Details, ExceptionStatus, Health, Machine, MeasuringPart, Presentation, Serial,
+    Setup, StatusExtension, exception_status,
+};
+use crate::store::Store;
+use adjust::Kept;
+use bench::Faults;
+use heating::Heating;
+use table::{VERSIONS, Version};
+use trip::TripPoint;
+
+/// A gauge of the series with its nonvolatile memory.
+pub type Pxg55x<S> = BlockDevice<Gauge, S>;
+
+impl<S: Store> Pxg55x<S> {
+    /// A gauge that has just been switched on.
+    #[must_use]
+    pub fn new(store: S, kind: Kind, setup: Setup) -> Self {
+        Self::with(Gauge::new(kind.version(), setup.serial), store, &setup)
+    }
+}
+
+/// Which gauge of the series.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind(&'static Version);
+
+impl Kind {
+    /// The gauge with this name, `pcg550` to `psg554`: with or without an atmosphere sensor, or with one if there is such a
+    /// gauge.
+    #[must_use]
+    pub fn named(name: &str, atmosphere: Option<bool>) -> Option<Self> {
+        // Those with a sensor come first.
+        let fits = |kind: &Self| atmosphere.is_none_or(|wanted| wanted == kind.0.family.atm.is_some());
+        Self::all().find(|kind| kind.0.model.name == name && fits(kind))
+    }
+
+    /// Every gauge of the series.
+    pub fn all() -> impl Iterator<Item = Self> {
+        VERSIONS.iter().map(Self)
+    }
+
+    /// Its tables.
+    #[must_use]
+    pub const fn version(self) -> &'static Version {
+        self.0
+    }
+}
+
+/// At and above this pressure of the diaphragm the diaphragm measures (67).
+const CDG_FROM_PA: f64 = mbar(10.0);
+
+/// free choice: below this the Pirani does, "a small hysteresis" (67).
+const PIRANI_BELOW_PA: f64 = mbar(9.0);
+
+/// What is particular to the series.
+#[derive(Clone, Debug)]
+pub struct Gauge {
+    version: &'static Version,
+    serial: Serial,
+    address_switch: u8,
+    machine: Machine,
+    presentation: Presentation,
+    /// TTR compatibility mode (49).
+    ttr: bool,
+    /// Channel Instance Selector.
+    selector: u8,
+    cdg: Option<MeasuringPart>,
+    pirani: MeasuringPart,
+    atm: Option<MeasuringPart>,
+    heating: Heating,
+    /// Auto Zero Enable.
+    auto_zero: bool,
+    /// The diaphragm measures, if there is one.
+    cdg_is_active: bool,
+    trips: [TripPoint; 2],
+    faults: Faults,
+    kept: Kept,
+}
+
+impl Gauge {
+    fn new(version: &'static Version, serial: Serial) -> Self {
+        Self {
+            version,
+            serial,
+            address_switch: 0,
+            machine: Machine::power_up(),
+            presentation: Presentation::new(table::FACTORY_UNIT),
+            ttr: false,
+            selector: 1,
+            cdg: version.family.cdg.map(MeasuringPart::new),
+            pirani: MeasuringPart::new(version.family.pirani),
+            atm: version.family.atm.map(MeasuringPart::new),
+            heating: Heating::new(),
+            auto_zero: false,
+            cdg_is_active: true,
+            trips: [TripPoint::factory(table::LOWEST_PA); 2],
+            faults: Faults::NONE,
+            kept: Kept::new(),
+        }
+    }
+
+    /// The same gauge as it leaves the factory: what is around it and what is broken in it stays.
+    fn as_new(&self) -> Self {
+        Self {
+            address_switch: self.address_switch,
+            cdg: self.cdg.as_ref().map(MeasuringPart::restarted),
+            pirani: self.pirani.restarted(),
+            atm: self.atm.as_ref().map(MeasuringPart::restarted),
+            faults: self.faults,
+            ..Self::new(self.version, self.serial)
+        }
+    }
+
+    /// The measuring parts, in the order of their instances.
+    fn measuring_parts(&self) -> impl Iterator<Item = &MeasuringPart> {
+        self.cdg.iter().chain([&self.pirani]).chain(&self.atm)
+    }
+
+    fn measuring_parts_mut(&mut self) -> impl Iterator<Item = &mut MeasuringPart> {
+        self.cdg.iter_mut().chain([&mut self.pirani]).chain(&mut self.atm)
+    }
+
+    /// The measuring part with this instance.
+    fn part(&self, instance: u8) -> Option<&MeasuringPart> {
+        self.measuring_parts().find(|part| part.part().instance == instance)
+    }
+
+    fn part_mut(&mut self, instance: u8) -> Option<&mut MeasuringPart> {
+        self.measuring_parts_mut().find(|part| part.part().instance == instance)
+    }
+
+    /// The part that measures: its instance is the PV Selector.
+    fn active(&self) -> &MeasuringPart {
+        self.cdg.as_ref().filter(|_| self.cdg_is_active).unwrap_or(&self.pirani)
+    }
+
+    /// A Device Block State Command.
+    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+        /// The manufacturer's commands (7.2.2).
+        const FACTORY_RESET: u8 = 128;
+        const RESET: u8 = 129;
+        match number {
+            FACTORY_RESET => {
+                self.machine.command(1)?;
+                self.factory_reset();
+            }
+            // The basic device starts anew as well; nothing of it can be seen apart.
+            RESET => self.restart_if(1)?,
+            _ => self.restart_if(number)?,
+        }
+        Ok(())
+    }
+
+    /// Reset brings the volatile values back to what they are after power-up.
+    fn restart_if(&mut self, command: u8) -> Result<(), Refusal> {
+        if self.machine.command(command)? {
+            self.trips.iter_mut().for_each(TripPoint::forget);
+        }
+        Ok(())
+    }
+
+    /// Every setting and adjustment. The run hours are no setting; nor are unit, data type and mode while a master exchanges
+    /// data that depend on them (8.1.6).
+    fn factory_reset(&mut self) {
+        let new = self.as_new();
+        let held = if self.machine.is_exchanging() { self.presentation } else { new.presentation };
+        *self = Self {
+            machine: self.machine.clone(),
+            presentation: held,
+            ttr: self.ttr,
+            kept: self.kept.readjusted(),
+            ..new
+        };
+    }
+
+    /// What the self test would find.
+    fn health(&self) -> Health {
+        match () {
+            // free choice: a gauge whose program cannot be read does not start at all.
+            () if self.faults.eprom => Health::Critical,
+            () if self.has_alarm() => Health::Faulty,
+            () => Health::Good,
+        }
+    }
+
+    /// Memory faults, alike in both records (37).
+    fn common(&self) -> Common {
+        let mut common = Common::empty();
+        common.set(Common::EPROM, self.faults.eprom);
+        common.set(Common::EEPROM, self.faults.eeprom);
+        common.set(Common::RAM, self.faults.ram);
+        common
+    }
+
+    /// Internal communication exception, alike in both records (37, 73).
+    const fn manufacturer(&self) -> u8 {
+        self.faults.comm as u8
+    }
+
+    /// Sensor Element Failure and Electronics Failure (12.1.3, 12.2.3, 12.3.3).
+    const fn sensor_alarm(&self, instance: u8) -> [u8; 2] {
+        let Faults { sensor_1, sensor_2, sensor_3, electronics_1, electronics_2, electronics_3, .. } = self.faults;
+        let (sensor, electronics) = match instance {
+            1 => (sensor_1, electronics_1),
+            2 => (sensor_2, electronics_2),
+            _ => (sensor_3, electronics_3),
+        };
+        [sensor as u8, (electronics as u8) << 1]
+    }
+
+    /// Exception Detail Alarm: instances 1 and 2, on a PSG55x only 1. The atmosphere sensor is not reported (74).
+    fn alarm<const N: usize>(&self) -> Details<N> {
+        let mut device = [0; N];
+        let alarms = (1..=2).filter(|instance| self.part(*instance).is_some()).flat_map(|it| self.sensor_alarm(it));
+        device.iter_mut().zip(alarms).for_each(|(place, octet)| *place = octet);
+        Details { common: self.common(), device, manufacturer: self.manufacturer() }
+    }
+
+    /// Exception Detail Warning: the status extension of the gauge (71); no sensor warns of anything.
+    fn warning<const N: usize>(&self) -> Details<N> {
+        let mut device = [0; N];
+        if let [first, ..] = &mut device[..] {
+            *first = self.one_of_n().bits();
+        }
+        Details { common: self.common(), device, manufacturer: self.manufacturer() }
+    }
+
+    fn exception_status(&self) -> ExceptionStatus {
+        exception_status(&self.alarm::<4>(), &self.warning::<5>())
+    }
+
+    fn has_alarm(&self) -> bool {
+        self.exception_status().intersects(ExceptionStatus::ALARM)
+    }
+
+    /// What rules the value of a part: manufacturer alarms and warnings and its own alarm make it invalid (87, 88), alarms
+    /// of the whole device make it safe (35).
+    fn condition(&self, part: &MeasuringPart) -> Condition {
+        let manufacturer = self.manufacturer() != 0;
+        Condition {
+            executing: self.machine.is_executing(),
+            disturbed: manufacturer || part.failed,
+            alarmed: manufacturer || !self.common().is_empty(),
+        }
+    }
+
+    fn is_valid(&self, part: &MeasuringPart) -> bool {
+        part.is_valid(&self.condition(part))
+    }
+
+    fn status_extension(&self, part: &MeasuringPart) -> StatusExtension {
+        part.status_extension(&self.condition(part))
+    }
+
+    fn process_value_pa(&self, part: &MeasuringPart) -> f64 {
+        part.process_value_pa(&self.condition(part))
+    }
+
+    /// The process value in the telegrams, in Pa.
+    fn output_pa(&self) -> f64 {
+        self.process_value_pa(self.active())
+    }
+
+    /// OneOfN Status Extension: that of the active instance.
+    fn one_of_n(&self) -> StatusExtension {
+        self.status_extension(self.active())
+    }
+
+    /// Everything that follows at once: adjustments, readings, active instance, trip points, last valid values.
+    fn follow(&mut self) {
+        self.apply_adjustments();
+        self.measure();
+        self.choose_active();
+        self.follow_trip_points();
+        self.remember();
+    }
+
+    /// Each part reads for itself, the Pirani only while it is heated.
+    fn measure(&mut self) {
+        let failed = [1, 2, 3].map(|instance| self.sensor_alarm(instance) != [0; 2]);
+        for (part, failed) in self.measuring_parts_mut().zip(failed) {
+            part.failed = failed;
+            part.reading_pa = Some(part.sensor.indicated_pa());
+        }
+        // free choice: a PSG55x knows by itself when to heat again.
+        let control = self.cdg.as_ref().unwrap_or(&self.pirani);
+        self.heating.follow(control.sensor.indicated_pa());
+        if !self.heating.is_on() {
+            self.pirani.reading_pa = None;
+        }
+    }
+
+    /// The diaphragm decides, and measures wherever the Pirani is off (67, 107).
+    fn choose_active(&mut self) {
+        let Some(pa) = self.cdg.as_ref().map(|cdg| cdg.sensor.indicated_pa()) else { return };
+        let from_pa = if self.cdg_is_active { PIRANI_BELOW_PA } else { CDG_FROM_PA };
+        self.cdg_is_active = pa >= from_pa || !self.heating.is_on();
+    }
+
+    /// They watch the process value of the telegrams (96), whatever it is (104).
+    fn follow_trip_points(&mut self) {
+        let atmosphere_pa = self.atm.as_ref().filter(|atm| !atm.failed).and_then(|atm| atm.reading_pa);
+        let pa = self.output_pa();
+        for trip in &mut self.trips {
+            if let Some(atmosphere_pa) = atmosphere_pa {
+                trip.follow_atmosphere(atmosphere_pa);
+            }
+            trip.evaluate(pa);
+        }
+    }
+
+    /// For Hold Last Value.
+    fn remember(&mut self) {
+        for instance in 1..=3 {
+            let Some(condition) = self.part(instance).map(|part| self.condition(part)) else { continue };
+            if let Some(part) = self.part_mut(instance) {
+                part.remember(&condition);
+            }
+        }
+    }
+
+    /// A push button takes the present pressure for a trip point (11.2.13).
+    ///
+    /// free choice: the manual does not say what the button does; without a valid pressure it does nothing.
+    fn press(&mut self, trip: usize) {
+        let active = self.active();
+        let (valid, pa) = (self.is_valid(active), self.process_value_pa(active));
+        if let Some(trip) = self.trips.get_mut(trip).filter(|_| valid)
+            && let Some(side) = trip.button_side()
+        {
+            trip.limit_mut(side).point_pa = pa;
+        }
+    }
+
+    /// A relay is off outside EXECUTING, whatever its trip point says (94, 104).
+    fn relays(&self) -> impl Iterator<Item = bool> {
+        self.trips.iter().map(|trip| self.machine.is_executing() && trip.status())
+    }
+
+    /// NET LED (3.4, 112).
+    fn led(&self) -> &'static str {
+        match () {
+            () if self.has_alarm() => "red",
+            () if self.machine.is_exchanging() => "green",
+            () => "green flashing",
+        }
+    }
+}

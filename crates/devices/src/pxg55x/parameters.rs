@@ -1,0 +1,337 @@
+//! Every row of the tables, and what it means.
+
+use super::heating::PiraniOff;
+use super::table::{
+    AtmInput, AtmTransducer, CdgInput, CdgTransducer, DeviceBlock, DiscreteOutput, FIRMWARE, HARDWARE, OneOfNInput,
+    OneOfNTransducer, Parameter, PiraniInput, PiraniTransducer, TripPoint as Row,
+};
+use super::trip::{Mode, Side, TripPoint};
+use super::{Gauge, table};
+use crate::instrument::Principle;
+use crate::model::{Address, Block, Counts, Format, Refusal, Value};
+use crate::profile::{At, Blocks, MeasuringPart, SafeState};
+use crate::store::Key;
+
+/// The slots of the first trip point and of the first relay (95).
+const TRIP_SLOT: u8 = 2;
+const RELAY_SLOT: u8 = 4;
+
+impl Blocks for Gauge {
+    type Parameter = Parameter;
+
+    /// Slot 1 shows the instance of the Channel Instance Selector (9.1.1).
+    fn shows(&self, address: &Address) -> bool {
+        address.instance == 0 || address.instance == self.selector
+    }
+
+    fn format(&self, at: &At<Parameter>) -> Format {
+        self.presentation.format(match at.parameter {
+            Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
+                self.part(at.instance()).map_or(table::COUNTS, |part| part.facts.counts)
+            }
+            Parameter::TripPoint(Row::HighTripPointHysteresis) => self.hysteresis_counts(at, Side::High),
+            Parameter::TripPoint(Row::LowTripPointHysteresis) => self.hysteresis_counts(at, Side::Low),
+            _ => table::COUNTS,
+        })
+    }
+
+    fn get(&self, at: &At<Parameter>) -> Value {
+        match at.parameter {
+            Parameter::Device(row) => self.get_device(row),
+            Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.selector.into(),
+            Parameter::OneOfNInput(OneOfNInput::PvSelector) => self.active().part().instance.into(),
+            Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n().bits().into(),
+            Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
+                let value = |part, row| self.get_input(part, row);
+                self.part(at.instance())
+                    .zip(CdgInput::of(at.row.id))
+                    .map_or(Value::NONE, |(part, row)| value(part, row))
+            }
+            Parameter::CdgTransducer(_) | Parameter::PiraniTransducer(_) | Parameter::AtmTransducer(_) => {
+                let value = |part, row| self.get_transducer(part, row);
+                let row = PiraniTransducer::of(at.row.id);
+                self.part(at.instance()).zip(row).map_or(Value::NONE, |(part, row)| value(part, row))
+            }
+            Parameter::TripPoint(row) => self.trip(at).map_or(Value::NONE, |trip| self.get_trip(trip, row)),
+            Parameter::DiscreteOutput(row) => self.get_relay(at, row),
+        }
+    }
+
+    /// Data Unit only in IDLE, Data Type only outside cyclic exchange (84); a trip point that the gauge calculates, never
+    /// (101).
+    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+        let permitted = match at.parameter {
+            Parameter::TripPoint(Row::LowTripPoint) => !self.calculates(at, Side::Low),
+            Parameter::TripPoint(Row::HighTripPoint) => !self.calculates(at, Side::High),
+            parameter if is_unit(parameter) => self.machine.is_configurable(),
+            parameter if is_number(parameter) => !self.machine.is_exchanging(),
+            _ => true,
+        };
+        if permitted { Ok(()) } else { Err(Refusal::Mode) }
+    }
+
+    /// Unit and number type are one value, wherever they are written.
+    fn key(&self, at: &At<Parameter>) -> Key {
+        let shared = |row| Key::Parameter { slot: 1, instance: 0, index: row as u8 };
+        match at.parameter {
+            parameter if is_unit(parameter) => shared(CdgInput::DataUnit),
+            parameter if is_number(parameter) => shared(CdgInput::DataType),
+            _ => at.key(),
+        }
+    }
+
+    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        match at.parameter {
+            Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
+            Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
+            parameter if is_unit(parameter) => self.presentation.set_unit(&self.version.model, value),
+            parameter if is_number(parameter) => self.presentation.set_number(value),
+            Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
+                let row = CdgInput::of(at.row.id).ok_or(Refusal::Index)?;
+                self.set_input(at.instance(), row, value)
+            }
+            Parameter::PiraniTransducer(PiraniTransducer::PiraniOff) => {
+                self.heating.mode = PiraniOff::of(value)?;
+                Ok(())
+            }
+            Parameter::TripPoint(row) => self.set_trip(at, row, value),
+            // Rows without a write mark: refused before this is asked.
+            Parameter::Device(_)
+            | Parameter::OneOfNInput(_)
+            | Parameter::OneOfNTransducer(_)
+            | Parameter::CdgTransducer(_)
+            | Parameter::PiraniTransducer(_)
+            | Parameter::AtmTransducer(_)
+            | Parameter::DiscreteOutput(_) => Err(Refusal::NotWritable),
+        }
+    }
+
+    fn hidden(&self) -> &[f64] {
+        &self.kept.values
+    }
+
+    fn hidden_mut(&mut self) -> &mut [f64] {
+        &mut self.kept.values
+    }
+}
+
+/// Data Unit, of whatever block.
+const fn is_unit(parameter: Parameter) -> bool {
+    matches!(
+        parameter,
+        Parameter::CdgInput(CdgInput::DataUnit)
+            | Parameter::PiraniInput(PiraniInput::DataUnit)
+            | Parameter::AtmInput(AtmInput::DataUnit)
+            | Parameter::TripPoint(Row::DataUnits)
+    )
+}
+
+/// Data Type, of whatever block.
+const fn is_number(parameter: Parameter) -> bool {
+    matches!(
+        parameter,
+        Parameter::CdgInput(CdgInput::DataType)
+            | Parameter::PiraniInput(PiraniInput::DataType)
+            | Parameter::AtmInput(AtmInput::DataType)
+            | Parameter::TripPoint(Row::DataType)
+    )
+}
+
+/// The octets of a Block Type ID.
+fn block_type(block: &Block) -> Value {
+    Value::octets(&block.type_octets())
+}
+
+impl Gauge {
+    fn get_device(&self, row: DeviceBlock) -> Value {
+        match row {
+            // A command has been carried out when it can be read (26).
+            DeviceBlock::StateCommand => Value::Integer(0),
+            DeviceBlock::BlockType => block_type(&DeviceBlock::BLOCK),
+            DeviceBlock::DeviceType => Value::text(self.version.family.device_type),
+            DeviceBlock::StandardRevision => Value::text("E54-0997"),
+            DeviceBlock::Manufacturer => Value::text(self.version.model.vendor),
+            DeviceBlock::ModelNumber => Value::text(self.version.number),
+            DeviceBlock::FirmwareRevision | DeviceBlock::BasicDeviceFirmwareRevision => Value::text(FIRMWARE),
+            DeviceBlock::HardwareRevision => Value::text(HARDWARE),
+            DeviceBlock::SerialNumber => self.serial.value(),
+            DeviceBlock::DeviceConfiguration => Value::text(self.version.configuration),
+            DeviceBlock::DeviceState => self.machine.state().code().into(),
+            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
+            DeviceBlock::ExceptionDetailAlarm => self.alarm_record(),
+            DeviceBlock::ExceptionDetailWarning => self.warning_record(),
+            DeviceBlock::RunHours => self.kept.hours().into(),
+            DeviceBlock::CommonExceptionAlarm | DeviceBlock::CommonExceptionWarning => {
+                Value::octets(&[self.common().bits(), 0])
+            }
+            // The row of a PSG55x cuts the octets of the instance it does not have.
+            DeviceBlock::DeviceExceptionAlarm => self.alarm::<4>().part(0, 4),
+            DeviceBlock::ManufacturerExceptionAlarm | DeviceBlock::ManufacturerExceptionWarning => {
+                self.manufacturer().into()
+            }
+            DeviceBlock::DeviceExceptionWarning1 => self.one_of_n().bits().into(),
+            DeviceBlock::DeviceExceptionWarning2 => self.warning::<5>().part(1, 5),
+            DeviceBlock::AddressSwitch => self.address_switch.into(),
+            DeviceBlock::RunHours4 => self.kept.quarters().into(),
+        }
+    }
+
+    /// 10 octets of a PCG55x, 8 of a PSG55x (7.1.12).
+    fn alarm_record(&self) -> Value {
+        if self.cdg.is_some() { self.alarm::<4>().record() } else { self.alarm::<2>().record() }
+    }
+
+    /// 11 octets of a PCG55x, 9 of a PSG55x (7.1.13, 72).
+    fn warning_record(&self) -> Value {
+        if self.cdg.is_some() { self.warning::<5>().record() } else { self.warning::<3>().record() }
+    }
+
+    fn get_input(&self, part: &MeasuringPart, row: CdgInput) -> Value {
+        match row {
+            // Carried out when it can be read (78).
+            CdgInput::AdjustCommand => Value::octets(&[0, 0]),
+            CdgInput::BlockType => block_type(&CdgInput::BLOCK),
+            CdgInput::ProcessValue => Value::Pressure(self.process_value_pa(part)),
+            CdgInput::Status => Value::Integer(0),
+            CdgInput::DataType => self.presentation.number.code().into(),
+            CdgInput::DataUnit => self.presentation.unit.code.into(),
+            CdgInput::ReadingValid => self.is_valid(part).into(),
+            CdgInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
+            CdgInput::SafeState => part.safe_state.code().into(),
+            CdgInput::SafeValue => Value::Pressure(part.safe_value_pa),
+            CdgInput::AutoZeroEnable => self.auto_zero.into(),
+            CdgInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
+            CdgInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+        }
+    }
+
+    fn get_transducer(&self, part: &MeasuringPart, row: PiraniTransducer) -> Value {
+        match row {
+            PiraniTransducer::BlockType => block_type(match part.part().principle {
+                Principle::Diaphragm => &CdgTransducer::BLOCK,
+                Principle::Atmosphere => &AtmTransducer::BLOCK,
+                Principle::Pirani | Principle::HotCathode | Principle::ColdCathode => &PiraniTransducer::BLOCK,
+            }),
+            PiraniTransducer::StatusExtension => self.status_extension(part).bits().into(),
+            PiraniTransducer::SensorAlarm => Value::octets(&self.sensor_alarm(part.part().instance)),
+            // "Always 0", both octets (106).
+            PiraniTransducer::SensorWarning => Value::octets(&[0, 0]),
+            PiraniTransducer::PiraniOff => (self.heating.mode as u8).into(),
+        }
+    }
+
+    fn get_trip(&self, trip: &TripPoint, row: Row) -> Value {
+        let (low, high) = (trip.limit(Side::Low), trip.limit(Side::High));
+        match row {
+            Row::BlockType => block_type(&Row::BLOCK),
+            Row::HighTripPoint => Value::Pressure(high.point_pa),
+            Row::HighTripEnable => high.enabled().into(),
+            Row::LowTripPoint => Value::Pressure(low.point_pa),
+            Row::LowTripEnable => low.enabled().into(),
+            Row::Status => u8::from(trip.status()).into(),
+            // Always the only instance in the slot of the relay (95).
+            Row::DiscreteOutputInstance => Value::Integer(1),
+            Row::DataUnits => self.presentation.unit.code.into(),
+            Row::DataType => self.presentation.number.code().into(),
+            Row::HighTripPointHysteresis => Value::Pressure(high.hysteresis_pa),
+            Row::LowTripPointHysteresis => Value::Pressure(low.hysteresis_pa),
+            Row::FactorOfAtm => Value::Float(trip.factor),
+            Row::SetpointMode => (trip.mode as u8).into(),
+        }
+    }
+
+    fn get_relay(&self, at: &At<Parameter>, row: DiscreteOutput) -> Value {
+        let trip = index(at, RELAY_SLOT).and_then(|relay| self.trips.get(relay));
+        match row {
+            DiscreteOutput::BlockType => block_type(&DiscreteOutput::BLOCK),
+            // No telegram carries it: the trip point sets it (93).
+            DiscreteOutput::SetpointValue => u8::from(trip.is_some_and(TripPoint::status)).into(),
+            // A relay that fails is not in the fault list.
+            DiscreteOutput::Status => false.into(),
+        }
+    }
+
+    fn trip(&self, at: &At<Parameter>) -> Option<&TripPoint> {
+        self.trips.get(index(at, TRIP_SLOT)?)
+    }
+
+    fn trip_mut(&mut self, at: &At<Parameter>) -> Result<&mut TripPoint, Refusal> {
+        index(at, TRIP_SLOT).and_then(|trip| self.trips.get_mut(trip)).ok_or(Refusal::Slot)
+    }
+
+    /// Whether this trip point calculates this side.
+    fn calculates(&self, at: &At<Parameter>, side: Side) -> bool {
+        self.trip(at).and_then(|trip| trip.mode.calculated()) == Some(side)
+    }
+
+    /// The scale of a hysteresis begins at its trip point (32).
+    fn hysteresis_counts(&self, at: &At<Parameter>, side: Side) -> Counts {
+        let point_pa = self.trip(at).map_or(0.0, |trip| trip.limit(side).point_pa);
+        table::distance(point_pa, side == Side::Low)
+    }
+
+    /// An instance that the gauge has (68).
+    fn select(&mut self, instance: u8) -> Result<(), Refusal> {
+        self.part(instance).ok_or(Refusal::Range)?;
+        self.selector = instance;
+        Ok(())
+    }
+
+    fn set_input(&mut self, instance: u8, row: CdgInput, value: &Value) -> Result<(), Refusal> {
+        let part = self.part_mut(instance).ok_or(Refusal::Index)?;
+        match row {
+            CdgInput::AdjustCommand => self.adjust(instance, value.command()?.0)?,
+            CdgInput::SafeState => part.safe_state = SafeState::of(value)?,
+            CdgInput::SafeValue => part.safe_value_pa = value.pressure()?,
+            CdgInput::AutoZeroEnable => self.auto_zero = value.boolean()?,
+            CdgInput::DataUnit => self.presentation.set_unit(&self.version.model, value)?,
+            CdgInput::DataType => self.presentation.set_number(value)?,
+            CdgInput::BlockType
+            | CdgInput::ProcessValue
+            | CdgInput::Status
+            | CdgInput::ReadingValid
+            | CdgInput::FullScale
+            | CdgInput::Overrange
+            | CdgInput::Underrange => return Err(Refusal::NotWritable),
+        }
+        Ok(())
+    }
+
+    fn set_trip(&mut self, at: &At<Parameter>, row: Row, value: &Value) -> Result<(), Refusal> {
+        let has_atmosphere = self.atm.is_some();
+        let trip = self.trip_mut(at)?;
+        match row {
+            Row::HighTripPoint => trip.limit_mut(Side::High).point_pa = value.pressure()?,
+            Row::HighTripEnable => trip.limit_mut(Side::High).enable(value.boolean()?),
+            Row::LowTripPoint => trip.limit_mut(Side::Low).point_pa = value.pressure()?,
+            Row::LowTripEnable => trip.limit_mut(Side::Low).enable(value.boolean()?),
+            Row::HighTripPointHysteresis => trip.limit_mut(Side::High).hysteresis_pa = value.pressure()?,
+            Row::LowTripPointHysteresis => trip.limit_mut(Side::Low).hysteresis_pa = value.pressure()?,
+            Row::FactorOfAtm => trip.factor = factor(value)?,
+            Row::SetpointMode => trip.mode = mode(value, has_atmosphere)?,
+            Row::DataUnits => self.presentation.set_unit(&self.version.model, value)?,
+            Row::DataType => self.presentation.set_number(value)?,
+            Row::BlockType | Row::Status | Row::DiscreteOutputInstance => return Err(Refusal::NotWritable),
+        }
+        Ok(())
+    }
+}
+
+/// How many slots after the first of its kind.
+fn index(at: &At<Parameter>, first: u8) -> Option<usize> {
+    at.address.slot.checked_sub(first).map(usize::from)
+}
+
+/// free choice: the manual gives no range; a negative factor makes no pressure.
+fn factor(value: &Value) -> Result<f32, Refusal> {
+    match value {
+        Value::Float(factor) if *factor >= 0.0 => Ok(*factor),
+        _ => Err(Refusal::Range),
+    }
+}
+
+/// The modes that calculate need an atmosphere sensor (100).
+fn mode(value: &Value, has_atmosphere: bool) -> Result<Mode, Refusal> {
+    let mode = Mode::of_code(value.integer()?).ok_or(Refusal::Range)?;
+    if mode.calculated().is_some() && !has_atmosphere { Err(Refusal::Range) } else { Ok(mode) }
+}
