@@ -3,7 +3,7 @@
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::io::Errno;
 use signal_hook::consts::{SIGINT, SIGTERM};
-use std::io::{self, Write};
+use std::io;
 use std::os::unix::net::UnixStream;
 
 /// A line longer than this is no command.
@@ -81,12 +81,6 @@ fn lines(begun: &mut Vec<u8>, said: &mut Vec<Said>) {
 
 fn line(octets: &[u8]) -> Said {
     Said::Line(String::from_utf8_lossy(octets).trim().to_owned())
-}
-
-/// Writes one line to standard output. Nobody has to read it.
-pub fn say(line: &str) {
-    let mut out = io::stdout().lock();
-    writeln!(out, "{line}").and_then(|()| out.flush()).ok();
 }
 
 #[cfg(test)]

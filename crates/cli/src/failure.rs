@@ -2,6 +2,7 @@
 
 use profivac_host::instrument::SpecError;
 use profivac_host::port::PortError;
+use profivac_host::tool::ToolError;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -23,6 +24,21 @@ impl Failure {
     /// The command line asks for what cannot be.
     pub fn usage(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, sentence: sentence.into() }
+    }
+
+    /// Nobody answers, or another master has the line.
+    pub fn no_answer(sentence: impl Into<String>) -> Self {
+        Self { kind: Kind::Port, sentence: sentence.into() }
+    }
+}
+
+impl From<ToolError> for Failure {
+    fn from(error: ToolError) -> Self {
+        match error {
+            ToolError::Port(error) => error.into(),
+            ToolError::Parameters(error) => Self::usage(error.to_string()),
+            ToolError::Taken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+        }
     }
 }
 

@@ -1,8 +1,11 @@
 //! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
 
+mod bus;
 mod console;
 mod failure;
 mod hub;
+mod output;
+mod scan;
 mod simulate;
 mod values;
 
@@ -28,12 +31,14 @@ Exit codes:
 enum Command {
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
+    Scan(scan::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Profivac::parse().command {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,6 +5,8 @@
 //! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
+//! | [`live`] | who is on a bus |
+//! | [`tool`] | a master on a port that asks one thing after the other |
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`instrument`] | devices by name, as a command line has them |
@@ -16,7 +18,9 @@ pub mod clock;
 pub mod gas;
 pub mod instrument;
 pub mod line;
+pub mod live;
 pub mod memory;
 pub mod port;
 pub mod pressure;
 pub mod segment;
+pub mod tool;

@@ -106,6 +106,11 @@ impl Program {
         self.stderr.recv_timeout(DEADLINE).unwrap_or_else(|_| "nothing on standard error".to_owned())
     }
 
+    /// Whether it has ended.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
+    }
+
     /// Waits until it has ended by itself. Its output ends with it.
     pub fn exit_code(&mut self) -> i32 {
         while self.stdout.recv_timeout(DEADLINE).is_ok() {}
@@ -204,7 +209,7 @@ impl End {
         self.receive_within(DEADLINE)
     }
 
-    fn receive_within(&mut self, patience: Duration) -> Vec<u8> {
+    pub fn receive_within(&mut self, patience: Duration) -> Vec<u8> {
         let mut buffer = [0; 512];
         let fd = match &self.0 {
             Stream::Pty(file) => file.as_fd(),
