@@ -18,6 +18,26 @@ pub enum Said {
     Stop,
 }
 
+/// The signals that end a program. They are no longer deadly, but make a descriptor readable.
+#[derive(Debug)]
+pub struct Signals(UnixStream);
+
+impl Signals {
+    /// Catches SIGINT and SIGTERM from here on.
+    pub fn catch() -> io::Result<Self> {
+        let (signals, handler) = UnixStream::pair()?;
+        signal_hook::low_level::pipe::register(SIGINT, handler.try_clone()?)?;
+        signal_hook::low_level::pipe::register(SIGTERM, handler)?;
+        Ok(Self(signals))
+    }
+}
+
+impl AsFd for Signals {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.0.as_fd()
+    }
+}
+
 /// Standard input and the signals that end a program.
 #[derive(Debug)]
 pub struct Console {
@@ -25,16 +45,13 @@ pub struct Console {
     /// End of file has not come.
     open: bool,
     begun: Vec<u8>,
-    signals: UnixStream,
+    signals: Signals,
 }
 
 impl Console {
-    /// Signals are no longer deadly from here on, but said.
+    /// Listens to both.
     pub fn open() -> io::Result<Self> {
-        let (signals, handler) = UnixStream::pair()?;
-        signal_hook::low_level::pipe::register(SIGINT, handler.try_clone()?)?;
-        signal_hook::low_level::pipe::register(SIGTERM, handler)?;
-        Ok(Self { stdin: io::stdin(), open: true, begun: Vec::new(), signals })
+        Ok(Self { stdin: io::stdin(), open: true, begun: Vec::new(), signals: Signals::catch()? })
     }
 
     /// What to wait for.

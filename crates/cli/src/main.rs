@@ -4,8 +4,10 @@ mod bus;
 mod console;
 mod failure;
 mod hub;
+mod monitor;
 mod output;
 mod scan;
+mod screen;
 mod simulate;
 mod values;
 
@@ -32,6 +34,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
     Scan(scan::Arguments),
+    Monitor(monitor::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

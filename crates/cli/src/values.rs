@@ -23,3 +23,9 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
     let duration = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     duration.ok_or_else(|| format!("expected a number of seconds, got {text:?}"))
 }
+
+/// The address of a slave that can be owned.
+pub fn slave_address(text: &str) -> Result<u8, String> {
+    let address = text.parse().ok().filter(|address| *address <= 125);
+    address.ok_or_else(|| format!("expected the address of a slave from 0 to 125, got {text:?}"))
+}

@@ -74,6 +74,11 @@ impl Program {
         line.strip_prefix("ready ").unwrap_or_else(|| panic!("{line:?} instead of ready")).to_owned()
     }
 
+    /// The next line on standard output.
+    pub fn line(&self) -> String {
+        self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no line: {}", self.complaint()))
+    }
+
     /// Says a line and returns the answer.
     pub fn tell(&mut self, line: &str) -> String {
         writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
