@@ -3,7 +3,7 @@
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::io::Errno;
 use signal_hook::consts::{SIGINT, SIGTERM};
-use std::io::{self, Write};
+use std::io;
 use std::os::unix::net::UnixStream;
 
 /// A line longer than this is no command.
@@ -18,6 +18,26 @@ pub enum Said {
     Stop,
 }
 
+/// The signals that end a program. They are no longer deadly, but make a descriptor readable.
+#[derive(Debug)]
+pub struct Signals(UnixStream);
+
+impl Signals {
+    /// Catches SIGINT and SIGTERM from here on.
+    pub fn catch() -> io::Result<Self> {
+        let (signals, handler) = UnixStream::pair()?;
+        signal_hook::low_level::pipe::register(SIGINT, handler.try_clone()?)?;
+        signal_hook::low_level::pipe::register(SIGTERM, handler)?;
+        Ok(Self(signals))
+    }
+}
+
+impl AsFd for Signals {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.0.as_fd()
+    }
+}
+
 /// Standard input and the signals that end a program.
 #[derive(Debug)]
 pub struct Console {
@@ -25,16 +45,13 @@ pub struct Console {
     /// End of file has not come.
     open: bool,
     begun: Vec<u8>,
-    signals: UnixStream,
+    signals: Signals,
 }
 
 impl Console {
-    /// Signals are no longer deadly from here on, but said.
+    /// Listens to both.
     pub fn open() -> io::Result<Self> {
-        let (signals, handler) = UnixStream::pair()?;
-        signal_hook::low_level::pipe::register(SIGINT, handler.try_clone()?)?;
-        signal_hook::low_level::pipe::register(SIGTERM, handler)?;
-        Ok(Self { stdin: io::stdin(), open: true, begun: Vec::new(), signals })
+        Ok(Self { stdin: io::stdin(), open: true, begun: Vec::new(), signals: Signals::catch()? })
     }
 
     /// What to wait for.
@@ -81,12 +98,6 @@ fn lines(begun: &mut Vec<u8>, said: &mut Vec<Said>) {
 
 fn line(octets: &[u8]) -> Said {
     Said::Line(String::from_utf8_lossy(octets).trim().to_owned())
-}
-
-/// Writes one line to standard output. Nobody has to read it.
-pub fn say(line: &str) {
-    let mut out = io::stdout().lock();
-    writeln!(out, "{line}").and_then(|()| out.flush()).ok();
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use profivac_host::instrument::SpecError;
 use profivac_host::port::PortError;
+use profivac_host::tool::ToolError;
+use profivac_host::watch::WatchError;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -15,14 +17,47 @@ pub struct Failure {
 /// The exit codes, as the help lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
+    Refused = 1,
     Usage = 2,
     Port = 3,
 }
 
 impl Failure {
+    /// The device refused, or belongs to somebody else.
+    pub fn refused(sentence: impl Into<String>) -> Self {
+        Self { kind: Kind::Refused, sentence: sentence.into() }
+    }
+
     /// The command line asks for what cannot be.
     pub fn usage(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, sentence: sentence.into() }
+    }
+
+    /// Nobody answers, or another master has the line.
+    pub fn no_answer(sentence: impl Into<String>) -> Self {
+        Self { kind: Kind::Port, sentence: sentence.into() }
+    }
+}
+
+impl From<ToolError> for Failure {
+    fn from(error: ToolError) -> Self {
+        match error {
+            ToolError::Port(error) => error.into(),
+            ToolError::Parameters(error) => Self::usage(error.to_string()),
+            ToolError::Taken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+        }
+    }
+}
+
+impl From<WatchError> for Failure {
+    fn from(error: WatchError) -> Self {
+        match error {
+            WatchError::Tool(error) => error.into(),
+            WatchError::Nobody(_) => Self::no_answer(error.to_string()),
+            WatchError::Owned { .. } | WatchError::Unknown { .. } | WatchError::Unit { .. } => {
+                Self::refused(error.to_string())
+            }
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! `profivac hub`: a virtual RS-485 line between ptys, with disturbances on command.
 
-use crate::console::{Console, Said, say};
+use crate::console::{Console, Said};
 use crate::failure::Failure;
+use crate::output::out;
 use crate::values;
 use clap::Args;
 use fastrand::Rng;
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     check(&arguments.ptys)?;
     let mut hub = Hub::open(arguments)?;
     let mut console = Console::open()?;
-    say(&format!("ready {}", hub.names().join(" ")));
+    out(&format!("ready {}", hub.names().join(" ")));
     loop {
         let (readable, wanted) = {
             let console = console.watched();
@@ -88,14 +89,14 @@ fn hear(hub: &mut Hub, said: &Said) -> ControlFlow<()> {
     let words: Vec<&str> = line.split_whitespace().collect();
     match words[..] {
         ["mute", path, seconds] => match hub.mute(path, seconds) {
-            Ok(()) => say("ok"),
-            Err(reason) => say(&format!("error: {reason}")),
+            Ok(()) => out("ok"),
+            Err(reason) => out(&format!("error: {reason}")),
         },
         ["quit"] => {
-            say("ok");
+            out("ok");
             return ControlFlow::Break(());
         }
-        _ => say(&format!("error: expected mute PATH SECONDS or quit, got {line:?}")),
+        _ => out(&format!("error: expected mute PATH SECONDS or quit, got {line:?}")),
     }
     ControlFlow::Continue(())
 }
@@ -153,9 +154,8 @@ impl Hub {
     }
 
     fn mute(&mut self, path: &str, seconds: &str) -> Result<(), String> {
-        let duration = seconds.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-        let until = duration.and_then(|duration| Instant::now().checked_add(duration));
-        let until = until.ok_or_else(|| format!("expected a number of seconds, got {seconds:?}"))?;
+        let duration = values::seconds(seconds)?;
+        let until = Instant::now().checked_add(duration).ok_or("that is too long")?;
         let unknown = format!("no pty {path}; there are {}", self.names().join(", "));
         let tap = self.taps.iter_mut().find(|tap| tap.pty.name() == path).ok_or(unknown)?;
         tap.muted_until = Some(until);

@@ -1,8 +1,13 @@
 //! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
 
+mod bus;
 mod console;
 mod failure;
 mod hub;
+mod monitor;
+mod output;
+mod scan;
+mod screen;
 mod simulate;
 mod values;
 
@@ -28,12 +33,16 @@ Exit codes:
 enum Command {
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
+    Scan(scan::Arguments),
+    Monitor(monitor::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Profivac::parse().command {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,6 +1,7 @@
 //! Values on the command line that more than one command takes.
 
 use profivac_dp::link::Baud;
+use std::time::Duration;
 
 /// A transmission rate in bits per second.
 pub fn baud(text: &str) -> Result<Baud, String> {
@@ -15,4 +16,16 @@ pub fn baud(text: &str) -> Result<Baud, String> {
 pub fn probability(text: &str) -> Result<f64, String> {
     let probability = text.parse().ok().filter(|number| (0.0..=1.0).contains(number));
     probability.ok_or_else(|| format!("expected a probability from 0 to 1, got {text:?}"))
+}
+
+/// A time in seconds.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    let duration = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.ok_or_else(|| format!("expected a number of seconds, got {text:?}"))
+}
+
+/// The address of a slave that can be owned.
+pub fn slave_address(text: &str) -> Result<u8, String> {
+    let address = text.parse().ok().filter(|address| *address <= 125);
+    address.ok_or_else(|| format!("expected the address of a slave from 0 to 125, got {text:?}"))
 }

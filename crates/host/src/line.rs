@@ -32,29 +32,65 @@ struct Outgoing {
     left: usize,
 }
 
+/// Several stations: a list, or as many as the program knows.
+pub trait Stations {
+    /// One of them.
+    type Station: Station;
+
+    /// All of them.
+    fn all(&self) -> &[Self::Station];
+
+    /// All of them.
+    fn all_mut(&mut self) -> &mut [Self::Station];
+}
+
+impl<S: Station> Stations for Vec<S> {
+    type Station = S;
+
+    fn all(&self) -> &[S] {
+        self
+    }
+
+    fn all_mut(&mut self) -> &mut [S] {
+        self
+    }
+}
+
+impl<S: Station, const N: usize> Stations for [S; N] {
+    type Station = S;
+
+    fn all(&self) -> &[S] {
+        self
+    }
+
+    fn all_mut(&mut self) -> &mut [S] {
+        self
+    }
+}
+
 /// Stations on one line.
 #[derive(Clone, Debug)]
-pub struct Line<S> {
-    stations: Vec<S>,
+pub struct Line<C> {
+    stations: C,
     receiver: Receiver,
     pace: Pace,
     queue: VecDeque<Outgoing>,
 }
 
-impl<S: Station> Line<S> {
+impl<C: Stations> Line<C> {
     /// Joins `stations`; `receiver` decodes what comes from outside.
     #[must_use]
-    pub fn new(stations: Vec<S>, receiver: Receiver, pace: Pace) -> Self {
+    pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
         Self { stations, receiver, pace, queue: VecDeque::new() }
     }
 
-    /// The stations, in the order they were given.
-    pub fn stations(&self) -> &[S] {
+    /// The stations.
+    pub const fn stations(&self) -> &C {
         &self.stations
     }
 
     /// The stations, to do something to them.
-    pub fn stations_mut(&mut self) -> &mut [S] {
+    pub const fn stations_mut(&mut self) -> &mut C {
         &mut self.stations
     }
 
@@ -73,7 +109,7 @@ impl<S: Station> Line<S> {
             }
         };
         match heard {
-            Heard::Telegram(telegram) => deliver(&mut self.stations, &mut self.queue, None, end, &telegram),
+            Heard::Telegram(telegram) => deliver(self.stations.all_mut(), &mut self.queue, None, end, &telegram),
             Heard::Nothing | Heard::Damaged(_) => self.busy(None, end),
         }
     }
@@ -81,7 +117,7 @@ impl<S: Station> Line<S> {
     /// Time has come to `now`: stations do what they must, telegrams leave. What goes outside is appended to `out`.
     pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
         self.leave(now, out);
-        for (sender, station) in self.stations.iter_mut().enumerate() {
+        for (sender, station) in self.stations.all_mut().iter_mut().enumerate() {
             if station.wake_at().is_some_and(|wake_at| wake_at <= now) {
                 let transmit = station.poll(now);
                 self.queue.extend(transmit.map(|transmit| outgoing(sender, transmit)));
@@ -92,7 +128,7 @@ impl<S: Station> Line<S> {
 
     /// When to call [`advance`](Self::advance) next, if nothing is heard before.
     pub fn wake_at(&self) -> Option<BitTime> {
-        let wakes = self.stations.iter().filter_map(Station::wake_at);
+        let wakes = self.stations.all().iter().filter_map(Station::wake_at);
         let leaves = self.queue.front().map(|first| self.next_octet(first));
         wakes.chain(leaves).min()
     }
@@ -144,7 +180,7 @@ impl<S: Station> Line<S> {
 
     /// The stations that care notice that somebody else speaks.
     fn busy(&mut self, sender: Option<usize>, end: BitTime) {
-        for (number, station) in self.stations.iter_mut().enumerate() {
+        for (number, station) in self.stations.all_mut().iter_mut().enumerate() {
             if Some(number) != sender && station.listening() == Listening::Everything {
                 station.activity(end);
             }
@@ -153,11 +189,11 @@ impl<S: Station> Line<S> {
 
     /// A telegram of ours has left completely: the sender learns it, the others hear it.
     fn arrive(&mut self, first: &Outgoing, end: BitTime) {
-        if let Some(sender) = self.stations.get_mut(first.sender) {
+        if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);
         }
         if let Ok(telegram) = Telegram::parse(&first.octets) {
-            deliver(&mut self.stations, &mut self.queue, Some(first.sender), end, &telegram);
+            deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
         }
     }
 }
@@ -255,11 +291,11 @@ mod tests {
         }
     }
 
-    fn line(pace: Pace, stations: Vec<Notebook>) -> Line<Notebook> {
+    fn line(pace: Pace, stations: Vec<Notebook>) -> Line<Vec<Notebook>> {
         Line::new(stations, Receiver::with_idle(BitTime(0), T_SYN_TBIT), pace)
     }
 
-    fn notes(line: &Line<Notebook>, station: usize) -> Vec<(u64, &str)> {
+    fn notes(line: &Line<Vec<Notebook>>, station: usize) -> Vec<(u64, &str)> {
         line.stations()[station].notes.iter().map(|(at, what)| (*at, what.as_str())).collect()
     }
 

@@ -4,9 +4,9 @@
 //! and in pieces, so an idle line is one that was silent for [`PLATFORM_GAP`] or T_SYN, whichever is longer.
 
 use crate::clock::{Clock, tbit_of};
-use crate::line::{Line, Pace};
+use crate::line::{Line, Pace, Stations};
 use crate::port::{Character, Port, PortError, wait};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, Station, T_SYN_TBIT};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, T_SYN_TBIT};
 use rustix::fd::BorrowedFd;
 use std::time::Duration;
 
@@ -15,8 +15,8 @@ use std::time::Duration;
 pub const PLATFORM_GAP: Duration = Duration::from_millis(2);
 
 /// A line, the port it goes out through, and the time.
-pub struct Segment<S> {
-    line: Line<S>,
+pub struct Segment<C> {
+    line: Line<C>,
     port: Box<dyn Port>,
     clock: Clock,
     heard: Vec<Character>,
@@ -25,9 +25,9 @@ pub struct Segment<S> {
     last: BitTime,
 }
 
-impl<S: Station> Segment<S> {
+impl<C: Stations> Segment<C> {
     /// Puts `stations` on `port`. With `paced` the octets of a port that does not take time by itself are given theirs.
-    pub fn new(port: Box<dyn Port>, baud: Baud, paced: bool, stations: Vec<S>) -> Self {
+    pub fn new(port: Box<dyn Port>, baud: Baud, paced: bool, stations: C) -> Self {
         let gap_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
         // Who joins a real line may come in the middle of a telegram. A line that begins with us has been silent.
         let first = if port.is_timed() { BitTime(0) } else { BitTime(0) + gap_tbit + CHARACTER_TBIT };
@@ -51,13 +51,13 @@ impl<S: Station> Segment<S> {
         &*self.port
     }
 
-    /// The stations, in the order they were given.
-    pub fn stations(&self) -> &[S] {
+    /// The stations.
+    pub const fn stations(&self) -> &C {
         self.line.stations()
     }
 
     /// The stations, to do something to them.
-    pub fn stations_mut(&mut self) -> &mut [S] {
+    pub const fn stations_mut(&mut self) -> &mut C {
         self.line.stations_mut()
     }
 

@@ -3,8 +3,9 @@
 mod order;
 mod state;
 
-use crate::console::{Console, Said, say};
+use crate::console::{Console, Said};
 use crate::failure::Failure;
+use crate::output::out;
 use crate::values;
 use clap::{ArgGroup, Args};
 use order::{DeviceOrder, Order};
@@ -93,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut console = Console::open()?;
     let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
     let mut simulation = Simulation { segment, conditions };
-    say(&format!("ready {}", simulation.segment.port().name()));
+    out(&format!("ready {}", simulation.segment.port().name()));
     loop {
         let readable = simulation.segment.serve(&console.watched(), Duration::MAX)?;
         for said in console.said(&readable) {
@@ -129,7 +130,7 @@ fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
 
 /// What the lines act on.
 struct Simulation {
-    segment: Segment<VirtualDevice>,
+    segment: Segment<Vec<VirtualDevice>>,
     conditions: Conditions,
 }
 
@@ -140,9 +141,9 @@ impl Simulation {
         let order = Order::parse(line);
         let quits = matches!(order, Ok(Order::Quit));
         match order.and_then(|order| self.obey(&order)) {
-            Ok(None) => say("ok"),
-            Ok(Some(answer)) => say(&format!("ok {answer}")),
-            Err(reason) => say(&format!("error: {reason}")),
+            Ok(None) => out("ok"),
+            Ok(Some(answer)) => out(&format!("ok {answer}")),
+            Err(reason) => out(&format!("error: {reason}")),
         }
         if quits { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

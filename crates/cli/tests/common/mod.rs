@@ -74,6 +74,11 @@ impl Program {
         line.strip_prefix("ready ").unwrap_or_else(|| panic!("{line:?} instead of ready")).to_owned()
     }
 
+    /// The next line on standard output.
+    pub fn line(&self) -> String {
+        self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no line: {}", self.complaint()))
+    }
+
     /// Says a line and returns the answer.
     pub fn tell(&mut self, line: &str) -> String {
         writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
@@ -104,6 +109,11 @@ impl Program {
     /// The next line on standard error.
     pub fn complaint(&self) -> String {
         self.stderr.recv_timeout(DEADLINE).unwrap_or_else(|_| "nothing on standard error".to_owned())
+    }
+
+    /// Whether it has ended.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
     }
 
     /// Waits until it has ended by itself. Its output ends with it.
@@ -204,7 +214,7 @@ impl End {
         self.receive_within(DEADLINE)
     }
 
-    fn receive_within(&mut self, patience: Duration) -> Vec<u8> {
+    pub fn receive_within(&mut self, patience: Duration) -> Vec<u8> {
         let mut buffer = [0; 512];
         let fd = match &self.0 {
             Stream::Pty(file) => file.as_fd(),

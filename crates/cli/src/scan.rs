@@ -1,0 +1,156 @@
+//! `profivac scan`: who is on a bus.
+
+use crate::bus::Bus;
+use crate::failure::Failure;
+use crate::output::out;
+use clap::Args;
+use profivac_host::live::{Seen, SlaveSeen, look};
+use profivac_wire::control::StationType;
+use serde::Serialize;
+
+/// Who is on a bus: a map of its addresses, and what each slave says about itself.
+///
+/// Only looks: asks every address for its FDL status and every slave for its diagnosis, and never sends Set_Prm.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    bus: Bus,
+    /// Print JSON instead of map and table
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac scan --port /dev/ttyUSB0
+  profivac scan --port /tmp/line --hsa 20
+  profivac scan --port tcp://127.0.0.1:4000 --json";
+
+/// Asks everybody, shows who answered. Nobody at all is a failure.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let bus = &arguments.bus;
+    let mut tool = bus.open()?;
+    let mut seen = Vec::new();
+    for address in (0..=bus.hsa()).filter(|address| *address != bus.master()) {
+        seen.extend(look(&mut tool, address)?);
+    }
+    if arguments.json {
+        let rows: Vec<_> = seen.iter().map(Row::of).collect();
+        // Texts, numbers and lists always have a JSON form.
+        out(&serde_json::to_string_pretty(&rows).unwrap_or_default());
+    } else {
+        out(&map(&seen, bus.master(), bus.hsa()));
+        if !seen.is_empty() {
+            out(&table(&seen));
+        }
+    }
+    if seen.is_empty() {
+        return Err(Failure::no_answer(format!("nobody answers on {}", bus.port())));
+    }
+    Ok(())
+}
+
+/// What JSON says about a station.
+#[derive(Debug, Serialize)]
+struct Row {
+    address: u8,
+    kind: &'static str,
+    ident: Option<String>,
+    /// The names in profivac; several devices may share an ident number.
+    devices: Vec<&'static str>,
+    state: Option<String>,
+    /// The master that owns the slave.
+    owner: Option<u8>,
+}
+
+impl Row {
+    fn of(seen: &Seen) -> Self {
+        Self {
+            address: seen.address,
+            kind: kind(seen.station),
+            ident: seen.slave.map(|slave| format!("0x{:04X}", slave.ident)),
+            devices: seen.slave.map(|slave| slave.devices()).unwrap_or_default(),
+            state: seen.slave.map(|slave| slave.state()),
+            owner: seen.slave.and_then(|slave| slave.owner),
+        }
+    }
+}
+
+const fn kind(station: StationType) -> &'static str {
+    match station {
+        StationType::Slave => "slave",
+        StationType::MasterNotReady => "master, not ready",
+        StationType::MasterReady => "master, ready for the ring",
+        StationType::MasterInRing => "master",
+    }
+}
+
+/// Ten addresses a line: `S` a slave, `M` a master, `*` ourselves, `.` nobody.
+fn map(seen: &[Seen], own: u8, hsa: u8) -> String {
+    let mark = |address: u8| match seen.iter().find(|seen| seen.address == address) {
+        _ if address == own => '*',
+        Some(Seen { station: StationType::Slave, .. }) => 'S',
+        Some(_) => 'M',
+        None => '.',
+    };
+    let mut text = "      0 1 2 3 4 5 6 7 8 9\n".to_owned();
+    for first in (0..=hsa).step_by(10) {
+        let marks: Vec<_> =
+            (first..=hsa.min(first.saturating_add(9))).map(|address| mark(address).to_string()).collect();
+        text.push_str(&format!("{first:>4}  {}\n", marks.join(" ")));
+    }
+    text + "S slave, M master, * this master, . nobody\n"
+}
+
+/// One line a station.
+fn table(seen: &[Seen]) -> String {
+    let mut text = format!("{:>4}  {:<8}{:<10}{:<12}{:<10}{}\n", "ADDR", "KIND", "IDENT", "DEVICE", "OWNER", "STATE");
+    for station in seen {
+        text.push_str(&line(station));
+    }
+    text.trim_end().to_owned()
+}
+
+fn line(seen: &Seen) -> String {
+    let Seen { address, station, slave } = seen;
+    let Some(slave) = slave else {
+        let state = if *station == StationType::Slave { "gives no diagnosis" } else { kind(*station) };
+        let kind = if *station == StationType::Slave { "slave" } else { "master" };
+        return format!("{address:>4}  {kind:<8}{:<10}{:<12}{:<10}{state}\n", "-", "-", "-");
+    };
+    let SlaveSeen { ident, owner, .. } = slave;
+    let device = slave.devices().join("/");
+    let device = if device.is_empty() { "unknown" } else { &device };
+    let owner = owner.map_or("nobody".to_owned(), |owner| format!("master {owner}"));
+    format!("{address:>4}  {:<8}0x{ident:04X}    {device:<12}{owner:<10}{}\n", "slave", slave.state())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_wire::diag::StationStatus;
+
+    fn slave(address: u8) -> Seen {
+        let slave = SlaveSeen { ident: 0x08E6, status: StationStatus::empty(), owner: Some(2) };
+        Seen { address, station: StationType::Slave, slave: Some(slave) }
+    }
+
+    #[test]
+    fn the_map_has_a_mark_for_every_address() {
+        let master = Seen { address: 2, station: StationType::MasterInRing, slave: None };
+        let expected = "      0 1 2 3 4 5 6 7 8 9\n   0  * . M . . S . . . .\n  10  . . .\nS slave, M master, * this master, . nobody\n";
+        assert_eq!(map(&[master, slave(5)], 0, 12), expected);
+        assert!(map(&[], 0, 126).contains("\n 120  . . . . . . .\n"));
+    }
+
+    #[test]
+    fn the_table_tells_what_a_slave_is_and_whose() {
+        let silent = Seen { slave: None, ..slave(7) };
+        let expected = "\
+ADDR  KIND    IDENT     DEVICE      OWNER     STATE
+   5  slave   0x08E6    bcg450      master 2  exchanges data
+   7  slave   -         -           -         gives no diagnosis";
+        assert_eq!(table(&[slave(5), silent]), expected);
+    }
+}

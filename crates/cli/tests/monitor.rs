@@ -1,0 +1,133 @@
+//! `monitor` shows what slaves measure, keeps their units, leaves those of other masters alone and unlocks its own.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{End, Folder, Program, run, sd2};
+use serde_json::Value;
+
+/// A simulation on a pty of its own.
+fn simulation(folder: &Folder, arguments: &[&str]) -> (Program, String) {
+    let path = folder.name("line");
+    let program = Program::start(&[&["simulate", "--pty", &path], arguments].concat());
+    program.ready();
+    (program, path)
+}
+
+fn json(line: &str) -> Value {
+    serde_json::from_str(line).unwrap()
+}
+
+/// Slave_Diag of a slave that nobody owns and that waits for parameters.
+const FREE: &str = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16";
+
+#[test]
+fn pressures_are_shown_in_the_units_the_slaves_have() {
+    let folder = Folder::new();
+    let devices = ["bcg450@5:unit=torr", "bcg450@6", "--pressure", "5e-6 mbar"];
+    let (mut simulation, path) = simulation(&folder, &devices);
+    for _ in 0..2 {
+        let mut monitor = Program::start(&["monitor", "--port", &path, "--own", "--json", "5", "6"]);
+        for (address, pressure, unit) in [(5, 3.750_308_4e-6, "Torr"), (6, 5e-6, "mbar")] {
+            let row = json(&monitor.line());
+            assert_eq!((&row["address"], &row["unit"], &row["state"]), (&address.into(), &unit.into(), &"DATA".into()));
+            assert!((row["pressure"].as_f64().unwrap() / pressure - 1.0).abs() < 1e-6, "{row}");
+            assert!((row["mbar"].as_f64().unwrap() / 5e-6 - 1.0).abs() < 1e-6, "{row}");
+            assert!(row["exchanges"].as_u64().unwrap() > 10, "{row}");
+            assert_eq!((&row["device"], &row["remarks"]), (&"bcg450".into(), &Value::Array(vec![])));
+        }
+        monitor.terminate();
+        assert_eq!(monitor.exit_code(), 0);
+        let mut line = End::pty(&folder.path("line"));
+        line.insist(&sd2(5, 60, 0x6D, ""), FREE);
+    }
+    assert_eq!(simulation.tell("quit"), "ok");
+}
+
+#[test]
+fn what_changes_is_followed() {
+    let folder = Folder::new();
+    let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
+    let monitor = Program::start(&["monitor", "--port", &path, "--own", "--csv", "5"]);
+    let header = "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost";
+    assert_eq!(monitor.line(), header);
+    let shows = |text: &str| {
+        for _ in 0..20 {
+            if monitor.line().contains(text) {
+                return;
+            }
+        }
+        panic!("{text} is not shown");
+    };
+    shows(",5,bcg450,1e-3,mbar,1e-3,2,DATA,\"\",");
+    simulation.tell("pressure 2000 mbar");
+    shows(",5,bcg450,,mbar,,3,DATA,\"invalid; overrange; device warning\",");
+    simulation.tell("fault 5 eeprom");
+    shows("common alarm");
+    simulation.tell("power 5 off");
+    shows(",OFFLINE,\"no answer\",");
+    simulation.tell("clear 5 eeprom");
+    simulation.tell("pressure 3e-7 mbar");
+    simulation.tell("power 5 on");
+    shows(",5,bcg450,3e-7,mbar,3e-7,2,DATA,\"\",");
+}
+
+#[test]
+fn a_slave_of_another_master_is_left_alone() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let mut master = End::tcp(&address);
+    master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
+    let failed = run(&["monitor", "--port", &format!("tcp://{address}"), "--own", "5"]);
+    assert_eq!(failed.status.code(), Some(1));
+    let said = String::from_utf8(failed.stderr).unwrap();
+    assert_eq!(said, "profivac: the slave at address 5 belongs to master 2\n");
+}
+
+#[test]
+fn a_script_must_say_that_it_owns_the_slaves() {
+    let folder = Folder::new();
+    let (_simulation, path) = simulation(&folder, &["bcg450@5"]);
+    let failed = run(&["monitor", "--port", &path, "5"]);
+    assert_eq!(failed.status.code(), Some(2));
+    assert!(String::from_utf8(failed.stderr).unwrap().contains("say --own"));
+    let mut line = End::pty(&folder.path("line"));
+    line.insist(&sd2(5, 60, 0x6D, ""), FREE);
+}
+
+#[test]
+fn nobody_at_an_address_and_a_lost_port_are_no_answer() {
+    let folder = Folder::new();
+    let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
+    let failed = run(&["monitor", "--port", &path, "--own", "9"]);
+    assert_eq!(failed.status.code(), Some(3));
+    assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: nobody answers at address 9\n");
+    let mut monitor = Program::start(&["monitor", "--port", &path, "--own", "--csv", "5"]);
+    monitor.line();
+    simulation.kill();
+    assert_eq!(monitor.exit_code(), 3);
+    assert!(monitor.complaint().starts_with(&format!("profivac: lost {path}")));
+}
+
+#[test]
+fn a_time_may_be_set() {
+    let folder = Folder::new();
+    let (_simulation, path) = simulation(&folder, &["bcg450@5"]);
+    let done = run(&["monitor", "--port", &path, "--own", "--for", "1.5", "5"]);
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    let table = String::from_utf8(done.stdout).unwrap();
+    let mut lines = table.lines();
+    assert!(lines.next().unwrap().starts_with("ADDR  DEVICE    PRESSURE"), "{table}");
+    assert!(lines.next().unwrap().starts_with("   5  bcg450    1.000e-3 mbar     DATA"), "{table}");
+}
+
+#[test]
+fn impossible_addresses_are_refused() {
+    for address in ["126", "five"] {
+        let failed = run(&["monitor", "--port", "/nowhere", "--own", address]);
+        assert_eq!(failed.status.code(), Some(2));
+        let said = String::from_utf8(failed.stderr).unwrap();
+        assert!(said.contains(&format!("expected the address of a slave from 0 to 125, got {address:?}")), "{said}");
+    }
+}

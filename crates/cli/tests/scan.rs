@@ -1,0 +1,117 @@
+//! `scan` finds who is there, tells what they are and whose, and changes nothing.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{End, Folder, Program, octets, run, sd2};
+use std::time::Duration;
+
+/// Standard output of a command that must succeed.
+fn output(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn on_tcp(devices: &[&str]) -> (Program, String) {
+    let program = Program::start(&[&["simulate", "--tcp", "127.0.0.1:0"], devices].concat());
+    let address = program.ready();
+    (program, address)
+}
+
+#[test]
+fn the_map_shows_who_answers() {
+    let folder = Folder::new();
+    let path = folder.name("line");
+    let program = Program::start(&["simulate", "--pty", &path, "bcg450@5", "bcg450@12", "bcg450@126"]);
+    program.ready();
+    let expected = "      0 1 2 3 4 5 6 7 8 9
+   0  . . . * . S . . . .
+  10  . . S . . .
+S slave, M master, * this master, . nobody
+
+ADDR  KIND    IDENT     DEVICE      OWNER     STATE
+   5  slave   0x08E6    bcg450      nobody    waits for parameters, not ready
+  12  slave   0x08E6    bcg450      nobody    waits for parameters, not ready
+";
+    assert_eq!(output(&["scan", "--port", &path, "--master", "3", "--hsa", "15"]), expected);
+    let all = output(&["scan", "--port", &path]);
+    assert!(all.contains(" 126  slave   0x08E6"), "{all}");
+}
+
+#[test]
+fn json_tells_the_same_and_who_owns_a_slave() {
+    let (_program, address) = on_tcp(&["bcg450@5", "bcg450@6"]);
+    let mut master = End::tcp(&address);
+    master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
+    master.ask(&sd2(5, 62, 0x7D, "44 86 05 05 05 08"), "E5");
+    let json = output(&["scan", "--port", &format!("tcp://{address}"), "--hsa", "8", "--json"]);
+    let expected = serde_json::json!([
+        {"address": 5, "kind": "slave", "ident": "0x08E6", "devices": ["bcg450"], "state": "exchanges data", "owner": 2},
+        {"address": 6, "kind": "slave", "ident": "0x08E6", "devices": ["bcg450"],
+         "state": "waits for parameters, not ready", "owner": null},
+    ]);
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&json).unwrap(), expected);
+}
+
+/// Set_Prm is the only service that claims a slave or changes it: not one telegram of a scan goes to SAP 61, and every
+/// request is FDL status or Slave_Diag.
+#[test]
+fn a_scan_only_looks() {
+    let (_program, address) = on_tcp(&["bcg450@5"]);
+    let mut listener = End::tcp(&address);
+    output(&["scan", "--port", &format!("tcp://{address}"), "--hsa", "6"]);
+    listener.send("10 05 7D 49 CB 16");
+    let mut heard = Vec::new();
+    while !heard.ends_with(&octets("10 7D 05 00 82 16")) {
+        heard.extend(listener.receive());
+    }
+    let slave_diag = octets("68 05 05 68 85 80");
+    assert!(heard.windows(6).any(|octets| octets == slave_diag));
+    for request in heard.windows(9).filter(|octets| octets.starts_with(&slave_diag)) {
+        // FC, DSAP, SSAP
+        assert_eq!(request[7..], [60, 62], "{request:02X?}");
+    }
+}
+
+#[test]
+fn nobody_there_is_no_answer() {
+    let (_program, address) = on_tcp(&["bcg450@50"]);
+    let failed = run(&["scan", "--port", &format!("tcp://{address}"), "--hsa", "5"]);
+    assert_eq!(failed.status.code(), Some(3));
+    assert_eq!(String::from_utf8(failed.stderr).unwrap(), format!("profivac: nobody answers on tcp://{address}\n"));
+}
+
+#[test]
+fn a_line_that_another_master_keeps_is_left_to_it() {
+    let (_program, address) = on_tcp(&["bcg450@5"]);
+    let mut other = End::tcp(&address);
+    // A token every 20 ms, from before the scan until it gives up.
+    other.send("DC 02 02");
+    let mut scan = Program::start(&["scan", "--port", &format!("tcp://{address}"), "--timeout", "1"]);
+    while !scan.has_ended() {
+        other.send("DC 02 02");
+        other.receive_within(Duration::from_millis(20));
+    }
+    assert_eq!(scan.exit_code(), 3);
+    assert_eq!(scan.complaint(), "profivac: master 2 is using the line");
+}
+
+#[test]
+fn impossible_bus_parameters_are_refused() {
+    for (option, value, sentence) in [
+        ("--master", "126", "the master's address must be 0 to 125, not 126"),
+        ("--slot-time", "10", "the slot time must be at least 75, not 10"),
+        ("--baud", "auto", "expected a PROFIBUS rate out of 9600, "),
+        ("--timeout", "-1", "expected a number of seconds, got \"-1\""),
+    ] {
+        let failed = run(&["scan", "--port", "/nowhere", option, value]);
+        let said = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!(failed.status.code(), Some(2), "{said}");
+        assert!(said.contains(sentence), "{option}: {said}");
+    }
+    let failed = run(&["scan", "--port", "/nowhere"]);
+    assert_eq!(failed.status.code(), Some(3));
+    assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: there is no port /nowhere\n");
+}

@@ -1,0 +1,150 @@
+//! A master on a port that asks one thing after the other: for commands that look, and for what they do before they exchange
+//! data.
+//!
+//! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
+
+use crate::clock::tbit_of;
+use crate::port::{Port, PortError};
+use crate::segment::Segment;
+use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::{Busy, Master, Settings};
+use profivac_wire::MAX_DU;
+use profivac_wire::control::{StationType, Status};
+use rustix::fd::BorrowedFd;
+use std::time::{Duration, Instant};
+
+/// A master with room for every slave a bus can have.
+pub type BusMaster = Master<125, MAX_DU>;
+
+/// What an operating system and a USB adapter may add to an answer. free choice: the 16 ms an adapter may keep octets
+/// (profibus-wire 9.4, point 36), and some more.
+const PLATFORM_DELAY: Duration = Duration::from_millis(20);
+
+/// One absent address is asked for in so many token visits: each costs a slot time that is long on such a port.
+const GAP_FACTOR: u8 = 100;
+
+/// The bus parameters of a master behind an operating system.
+#[must_use]
+pub fn bus_parameters(address: u8, baud: Baud) -> BusParameters {
+    let bus = BusParameters::new(address, baud);
+    let delay_tbit = u32::try_from(tbit_of(baud, PLATFORM_DELAY)).unwrap_or(u32::MAX);
+    BusParameters { slot_tbit: bus.slot_tbit.saturating_add(delay_tbit), gap_factor: GAP_FACTOR, ..bus }
+}
+
+/// Why nothing could be asked.
+#[derive(Debug, thiserror::Error)]
+pub enum ToolError {
+    /// The port.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// No bus can have such parameters.
+    #[error("{0}")]
+    Parameters(OutOfRange),
+    /// Another master has the line and keeps it.
+    #[error("master {0} is using the line")]
+    Taken(u8),
+    /// The line is never quiet.
+    #[error("the line is never quiet")]
+    Babble,
+}
+
+/// What became of a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// The answer.
+    Answer {
+        /// What kind of station answered.
+        station: StationType,
+        /// How it answered.
+        status: Status,
+        /// The data unit.
+        du: Vec<u8>,
+    },
+    /// Nobody answered, or nothing that is an answer.
+    Nothing(Failure),
+}
+
+/// A master on a port.
+pub struct Tool {
+    segment: Segment<[Active<BusMaster>; 1]>,
+    patience: Duration,
+}
+
+impl Tool {
+    /// A master without slaves. It waits at most for `patience` until it gets the line.
+    ///
+    /// # Errors
+    /// [`ToolError::Parameters`] when `bus` cannot be.
+    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
+        bus.check().map_err(ToolError::Parameters)?;
+        let station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
+        let segment = Segment::new(port, baud, false, [station]);
+        Ok(Self { segment, patience })
+    }
+
+    /// The master.
+    pub fn master(&mut self) -> &mut BusMaster {
+        &mut self.station().user
+    }
+
+    /// The name of the port.
+    #[must_use]
+    pub fn port_name(&self) -> &str {
+        self.segment.port().name()
+    }
+
+    /// Serves the line once, see [`Segment::serve`].
+    ///
+    /// # Errors
+    /// [`PortError::Lost`] when the port is gone.
+    pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
+        self.segment.serve(others, at_most)
+    }
+
+    /// Asks once and waits for what comes of it.
+    ///
+    /// # Errors
+    /// [`ToolError`] when the request could not be sent at all.
+    pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ToolError> {
+        let begun = Instant::now();
+        // Busy: what was asked before was given up, and its result comes first.
+        while let Err(Busy) = self.master().submit(request) {
+            self.wait(begun)?;
+            self.master().take();
+        }
+        loop {
+            self.wait(begun)?;
+            let reply = match self.master().take() {
+                None => continue,
+                Some(Confirmation::Answer(Answer { station, status, du, .. })) => {
+                    Reply::Answer { station, status, du: du.to_vec() }
+                }
+                Some(Confirmation::Sent) => Reply::Nothing(Failure::Silence),
+                Some(Confirmation::Failed(failure)) => Reply::Nothing(failure),
+            };
+            if reply != Reply::Nothing(Failure::Interrupted) {
+                return Ok(reply);
+            }
+            // Nothing is in the slot any more.
+            let _ = self.master().submit(request);
+        }
+    }
+
+    /// Serves the line once on behalf of somebody who has been waiting since `begun`.
+    fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
+        let left = self.patience.saturating_sub(begun.elapsed());
+        self.serve(&[], left)?;
+        let station = self.station();
+        match (left.is_zero() && !station.has_token(), station.other_master()) {
+            (true, Some(master)) => Err(ToolError::Taken(master)),
+            (true, None) => Err(ToolError::Babble),
+            (false, _) => Ok(()),
+        }
+    }
+
+    fn station(&mut self) -> &mut Active<BusMaster> {
+        let [station] = self.segment.stations_mut();
+        station
+    }
+}
