@@ -35,6 +35,10 @@ pub struct Gauge {
     pub changed: bool,
     pub settable: bool,
     pub no_add_chg: bool,
+    /// Data are exchanged.
+    pub running: bool,
+    /// The outputs are a master's and not the safe ones.
+    pub driven: bool,
     pub seen: Vec<Seen>,
 }
 
@@ -71,6 +75,8 @@ impl Default for Gauge {
             changed: false,
             settable: true,
             no_add_chg: false,
+            running: false,
+            driven: false,
             seen: Vec::new(),
         }
     }
@@ -103,10 +109,12 @@ impl Device for Gauge {
     }
 
     fn exchanging(&mut self, running: bool) {
+        self.running = running;
         self.seen.push(Seen::Exchanging(running));
     }
 
     fn outputs(&mut self, outputs: Outputs<'_>) {
+        self.driven = matches!(outputs, Outputs::Data(_));
         self.seen.push(match outputs {
             Outputs::Data(data) => Seen::Outputs(data.to_vec()),
             Outputs::Safe => Seen::Safe,

@@ -7,6 +7,7 @@
 #![allow(clippy::panic, clippy::expect_used, reason = "a bench that cannot go on stops the test")]
 
 mod device;
+pub mod golden;
 
 pub use device::{Gauge, Seen};
 
