@@ -101,10 +101,7 @@ impl Bus {
             mangle: None,
             echo: None,
             cut: None,
-            referees: [const { Referee::new(Limits::of(Baud::B9600)) }; 2].map(|mut referee| {
-                referee.set_limits(Limits::of(baud));
-                referee
-            }),
+            referees: [Referee::new(Limits::of(baud)), Referee::new(Limits::of(baud))],
             foul: None,
             trace: Trace { baud, entries: VecDeque::new() },
             recorded: SHOWN,
@@ -385,7 +382,7 @@ impl Bus {
             _ => Entry::read(self.now, &signal.read(&flips)),
         };
         let changed = !flips.is_empty() || signal.clean().is_none();
-        if self.trace.entries.len() >= self.recorded {
+        while self.trace.entries.len() >= self.recorded.max(1) {
             self.trace.entries.pop_front();
         }
         self.trace.entries.push_back(entry);
@@ -445,7 +442,7 @@ impl Bus {
         }
         self.drivers[station.0].set_power(on);
         self.plan(station.0);
-        self.referees.iter_mut().for_each(Referee::forget);
+        self.referees.iter_mut().for_each(Referee::power_failed);
     }
 
     fn set_noise(&mut self, noise: Option<Noise>) {
@@ -484,9 +481,14 @@ impl Bus {
             let lost = self.ears.iter_mut().filter(|ear| !connected(position, driver.position, ear.position));
             lost.for_each(|ear| ear.cut_off(sender, self.now));
         }
-        self.cut = position;
         self.listen_again();
-        self.referees.iter_mut().for_each(Referee::forget);
+        match (self.cut, position) {
+            // Both sides know the same so far.
+            (None, Some(_)) => self.referees[1] = self.referees[0].clone(),
+            (Some(_), _) => self.referees.iter_mut().for_each(Referee::forget),
+            (None, None) => {}
+        }
+        self.cut = position;
     }
 
     fn listen_again(&mut self) {

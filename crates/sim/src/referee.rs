@@ -4,6 +4,7 @@
 //! Times are taken where the rule applies: T_SDR at the responder, idle times at the sender, the slot time at the requester.
 
 use crate::bus::Id;
+use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_wire::control::{Control, Function};
 use profivac_wire::diag::SlaveDiag;
@@ -117,18 +118,22 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The default set of a rate.
+    /// The default set of a rate, and max T_SDR as a slave of this project declares it.
     #[must_use]
-    pub const fn of(baud: Baud) -> Self {
-        let t_id1 = match baud {
-            Baud::B9600 | Baud::B19200 | Baud::B45450 | Baud::B93750 | Baud::B187500 => 37,
-            Baud::B500000 | Baud::B1500000 => 37,
-            Baud::B3000000 => 46,
-            Baud::B6000000 => 57,
-            Baud::B12000000 => 76,
-        };
-        let max_tsdr = baud.max_tsdr_tbit() as u64;
-        Self { t_id1, t_id2: max_tsdr, max_tsdr, slot: baud.default_slot_tbit() as u64 }
+    pub fn of(baud: Baud) -> Self {
+        let bus = BusParameters::new(0, baud);
+        Self { max_tsdr: u64::from(baud.max_tsdr_tbit()), ..Self::of_bus(&bus) }
+    }
+
+    /// What a master keeps to and expects.
+    #[must_use]
+    pub fn of_bus(bus: &BusParameters) -> Self {
+        Self {
+            t_id1: bus.id1_tbit(),
+            t_id2: bus.id2_tbit(),
+            max_tsdr: u64::from(bus.max_tsdr_tbit),
+            slot: u64::from(bus.slot_tbit),
+        }
     }
 }
 
@@ -158,7 +163,9 @@ impl Speech {
 /// What may come next.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Next {
-    /// Nothing was said yet.
+    /// A request: nothing was said yet.
+    First,
+    /// Whatever there is: the cable was mended, and nobody knows what both sides have heard.
     Anything,
     /// The answer to a request.
     Answer(Asked),
@@ -205,7 +212,7 @@ impl Referee {
             allowed: Vec::new(),
             exempt: Vec::new(),
             recent: VecDeque::new(),
-            next: Next::Anything,
+            next: Next::First,
             disturbed: false,
             min_tsdr: [DEFAULT_MIN_TSDR_TBIT; 128],
             asked_tsdr: [None; 128],
@@ -227,12 +234,16 @@ impl Referee {
         self.exempt.push(station);
     }
 
-    /// Forgets what slaves were told and what was said last: power or cable have changed.
+    /// A station has lost its power, and with it the min T_SDR it was given.
+    pub(crate) const fn power_failed(&mut self) {
+        self.min_tsdr = [DEFAULT_MIN_TSDR_TBIT; 128];
+        self.asked_tsdr = [None; 128];
+    }
+
+    /// What was said last was not heard by everybody.
     pub(crate) fn forget(&mut self) {
         self.recent.clear();
         self.next = Next::Anything;
-        self.min_tsdr = [DEFAULT_MIN_TSDR_TBIT; 128];
-        self.asked_tsdr = [None; 128];
     }
 
     /// The line was disturbed.
@@ -286,7 +297,7 @@ impl Referee {
         let idle = speech.begin - quiet_since;
         at_least(Rule::Syn, idle, T_SYN_TBIT)?;
         match before {
-            Next::Anything => Ok(()),
+            Next::First | Next::Anything => Ok(()),
             Next::Answer(_) if disturbed => Ok(()),
             Next::Answer(_) => at_least(Rule::Impatient, idle, self.limits.slot),
             Next::AfterAnswer(_) => at_least(Rule::Id1, idle, self.limits.t_id1),
@@ -299,8 +310,11 @@ impl Referee {
     /// An answer; `None` is SC, which names nobody.
     fn answer(&mut self, speech: &Speech, frame: Option<&Frame<'_>>) -> Verdict {
         let unasked = Err((Rule::Unasked, 0, 0));
-        let (Next::Answer(asked) | Next::AfterAnswer(asked)) = &self.next else { return unasked };
-        let asked = asked.clone();
+        let asked = match &self.next {
+            Next::Answer(asked) | Next::AfterAnswer(asked) => asked.clone(),
+            Next::Anything => return Ok(()),
+            Next::First | Next::AfterToken | Next::AfterUnconfirmed => return unasked,
+        };
         if frame.is_some_and(|frame| (frame.da, frame.sa) != (asked.sa, asked.da)) {
             return unasked;
         }

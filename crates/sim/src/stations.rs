@@ -1,9 +1,8 @@
 //! Stations for tests: one that says what it is told, one made of a function, one that does not stop talking.
 
 use crate::random::Random;
-use crate::referee::Limits;
 use profivac_dp::link::{BitTime, Listening, Station, Transmit};
-use profivac_wire::{BROADCAST, MAX_TELEGRAM, Telegram};
+use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
 use std::fmt;
 
@@ -96,70 +95,6 @@ impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Station for
 
     fn wake_at(&self) -> Option<BitTime> {
         None
-    }
-}
-
-/// A master without wits: it sends a list of requests, each after the answer to the one before or the slot time.
-///
-/// It keeps all times and repeats nothing. After the last request it goes on with the one at `again`, for ever.
-#[derive(Clone, Debug)]
-pub struct Poller {
-    requests: Vec<Vec<u8>>,
-    again: usize,
-    next: usize,
-    limits: Limits,
-    /// When the next request may begin. While one is being sent: never.
-    wake: BitTime,
-    /// How many answers have come.
-    pub answers: u64,
-}
-
-impl Poller {
-    /// Sends `requests` once, and those from `again` on over and over.
-    #[must_use]
-    pub const fn new(limits: Limits, requests: Vec<Vec<u8>>, again: usize) -> Self {
-        Self { requests, again, next: 0, limits, wake: BitTime(limits.slot), answers: 0 }
-    }
-
-    /// Whether the last request is one that is answered.
-    fn is_waiting(&self) -> bool {
-        let last = self.next.checked_sub(1).and_then(|last| self.requests.get(last));
-        last.is_some_and(|octets| match Telegram::parse(octets) {
-            Ok(Telegram::Frame(frame)) => frame.da != BROADCAST,
-            _ => false,
-        })
-    }
-}
-
-impl Station for Poller {
-    fn telegram(&mut self, end: BitTime, _telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.answers += 1;
-        self.wake = end + self.limits.t_id1;
-        None
-    }
-
-    fn activity(&mut self, end: BitTime) {
-        // Something comes; if it becomes nothing, the line is idle again after this.
-        self.wake = end + self.limits.t_id1;
-    }
-
-    fn sent(&mut self, end: BitTime) {
-        let wait = if self.is_waiting() { self.limits.slot + 1 } else { self.limits.t_id2 };
-        self.wake = end + wait;
-    }
-
-    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        self.wake = BitTime(u64::MAX);
-        if self.next == self.requests.len() {
-            self.next = self.again;
-        }
-        self.next += 1;
-        let octets = self.requests.get(self.next - 1)?;
-        Some(Transmit { not_before: now, octets })
-    }
-
-    fn wake_at(&self) -> Option<BitTime> {
-        Some(self.wake)
     }
 }
 

@@ -1,0 +1,111 @@
+//! A trace is what a person reads, and what is read back is what was written.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{CFG, IDENT, OWN, Plain};
+use profivac_dp::link::active::BusParameters;
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+use profivac_dp::slave::{Features, Slave};
+use profivac_sim::scenario::Dialogue;
+use profivac_sim::stations::Tester;
+use profivac_sim::trace::pcapng;
+use profivac_sim::{Bus, Fault, Mangle, Noise, Tamper, Trace};
+
+/// The start-up of profibus-wire 2.13 with a slave of this project in place of the one that was recorded: another ident
+/// number and configuration, otherwise the same telegrams.
+const START_UP: &str = "
+    +400    ->  10 08 02 49 53 16
+    11..60  <-  10 02 08 00 0A 16
+    +60     ->  68 05 05 68 88 82 6D 3C 3E F1 16
+    11..60  <-  68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16
+    +60     ->  68 0F 0F 68 88 82 5D 3D 3E B8 1E 01 00 12 34 01 00 00 00 00 16
+    11..60  <-  E5
+    +60     ->  68 07 07 68 88 82 7D 3E 3E 11 21 35 16
+    11..60  <-  E5
+    +60     ->  68 05 05 68 88 82 5D 3C 3E E1 16
+    11..60  <-  68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16
+    +60     ->  68 05 05 68 08 02 7D AA 55 86 16
+    11..60  <-  68 05 05 68 02 08 08 01 00 13 16
+    +60     ->  68 07 07 68 FF 82 46 3A 3E 02 00 41 16
+    +150    ->  DC 02 02
+";
+
+fn started() -> Dialogue<Slave<Plain>> {
+    let device = Plain { features: Features { sync: true, freeze: true, ..Features::default() }, ..Plain::new() };
+    let mut talk = Dialogue::new(Baud::B500000, Slave::new(device, 8, Baud::B500000));
+    talk.play(START_UP).unwrap();
+    talk
+}
+
+#[test]
+fn a_start_up_reads_like_this() {
+    let mut talk = started();
+    // The rest is damaged: a flipped bit, a lost octet, no telegram at all.
+    let tester = talk.tester();
+    talk.bus.inject(Fault::Tamper(tester, Tamper::Flip(vec![25])));
+    talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
+    talk.bus.inject(Fault::Tamper(tester, Tamper::Lose(7)));
+    talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
+    talk.play("+60 -> 00 FF").unwrap();
+    golden("tests/trace-start-up.txt", &talk.bus.trace().to_string());
+}
+
+/// A second of exchange with everything that can happen to octets.
+fn disturbed() -> Trace {
+    let baud = Baud::B12000000;
+    let mut bus = Bus::new(baud);
+    let mut master = Master::<1, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
+    master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
+    master.user.set_mode(Mode::Operate);
+    bus.attach(master);
+    bus.attach(Slave::new(Plain::new(), 8, baud));
+    bus.record(usize::MAX);
+    bus.inject(Fault::Noise(Some(Noise::new(11, 1e-4))));
+    bus.inject(Fault::Mangle(Some(Mangle { seed: 12, lose: 0.001, add: 0.001 })));
+    bus.run_until(BitTime(12_000_000)).unwrap();
+    let trace = bus.trace().clone();
+    assert!(trace.entries.len() > 10_000);
+    assert!(trace.entries.iter().filter(|entry| !entry.errors.is_empty()).count() > 100);
+    trace
+}
+
+#[test]
+fn text_is_read_back() {
+    let trace = disturbed();
+    assert!(trace.to_string().parse() == Ok(trace));
+}
+
+#[test]
+fn capture_files_are_read_back() {
+    let trace = disturbed();
+    for link_type in [pcapng::PROFIBUS_DL, pcapng::USER0] {
+        assert!(pcapng::read(&pcapng::write(&trace, link_type), Baud::B9600).as_ref() == Ok(&trace));
+    }
+}
+
+#[test]
+fn only_as_much_is_kept_as_was_asked_for() {
+    let mut bus = Bus::new(Baud::B500000);
+    let tester = bus.attach(Tester::new());
+    for (kept, until) in [(100, 50), (5, 60), (1, 70)] {
+        bus.record(kept);
+        (until - 10..until).for_each(|turn| bus.station_mut(tester).send(BitTime(turn * 1000), &[0xDC, 2, 2]));
+        bus.run_until(BitTime(until * 1000)).unwrap();
+        let starts: Vec<u64> = bus.trace().entries.iter().map(|entry| entry.start.0).collect();
+        assert_eq!(starts.len(), kept.min(10));
+        assert_eq!(starts.last(), Some(&((until - 1) * 1000)));
+    }
+}
+
+/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
+fn golden(path: &str, text: &str) {
+    let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        std::fs::write(&path, text).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap();
+    assert!(expected == text, "{path} differs; `cargo xtask bless` writes it anew:\n{text}");
+}
