@@ -31,6 +31,7 @@ pub enum FrameCount {
 }
 
 impl FrameCount {
+    #[inline]
     const fn from_bits(fc: u8) -> Self {
         match (fc & FCV != 0, fc & FCB != 0) {
             (false, false) => Self::Uncounted,
@@ -39,6 +40,7 @@ impl FrameCount {
         }
     }
 
+    #[inline]
     const fn to_bits(self) -> u8 {
         match self {
             Self::Uncounted => 0,
@@ -79,6 +81,7 @@ pub enum Function {
 }
 
 impl Function {
+    #[inline]
     const fn from_bits(fc: u8) -> Self {
         match fc & 0x8F {
             0x03 => Self::SdaLow,
@@ -94,6 +97,7 @@ impl Function {
         }
     }
 
+    #[inline]
     const fn to_bits(self) -> u8 {
         match self {
             Self::SdaLow => 0x03,
@@ -149,6 +153,7 @@ pub enum Status {
 }
 
 impl Status {
+    #[inline]
     const fn from_bits(fc: u8) -> Self {
         match fc & 0x8F {
             0x00 => Self::Ok,
@@ -164,6 +169,7 @@ impl Status {
         }
     }
 
+    #[inline]
     const fn to_bits(self) -> u8 {
         match self {
             Self::Ok => 0x00,
@@ -183,6 +189,7 @@ impl Status {
 impl Control {
     /// Takes an FC octet apart. Every octet has a meaning, so this cannot fail.
     #[must_use]
+    #[inline]
     pub const fn from_octet(fc: u8) -> Self {
         if fc & REQUEST != 0 {
             return Self::Request { function: Function::from_bits(fc), count: FrameCount::from_bits(fc) };
@@ -198,6 +205,7 @@ impl Control {
 
     /// The FC octet.
     #[must_use]
+    #[inline]
     pub const fn to_octet(self) -> u8 {
         match self {
             Self::Request { function, count } => REQUEST | function.to_bits() | count.to_bits(),

@@ -107,8 +107,12 @@ pub enum Extent {
 }
 
 impl Extent {
+    /// How many octets always tell the length.
+    pub const TELLING: usize = 4;
+
     /// Looks at the first octets of a telegram. Enough octets are four of an SD2 and one of every other form.
     #[must_use]
+    #[inline]
     pub const fn of(octets: &[u8]) -> Self {
         match octets {
             [] | [SD2] => Self::Open,

@@ -17,17 +17,32 @@ pub enum Heard<'a> {
     Damaged(Malformed),
 }
 
+/// What became of an octet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// It is kept, or passed over while hunting.
+    Kept,
+    /// It is the last of a telegram.
+    Complete,
+    /// With it the octets are no telegram.
+    Broken(Malformed),
+}
+
 /// Collects the characters of one telegram at a time.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     octets: [u8; MAX_TELEGRAM],
+    /// How many octets of a telegram are there; 0 while none is being received.
     length: usize,
-    /// How many octets the telegram has; unknown as long as it is 0.
-    total: usize,
+    /// As long as there are fewer octets than this, another one is only kept; the one after them decides something.
+    quiet: usize,
+    /// What it decides: it completes the telegram. Otherwise it tells how many octets there will be.
+    sized: bool,
     hunting: bool,
     /// When the last character ended.
     last: BitTime,
-    idle_tbit: u64,
+    /// From the end of a character to the end of the next, if the line was just idle between them.
+    gap_tbit: u64,
     damaged: u32,
 }
 
@@ -42,25 +57,55 @@ impl Receiver {
     /// system, where 33 bit times cannot be measured. A gap longer than this inside a telegram breaks it.
     #[must_use]
     pub const fn with_idle(now: BitTime, idle_tbit: u64) -> Self {
-        Self { octets: [0; MAX_TELEGRAM], length: 0, total: 0, hunting: true, last: now, idle_tbit, damaged: 0 }
+        let gap_tbit = idle_tbit.saturating_add(CHARACTER_TBIT);
+        Self {
+            octets: [0; MAX_TELEGRAM],
+            length: 0,
+            quiet: 0,
+            sized: false,
+            hunting: true,
+            last: now,
+            gap_tbit,
+            damaged: 0,
+        }
     }
 
     /// A character without error ended at `end`.
     #[inline]
     pub fn octet(&mut self, end: BitTime, octet: u8) -> Heard<'_> {
-        let idle = (end - self.last).saturating_sub(CHARACTER_TBIT);
-        self.last = end;
-        if self.hunting || self.length == 0 || idle > self.idle_tbit {
-            return self.begin(idle, octet);
+        match self.step(end, octet) {
+            Step::Kept => Heard::Nothing,
+            Step::Complete => self.complete(),
+            Step::Broken(defect) => Heard::Damaged(defect),
         }
-        if let Some(place) = self.octets.get_mut(self.length) {
-            *place = octet;
+    }
+
+    /// Characters without error and without gaps between them, the first of which ended at `end`: the same as one after the
+    /// other, but cheaper. Takes them up to the one with which a telegram is complete or broken, and says how many that were.
+    pub fn octets<'a>(&'a mut self, end: BitTime, octets: &'a [u8]) -> (usize, Heard<'a>) {
+        if let Some((taken, telegram)) = self.whole(end, octets) {
+            self.hunting = false;
+            self.last = end + characters_tbit(taken.saturating_sub(1));
+            return (taken, Heard::Telegram(telegram));
         }
-        self.length = self.length.saturating_add(1);
-        if self.length == self.total {
-            return self.complete();
+        for (before, octet) in octets.iter().enumerate() {
+            let taken = before.saturating_add(1);
+            match self.step(end + characters_tbit(before), *octet) {
+                Step::Kept => {}
+                Step::Complete => return (taken, self.complete()),
+                Step::Broken(defect) => return (taken, Heard::Damaged(defect)),
+            }
         }
-        if self.total == 0 { self.size() } else { Heard::Nothing }
+        (octets.len(), Heard::Nothing)
+    }
+
+    /// A valid telegram at the front of `octets`, read where it lies, if one may begin there.
+    fn whole<'a>(&self, end: BitTime, octets: &'a [u8]) -> Option<(usize, Telegram<'a>)> {
+        if self.length > 0 || (self.hunting && end - self.last < self.gap_tbit) {
+            return None;
+        }
+        let Extent::Total(total) = Extent::of(octets) else { return None };
+        Some((total, Telegram::parse(octets.get(..total)?).ok()?))
     }
 
     /// A character with a parity, framing or overrun error ended at `end`.
@@ -81,40 +126,65 @@ impl Receiver {
         self.length > 0
     }
 
+    #[inline]
+    fn step(&mut self, end: BitTime, octet: u8) -> Step {
+        let since_last = end - self.last;
+        self.last = end;
+        if since_last > self.gap_tbit || self.length >= self.quiet {
+            return self.decide(since_last, octet);
+        }
+        self.append(octet);
+        Step::Kept
+    }
+
+    #[inline]
+    fn append(&mut self, octet: u8) {
+        if let Some(place) = self.octets.get_mut(self.length) {
+            *place = octet;
+            self.length = self.length.wrapping_add(1);
+        }
+    }
+
+    /// An octet that is not only kept.
+    fn decide(&mut self, since_last: u64, octet: u8) -> Step {
+        if self.length == 0 || since_last > self.gap_tbit {
+            return self.begin(since_last, octet);
+        }
+        self.append(octet);
+        if self.sized { Step::Complete } else { self.size() }
+    }
+
     /// A first character, or one after a gap.
-    fn begin(&mut self, idle: u64, octet: u8) -> Heard<'_> {
+    fn begin(&mut self, since_last: u64, octet: u8) -> Step {
         if self.length > 0 {
             self.hunt();
         }
-        if self.hunting && idle < self.idle_tbit {
-            return Heard::Nothing;
+        if self.hunting && since_last < self.gap_tbit {
+            return Step::Kept;
         }
         self.hunting = false;
         self.octets[0] = octet;
         self.length = 1;
-        self.total = 0;
         self.size()
     }
 
     /// Asks the octets so far how many there will be.
-    fn size(&mut self) -> Heard<'_> {
+    fn size(&mut self) -> Step {
         match Extent::of(self.octets.get(..self.length).unwrap_or_default()) {
-            Extent::Open => Heard::Nothing,
-            Extent::Total(total) if total == self.length => self.complete(),
-            Extent::Total(total) => {
-                self.total = total;
-                Heard::Nothing
-            }
+            Extent::Open => self.quiet = Extent::TELLING.saturating_sub(1),
+            Extent::Total(total) if total == self.length => return Step::Complete,
+            Extent::Total(total) => (self.quiet, self.sized) = (total.saturating_sub(1), true),
             Extent::Broken(defect) => {
                 self.hunt();
-                Heard::Damaged(defect)
+                return Step::Broken(defect);
             }
         }
+        Step::Kept
     }
 
     fn complete(&mut self) -> Heard<'_> {
-        let length = core::mem::take(&mut self.length);
-        self.total = 0;
+        let length = self.length;
+        self.clear();
         match Telegram::parse(self.octets.get(..length).unwrap_or_default()) {
             Ok(telegram) => Heard::Telegram(telegram),
             Err(defect) => {
@@ -127,10 +197,20 @@ impl Receiver {
 
     fn hunt(&mut self) {
         self.hunting = true;
-        self.length = 0;
-        self.total = 0;
+        self.clear();
         self.damaged = self.damaged.saturating_add(1);
     }
+
+    fn clear(&mut self) {
+        self.length = 0;
+        self.quiet = 0;
+        self.sized = false;
+    }
+}
+
+/// How long so many characters are without gaps.
+fn characters_tbit(count: usize) -> u64 {
+    (count as u64).saturating_mul(CHARACTER_TBIT)
 }
 
 #[cfg(test)]
@@ -250,5 +330,64 @@ mod tests {
         assert!(line.heard.is_empty());
         assert_eq!(line.damaged, [Malformed::Start(0)]);
         assert_eq!(line.idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
+    }
+
+    /// Numbers that look random and are the same for the same seed (Knuth's MMIX generator).
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, bound: u64) -> u64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 33).checked_rem(bound).unwrap()
+        }
+
+        /// Some telegrams one after the other, with an octet altered here and there.
+        fn chunk(&mut self) -> Vec<u8> {
+            let mut octets = Vec::new();
+            for _ in 0..=self.below(3) {
+                octets
+                    .extend_from_slice([&FDL_STATUS[..], &SLAVE_DIAG, &[0xE5], &[0xDC, 2, 2]][self.below(4) as usize]);
+            }
+            if self.below(3) == 0 {
+                let place = self.below(octets.len() as u64) as usize;
+                octets[place] ^= 1 << self.below(8);
+            }
+            octets.truncate(self.below(40).max(1) as usize);
+            octets
+        }
+    }
+
+    /// What a receiver says to a chunk that comes together, as text.
+    fn together(receiver: &mut Receiver, mut end: BitTime, mut octets: &[u8]) -> Vec<std::string::String> {
+        let mut said = Vec::new();
+        while !octets.is_empty() {
+            let (taken, heard) = receiver.octets(end, octets);
+            said.extend((heard != Heard::Nothing).then(|| std::format!("{heard:02X?}")));
+            end = end + characters_tbit(taken);
+            octets = &octets[taken..];
+        }
+        said
+    }
+
+    #[test]
+    fn octets_that_come_together_are_heard_as_those_one_by_one() {
+        for seed in 0..2_000 {
+            let mut random = Random(seed);
+            let (mut one_by_one, mut slices) = (Receiver::new(BitTime(0)), Receiver::new(BitTime(0)));
+            let mut end = BitTime(0);
+            for _ in 0..20 {
+                let octets = random.chunk();
+                end = end + [0, 0, 32, 33, 34, 100][random.below(6) as usize];
+                let said = together(&mut slices, end + CHARACTER_TBIT, &octets);
+                let mut expected = Vec::new();
+                for octet in &octets {
+                    end = end + CHARACTER_TBIT;
+                    let heard = one_by_one.octet(end, *octet);
+                    expected.extend((heard != Heard::Nothing).then(|| std::format!("{heard:02X?}")));
+                }
+                assert_eq!(said, expected, "seed {seed}, {octets:02X?}");
+                assert_eq!(slices.damaged(), one_by_one.damaged(), "seed {seed}");
+            }
+        }
     }
 }

@@ -61,6 +61,8 @@ pub struct Responder {
     /// The last counted requester and its FCB.
     requester: u8,
     fcb: bool,
+    /// The request accepted last counts: its answer is to be stored.
+    counts: bool,
     /// The answer to it; nothing stored while 0.
     length: usize,
     answer: [u8; MAX_TELEGRAM],
@@ -76,6 +78,7 @@ impl Responder {
             address,
             requester: NOBODY,
             fcb: false,
+            counts: false,
             length: 0,
             answer: [0; MAX_TELEGRAM],
             uncounted: [0; MAX_TELEGRAM],
@@ -105,6 +108,7 @@ impl Responder {
     #[inline]
     pub fn accept<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {
         let Control::Request { function, count } = frame.control() else { return Accepted::Ignored };
+        self.counts = false;
         if frame.sa == self.address || frame.sa == BROADCAST {
             return Accepted::Ignored;
         }
@@ -132,6 +136,7 @@ impl Responder {
     }
 
     /// The table of profibus-wire 1.9.
+    #[inline]
     fn counted<'a>(&mut self, frame: &Frame<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
         match count {
             FrameCount::Uncounted => return new,
@@ -143,6 +148,7 @@ impl Responder {
         }
         self.requester = frame.sa;
         self.length = 0;
+        self.counts = true;
         new
     }
 
@@ -152,20 +158,14 @@ impl Responder {
         Transmit { not_before, octets: self.answer.get(..self.length).unwrap_or_default() }
     }
 
-    /// Makes the answer to `frame`, and stores it if the request counts. `du` holds the data the reply speaks of.
+    /// Makes the answer to the frame accepted last, and stores it if the request counts. `du` holds the data the reply
+    /// speaks of.
     #[inline]
     pub fn answer(&mut self, frame: &Frame<'_>, reply: Reply, du: &[u8], not_before: BitTime) -> Option<Transmit<'_>> {
-        let counts = match frame.control() {
-            Control::Request { function, count } => {
-                count != FrameCount::Uncounted
-                    && !matches!(function, Function::FdlStatus | Function::Ident | Function::LsapStatus)
-            }
-            Control::Response { .. } => false,
-        };
         let telegram = respond(frame, self.address, reply, du);
-        let place = if counts { &mut self.answer } else { &mut self.uncounted };
+        let place = if self.counts { &mut self.answer } else { &mut self.uncounted };
         let length = telegram.emit(place).ok()?;
-        if counts {
+        if self.counts {
             self.length = length;
         }
         Some(Transmit { not_before, octets: place.get(..length)? })
@@ -173,6 +173,7 @@ impl Responder {
 }
 
 /// A response swaps everything: addresses and access points. SD1 and SC carry none of the latter.
+#[inline]
 fn respond<'a>(frame: &Frame<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Telegram<'a> {
     let (status, length) = match reply {
         Reply::ShortAck => return Telegram::ShortAck,
@@ -191,6 +192,7 @@ fn respond<'a>(frame: &Frame<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Te
 }
 
 /// DP uses both extensions or none; one alone, or one that is no access point, addresses nothing. profibus-wire 1.3.
+#[inline]
 fn indication<'a>(frame: &Frame<'a>) -> Indication<'a> {
     let sap = match (frame.dsap, frame.ssap) {
         (None, None) => Sap::Default,

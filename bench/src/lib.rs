@@ -1,0 +1,81 @@
+//! What `cargo bench` counts: one function per operation, which does it so many times.
+//!
+//! Everything that must be ready beforehand is made before the loop, so that the difference between two runs of different
+//! length is the operation alone. [`ROWS`] is the table of `docs/benchmarks.md`.
+
+mod exchange;
+mod receiver;
+mod telegram;
+
+/// Does an operation so many times.
+pub type Operation = fn(u32);
+
+/// A line of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// What is done, and per what the instructions are counted.
+    pub what: &'static str,
+    /// Our way.
+    pub ours: Operation,
+    /// What of it belongs to something else and is taken off.
+    pub minus: Option<Operation>,
+    /// The same by profirust 0.6.0.
+    pub peer: Option<Operation>,
+    /// How many of the units named in `what` one operation has.
+    pub units: u32,
+    /// The instructions per unit we want to stay within.
+    pub target: u32,
+}
+
+/// The whole table.
+pub const ROWS: &[Row] = &[
+    Row {
+        what: "decode an SD2 of 41 octets from a buffer",
+        ours: telegram::decode,
+        minus: None,
+        peer: Some(telegram::decode_peer),
+        units: 1,
+        target: 150,
+    },
+    Row {
+        what: "encode an SD2 of 41 octets into a buffer",
+        ours: telegram::encode,
+        minus: None,
+        peer: Some(telegram::encode_peer),
+        units: 1,
+        target: 150,
+    },
+    Row {
+        what: "receive one octet of an SD2 of 41 that come in one piece, decoding included",
+        ours: receiver::receive_piece,
+        minus: None,
+        peer: None,
+        units: 41,
+        target: 12,
+    },
+    Row { what: "the same, one by one", ours: receiver::receive_each, minus: None, peer: None, units: 41, target: 12 },
+    Row {
+        what: "slave, one Data_Exchange of 5 octets out and 2 in, the request in one piece",
+        ours: exchange::in_one_piece,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: 800,
+    },
+    Row {
+        what: "the same, octet by octet",
+        ours: exchange::octet_by_octet,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: 800,
+    },
+    Row {
+        what: "of that, from the last octet of the request to the answer",
+        ours: exchange::octet_by_octet,
+        minus: Some(exchange::all_but_last),
+        peer: None,
+        units: 1,
+        target: 250,
+    },
+];

@@ -1,0 +1,50 @@
+//! Telegrams octet by octet.
+
+use crate::telegram;
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, T_SYN_TBIT};
+use std::hint::black_box;
+
+/// One telegram after the other, each after T_SYN, without gaps inside.
+pub fn receive_each(times: u32) {
+    let octets = telegram::octets();
+    let mut receiver = Receiver::new(BitTime(0));
+    let mut now = BitTime(0);
+    for _ in 0..times {
+        now = now + T_SYN_TBIT;
+        for octet in &octets {
+            now = now + CHARACTER_TBIT;
+            if let Heard::Telegram(telegram) = receiver.octet(now, *octet) {
+                black_box(telegram);
+            }
+        }
+    }
+}
+
+/// The same, but a telegram comes in one piece, as a port or a DMA buffer has it.
+pub fn receive_piece(times: u32) {
+    let octets = telegram::octets();
+    let mut receiver = Receiver::new(BitTime(0));
+    let mut now = BitTime(0);
+    for _ in 0..times {
+        now = now + T_SYN_TBIT + CHARACTER_TBIT;
+        let _ = black_box(receiver.octets(now, black_box(&octets)));
+        now = now + CHARACTER_TBIT * 40;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_octet_completes_the_telegram() {
+        let octets = telegram::octets();
+        let mut receiver = Receiver::new(BitTime(0));
+        let mut telegrams = 0;
+        for (position, octet) in (1..).zip(&octets) {
+            let end = BitTime(T_SYN_TBIT + position * CHARACTER_TBIT);
+            telegrams += u32::from(matches!(receiver.octet(end, *octet), Heard::Telegram(_)));
+        }
+        assert_eq!(telegrams, 1);
+    }
+}
