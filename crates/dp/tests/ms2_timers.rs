@@ -91,6 +91,14 @@ fn the_greater_send_timeout_holds() {
     Timed::new("00 C8").polls_after(2 * T, low(TIMEOUT));
 }
 
+/// Whoever drives the slave need not be on time: what should have happened meanwhile has happened.
+#[test]
+fn deadlines_that_were_missed_count_from_when_they_were() {
+    let mut timed = Timed::new("00 64");
+    timed.bench.now = timed.since + 2 * T;
+    assert_eq!(timed.bench.ms2(1, SAP, ""), RS);
+}
+
 #[test]
 fn the_slave_asks_to_be_woken_at_the_earliest_deadline() {
     let mut bench = Bench::new(Gauge::default());

@@ -91,6 +91,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         while let Some(wake) = self.slave.wake_at().filter(|wake| *wake <= until) {
             self.now = self.now.max(wake);
             assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
+            assert!(self.slave.wake_at().is_none_or(|next| next > wake), "what has expired is over");
         }
         self.now = until;
     }
