@@ -201,6 +201,37 @@ fn noise_at_one_station_is_heard_by_no_other() {
 }
 
 #[test]
+fn who_decodes_for_itself_hears_what_others_hear() {
+    // Once the slaves share what they hear, once each of them decodes alone: the line sees no difference.
+    let run = |alone: bool| {
+        let (mut bus, _, slaves) = exchanging();
+        bus.record(usize::MAX);
+        for slave in slaves.iter().filter(|_| alone) {
+            bus.inject(Fault::NoiseAt(slave.id(), None));
+        }
+        bus.inject(Fault::Noise(Some(Noise::new(9, 3e-4))));
+        bus.inject(Fault::Mangle(Some(Mangle { seed: 10, lose: 0.001, add: 0.001 })));
+        bus.run_for(2 * SECOND).unwrap();
+        bus.trace().to_string()
+    };
+    assert!(run(false) == run(true));
+}
+
+#[test]
+fn who_gets_power_inside_a_request_does_not_answer_it() {
+    for (on, answers) in [(99 - 33, 1), (100, 0), (101, 0), (165, 0)] {
+        let mut bus = Bus::new(BAUD);
+        let tester = bus.attach(Tester::new());
+        let slaves = [8, 9].map(|address| bus.attach(Slave::<_>::new(Plain::new(), address, BAUD)));
+        bus.inject(Fault::Power(slaves[0].id(), false));
+        bus.at(BitTime(on), Fault::Power(slaves[0].id(), true));
+        bus.station_mut(tester).send(BitTime(100), &[0x10, 8, 2, 0x49, 0x53, 0x16]);
+        bus.run_until(BitTime(1000)).unwrap();
+        assert_eq!(bus.station(tester).heard.len(), answers, "power at {on}");
+    }
+}
+
+#[test]
 fn one_damaged_telegram_costs_one_repetition() {
     for tamper in [
         Tamper::Flip(vec![3]),

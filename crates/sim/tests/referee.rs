@@ -74,6 +74,17 @@ fn talking_over_each_other_is_found_where_signals_meet() {
 }
 
 #[test]
+fn a_telegram_still_on_its_way_is_talked_over() {
+    // The first is sent from 100 to 166 and passes the other station from 150 to 216.
+    for (begin, expected) in [(215, Err(Rule::Collision)), (216, Err(Rule::Syn))] {
+        let mut bus = bus_with(&[(100, &ASK)]);
+        let other = bus.attach_at(50, Tester::new());
+        bus.station_mut(other).send(BitTime(begin), &ASK);
+        assert_eq!(outcome(&mut bus), expected, "{begin}");
+    }
+}
+
+#[test]
 fn two_slaves_at_one_address_talk_over_each_other() {
     let mut bus = bus_with(&[(100, &ASK)]);
     bus.attach(Slave::new(Plain::new(), TS, BAUD));

@@ -3,8 +3,10 @@
 mod common;
 
 use common::*;
-use profivac_dp::slave::Features;
-use profivac_sim::{Fault, Tamper};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::slave::{Features, Slave};
+use profivac_sim::stations::Tester;
+use profivac_sim::{Bus, Fault, Tamper};
 use profivac_wire::{Frame, Telegram};
 
 const SC: [u8; 1] = [0xE5];
@@ -214,6 +216,25 @@ fn damage_on_the_line_is_met_by_silence_and_forgotten_after_t_syn() {
         talk.bus.inject(Fault::Tamper(tester, Tamper::Flip(vec![bit])));
         assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "bit {bit}");
         assert!(talk.ask(33, &SLAVE_DIAG).unwrap().is_some(), "after bit {bit}");
+    }
+}
+
+#[test]
+fn after_a_damaged_telegram_only_t_syn_helps() {
+    for (what, place) in [("the length", 2), ("the data", 8), ("the check octet", 9), ("the end", 10)] {
+        let mut damaged = SLAVE_DIAG;
+        damaged[place] ^= 1;
+        for idle in 0..=33 {
+            let mut bus = Bus::new(Baud::B1500000);
+            bus.attach(Slave::<_>::new(Plain::new(), TS, Baud::B1500000));
+            let tester = bus.attach(Tester::new());
+            bus.exempt(tester.id());
+            bus.station_mut(tester).send(BitTime(400), &damaged);
+            bus.station_mut(tester).send(BitTime(400 + 11 * 11 + idle), &SLAVE_DIAG);
+            bus.run_until(BitTime(1000)).unwrap();
+            let answers = bus.station(tester).heard.len();
+            assert_eq!(answers, usize::from(idle == 33), "{what} damaged, {idle} bit times");
+        }
     }
 }
 

@@ -3,13 +3,15 @@
 //! Every telegram explains itself here; nothing is remembered from the one before. An answer without access points is
 //! therefore named by what it must be: data without access points come from Data_Exchange only.
 
+mod acyclic;
+
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg;
 use profivac_wire::control::{Control, FrameCount, Function, StationType, Status};
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::prm::{PrmStatus, SetPrm};
-use profivac_wire::{BROADCAST, Frame, Sap, Telegram, TooShort};
+use profivac_wire::{BROADCAST, Frame, Sap, Telegram};
 use std::fmt;
 
 /// Octets as a person reads a trace: `68 05 05 68`.
@@ -117,13 +119,26 @@ impl fmt::Display for Service {
 /// What a request carries. A data unit its service cannot have is shown as it is.
 fn request_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result {
     let words = match sap {
-        Sap::SetPrm => SetPrm::parse(du).map(|prm| set_prm(&prm)),
-        Sap::ChkCfg => Ok(configuration(du)),
-        Sap::GlobalControl => GlobalControl::parse(du).map(global_control),
-        Sap::SetSlaveAdd => SetSlaveAdd::parse(du).map(|wanted| set_slave_add(&wanted)),
-        _ => Err(TooShort),
+        Sap::SetPrm => SetPrm::parse(du).ok().map(|prm| set_prm(&prm)),
+        Sap::ChkCfg => Some(configuration(du)),
+        Sap::GlobalControl => GlobalControl::parse(du).ok().map(global_control),
+        Sap::SetSlaveAdd => SetSlaveAdd::parse(du).ok().map(|wanted| set_slave_add(&wanted)),
+        Sap::Ms1 | Sap::Alarm | Sap::ResourceManager | Sap::Ms2(_) => acyclic::request(du).ok(),
+        Sap::Default | Sap::SetExtPrm | Sap::RdInp | Sap::RdOutp | Sap::GetCfg | Sap::SlaveDiag | Sap::Other(_) => None,
     };
-    f.write_str(&words.unwrap_or_else(|TooShort| data(du)))
+    f.write_str(&words.unwrap_or_else(|| data(du)))
+}
+
+/// What an answer carries.
+fn response_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result {
+    let words = match sap {
+        Sap::SlaveDiag => SlaveDiag::parse(du).ok().map(|diag| slave_diag(&diag)),
+        Sap::GetCfg => Some(configuration(du)),
+        Sap::Ms1 | Sap::Alarm | Sap::ResourceManager | Sap::Ms2(_) => acyclic::response(du).ok(),
+        Sap::Default | Sap::SetPrm | Sap::ChkCfg | Sap::SetExtPrm | Sap::SetSlaveAdd => None,
+        Sap::RdInp | Sap::RdOutp | Sap::GlobalControl | Sap::Other(_) => None,
+    };
+    f.write_str(&words.unwrap_or_else(|| data(du)))
 }
 
 /// Data without a meaning of their own.
@@ -197,11 +212,7 @@ fn response(f: &mut fmt::Formatter<'_>, frame: &Frame<'_>, station: StationType,
     }
     let sap = Sap::from_octet(frame.ssap);
     write!(f, "{:16} {name:6}", Service(sap).to_string())?;
-    match (sap, SlaveDiag::parse(frame.du)) {
-        (Sap::SlaveDiag, Ok(diag)) => f.write_str(&slave_diag(&diag)),
-        (Sap::GetCfg, _) => f.write_str(&configuration(frame.du)),
-        _ => f.write_str(&data(frame.du)),
-    }
+    response_data(f, sap, frame.du)
 }
 
 /// The answer to FDL_Status.
@@ -284,6 +295,19 @@ mod tests {
             ),
         ] {
             assert_eq!(Words(&Telegram::parse(&hex(text)).unwrap()).to_string(), words, "{text}");
+        }
+    }
+
+    #[test]
+    fn there_are_words_for_every_telegram() {
+        let mut random = crate::Random::new(1);
+        for fc in 0..=0xFF {
+            for sap in (0..=0xFF).map(Some).chain([None]) {
+                let du: Vec<u8> = (0..random.below(20)).map(|_| random.octet()).collect();
+                let frame = Frame { da: 8, sa: 2, dsap: sap, ssap: sap, fc, du: &du };
+                let words = Words(&Telegram::Frame(frame)).to_string();
+                assert!(words.starts_with("  2 -> 8    ") && words.len() > 13, "{frame:?}: {words}");
+            }
         }
     }
 
