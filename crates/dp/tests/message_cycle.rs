@@ -81,8 +81,8 @@ fn whatever_is_heard_puts_off_the_claim() {
     let mut desk = desk(&[]);
     desk.hears_after(2000, "E5");
     assert_eq!(desk.station.wake_at(), Some(BitTime(2011 + 3000)));
-    desk.hears_after(2999, "FF");
-    assert_eq!(desk.says().start, BitTime(2011 + 2999 + 11 + 3000));
+    desk.hears_after(2989, "FF");
+    assert_eq!(desk.says().start, BitTime(2011 + 2989 + 11 + 3000));
 }
 
 #[test]
