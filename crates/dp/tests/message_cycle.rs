@@ -81,8 +81,8 @@ fn whatever_is_heard_puts_off_the_claim() {
     let mut desk = desk(&[]);
     desk.hears_after(2000, "E5");
     assert_eq!(desk.station.wake_at(), Some(BitTime(2011 + 3000)));
-    desk.hears_after(2999, "FF");
-    assert_eq!(desk.says().start, BitTime(2011 + 2999 + 11 + 3000));
+    desk.hears_after(2989, "FF");
+    assert_eq!(desk.says().start, BitTime(2011 + 2989 + 11 + 3000));
 }
 
 #[test]
@@ -152,13 +152,42 @@ fn a_damaged_answer_is_asked_for_again_with_the_same_telegram() {
     assert_eq!((again.start, &again.octets), (heard + 300, &first.octets));
     desk.hears("68 05 05 68 02 08 08 01 02 15 16");
     assert_eq!(desk.station.user.told[1], Told::Answer(Status::DataLow, vec![1, 2], 1));
-    // A second answer to the repeated request would look like the answer to the next one: it has a slot time to come in.
-    let answered = desk.now;
-    desk.hears_after(100, "68 05 05 68 02 08 08 01 02 15 16");
-    let late = desk.now;
-    assert_eq!(desk.station.wake_at(), Some((answered + 300).max(late + 37)));
+    // A second answer to the repeated request would look like the answer to the next one: it has two slot times to come in.
+    desk.hears_after(289, "68 05 05 68 02 08 08 01 02 15 16");
+    assert_eq!(desk.station.wake_at(), Some(desk.now + 600));
     assert_eq!(desk.says().text(), "68 05 05 68 08 02 7D AA 55 86 16");
     assert_eq!(desk.station.user.told.len(), 2);
+}
+
+#[test]
+fn answers_that_are_always_late_are_never_taken_for_others() {
+    // The slave takes 400 bit times, and T_SL is 300: every answer comes after its request was repeated.
+    let mut desk = desk(&[EXCHANGE; 8]);
+    desk.asks();
+    desk.hears("E5");
+    for round in 1..8 {
+        // Two requests, two answers; the first answer comes 100 bit times after the second request.
+        assert_eq!(desk.says().octets[0], 0x68);
+        let repeated = desk.says();
+        assert_eq!(repeated.octets[0], 0x68);
+        let du = format!("{round:02X}");
+        let answer = format!("68 04 04 68 02 08 08 {du} {:02X} 16", 0x12 + round);
+        desk.hears_after(100, &answer);
+        assert_eq!(desk.station.user.told.last(), Some(&Told::Answer(Status::DataLow, vec![round], 1)));
+        // The second one: as long after the first as the second request after the first.
+        desk.hears_after(repeated.octets.len() as u64 * 11 + 300 - 110, &answer);
+    }
+    assert_eq!(desk.station.user.told.len(), 8);
+}
+
+#[test]
+fn a_late_answer_between_two_requests_asks_for_silence() {
+    let mut desk = desk(&[EXCHANGE, EXCHANGE]);
+    desk.asks();
+    desk.hears("E5");
+    desk.hears_after(20, "68 05 05 68 02 08 08 01 02 15 16");
+    assert_eq!(desk.station.wake_at(), Some(desk.now + 300));
+    assert_eq!(desk.station.user.told.len(), 1);
 }
 
 #[test]
@@ -329,7 +358,7 @@ fn impossible_addresses_in_a_token_are_noise() {
     }
     let heard = desk.now;
     let second = desk.says();
-    assert_eq!((second.start, second.text().as_str()), (heard + 37, "DC 02 02"));
+    assert_eq!((second.start, second.text().as_str()), (heard + 150, "DC 02 02"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What a master has to tell about its slaves: one bounded queue.
 
-use super::slave::State;
+use super::state::State;
 use crate::link::BitTime;
 use crate::link::active::Failure;
 use core::fmt;

@@ -23,16 +23,18 @@
 //! # Ok::<(), profivac_dp::master::Rejected>(())
 //! ```
 
+mod diagnosis;
 mod event;
 mod job;
 mod parameters;
 pub mod services;
 mod slave;
+mod state;
 
 pub use event::{Event, Trouble, What};
 pub use job::Busy;
 pub use parameters::{Rejected, Settings, SlaveParameters, watchdog_factors};
-pub use slave::{Counters, State};
+pub use state::{Counters, State};
 
 use crate::link::BitTime;
 use crate::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests};
@@ -45,7 +47,8 @@ use profivac_wire::diag::SlaveDiag;
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::sap::MASTER_MS0;
 use profivac_wire::{BROADCAST, MAX_DU, Sap};
-use slave::{Ask, Context, Handler};
+use slave::{Context, Handler};
+use state::Ask;
 
 /// The highest address of a slave that can be parameterised.
 const MAX_ADDRESS: u8 = 125;

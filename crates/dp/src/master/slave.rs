@@ -4,89 +4,19 @@
 //! ([`Handler::confirmed`]). Every slave gets at most one message per cycle, so one that errs again and again costs the
 //! others no more than one that works.
 
+use super::diagnosis::Diagnosis;
 use super::event::{Event, Sink, Trouble, What};
 use super::parameters::{Rejected, Settings, SlaveParameters};
+use super::state::{Ask, Counters, State};
 use crate::link::BitTime;
 use crate::link::active::{Answer, Confirmation, Failure};
-use core::fmt;
 use heapless::Vec;
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::control::Status;
-use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::prm::{PrmStatus, SetPrm};
 
 /// The longest User_Prm_Data: 244 octets without the seven fixed ones.
 const MAX_USER_PRM: usize = 237;
-
-/// Where a slave stands on the way to data exchange.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    /// Nobody has answered yet: FDL status, until somebody does.
-    Offline,
-    /// Slave_Diag: is the slave free, and is it the right one?
-    Diag1,
-    /// Set_Prm.
-    Prm,
-    /// Chk_Cfg.
-    Cfg,
-    /// Slave_Diag, until the slave is ready.
-    Diag2 {
-        /// Since when.
-        since: BitTime,
-        /// How often it has asked for parameters since.
-        prm_reqs: u8,
-    },
-    /// Data_Exchange.
-    Data {
-        /// The slave has announced a diagnosis: it is fetched before the next exchange.
-        diag: bool,
-    },
-    /// Set_Prm with Unlock_Req: the slave is given back.
-    Release,
-    /// Out of the cycle.
-    Inactive,
-}
-
-impl fmt::Display for State {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Offline => "OFFLINE",
-            Self::Diag1 => "DIAG1",
-            Self::Prm => "PRM",
-            Self::Cfg => "CFG",
-            Self::Diag2 { .. } => "DIAG2",
-            Self::Data { .. } => "DATA",
-            Self::Release => "RELEASE",
-            Self::Inactive => "INACTIVE",
-        })
-    }
-}
-
-/// What a slave is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ask {
-    FdlStatus,
-    SlaveDiag,
-    SetPrm,
-    ChkCfg,
-    DataExch,
-    Unlock,
-}
-
-/// What was counted since the slave was added.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Valid answers to Data_Exchange.
-    pub exchanges: u32,
-    /// Message cycles without a valid answer, after all repetitions. FDL status while nobody is there does not count.
-    pub lost: u32,
-    /// Requests that had to be repeated.
-    pub retries: u32,
-    /// Diagnoses fetched.
-    pub diagnoses: u32,
-    /// How often the slave came into data exchange.
-    pub starts: u32,
-}
 
 /// What all handlers share, and where they report.
 pub(super) struct Context<'a> {
@@ -101,48 +31,30 @@ pub(super) struct Context<'a> {
     pub(super) control_due: &'a mut bool,
 }
 
-/// What a diagnosis says about a slave that was parameterised.
-enum Verdict {
-    Ready,
-    /// To be read again.
-    NotReady,
-    Static,
-    Fault(Trouble),
-}
-
-/// The last diagnosis.
-#[derive(Clone, Debug)]
-struct Diagnosis<const OCTETS: usize> {
-    status: StationStatus,
-    master_add: u8,
-    ident: u16,
-    ext_diag: Vec<u8, OCTETS>,
-}
-
 /// One slave.
 #[derive(Clone, Debug)]
 pub(super) struct Handler<const OCTETS: usize> {
     pub(super) address: u8,
-    ident: u16,
+    pub(super) ident: u16,
     watchdog: Option<[u8; 2]>,
     min_tsdr: u8,
     group: u8,
     requests: PrmStatus,
     fail_safe: bool,
-    diag_update_delay: u8,
+    pub(super) diag_update_delay: u8,
     cfg: Vec<u8, OCTETS>,
     user_prm: Vec<u8, OCTETS>,
     lengths: Lengths,
-    state: State,
+    pub(super) state: State,
     /// Message cycles in a row that failed.
-    misses: u8,
+    pub(super) misses: u8,
     /// Nothing is asked before, in the states that something went wrong in.
     resume_at: BitTime,
     /// How long to pause next time something goes wrong.
     pause_tbit: u64,
     trouble: Option<Trouble>,
-    diagnosis: Option<Diagnosis<OCTETS>>,
-    counters: Counters,
+    pub(super) diagnosis: Option<Diagnosis<OCTETS>>,
+    pub(super) counters: Counters,
     /// When the inputs came; nothing unless they are from the present data exchange.
     exchanged: Option<BitTime>,
     inputs: [u8; OCTETS],
@@ -223,11 +135,6 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         if self.fail_safe { 0 } else { self.lengths.outputs.into() }
     }
 
-    pub(super) fn diagnosis(&self) -> Option<SlaveDiag<'_>> {
-        let Diagnosis { status, master_add, ident, ext_diag } = self.diagnosis.as_ref()?;
-        Some(SlaveDiag { status: *status, master_add: *master_add, ident: *ident, ext_diag })
-    }
-
     /// The data unit of Set_Prm.
     pub(super) fn set_prm(&self) -> SetPrm<'_> {
         SetPrm {
@@ -245,28 +152,15 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         SetPrm { status: PrmStatus::UNLOCK_REQ, wd_fact: [0; 2], min_tsdr: 0, ident: self.ident, group: 0, user: &[] }
     }
 
-    /// What the state asks the slave; whether now is the time for it is another question.
-    const fn next(&self) -> Option<Ask> {
-        match self.state {
-            State::Offline => Some(Ask::FdlStatus),
-            State::Diag1 | State::Diag2 { .. } | State::Data { diag: true } => Some(Ask::SlaveDiag),
-            State::Prm => Some(Ask::SetPrm),
-            State::Cfg => Some(Ask::ChkCfg),
-            State::Data { diag: false } => Some(Ask::DataExch),
-            State::Release => Some(Ask::Unlock),
-            State::Inactive => None,
-        }
-    }
-
     /// The message for this slave in the present cycle.
     #[inline]
     pub(super) fn ask(&self, now: BitTime) -> Option<Ask> {
-        self.next().filter(|_| self.resume_at <= now)
+        self.state.asks().filter(|_| self.resume_at <= now)
     }
 
     /// What became of the message.
     pub(super) fn confirmed(&mut self, ask: Ask, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
-        if self.next() != Some(ask) {
+        if self.state.asks() != Some(ask) {
             // Released or taken up again while the message was on its way.
             return;
         }
@@ -366,100 +260,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// An answer to Slave_Diag.
-    fn diagnosed(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
-        self.count_retries(answer);
-        if !matches!(answer.status, Status::DataLow | Status::DataHigh) {
-            return self.restart(Trouble::Refused(answer.status), context);
-        }
-        let Ok(diag) = SlaveDiag::parse(answer.du) else {
-            return self.restart(Trouble::Length { expected: 6, received: answer.du.len() }, context);
-        };
-        self.misses = 0;
-        self.counters.diagnoses = self.counters.diagnoses.wrapping_add(1);
-        self.keep(&diag, context);
-        match self.state {
-            State::Diag1 => match self.stranger(&diag, context.address) {
-                Some(trouble) => self.restart(trouble, context),
-                None => self.enter(State::Prm, context),
-            },
-            _ => self.judge(&diag, context),
-        }
-    }
-
-    /// What the diagnosis of a slave that was parameterised leads to.
-    fn judge(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
-        let waiting = match self.state {
-            State::Diag2 { since, prm_reqs } => Some((since, prm_reqs)),
-            _ => None,
-        };
-        match (self.verdict(diag, context.address), waiting) {
-            (Verdict::Ready, None) => self.state = State::Data { diag: false },
-            (Verdict::Ready, Some(_)) => {
-                self.counters.starts = self.counters.starts.wrapping_add(1);
-                self.enter(State::Data { diag: false }, context);
-            }
-            (Verdict::Fault(Trouble::PrmReq), Some((since, prm_reqs))) if prm_reqs < self.diag_update_delay => {
-                self.state = State::Diag2 { since, prm_reqs: prm_reqs.saturating_add(1) };
-            }
-            (Verdict::Fault(trouble), _) => self.restart(trouble, context),
-            (Verdict::NotReady, Some((since, _))) if context.now < since + context.settings.ready_tbit => {}
-            (Verdict::NotReady, _) => self.restart(Trouble::NotReady, context),
-            (Verdict::Static, Some(_)) => self.report(Trouble::StaticDiag, context),
-            // The inputs are not valid as long as it stays: profibus-wire 3.3.
-            (Verdict::Static, None) => {
-                self.report(Trouble::StaticDiag, context);
-                self.enter(State::Diag2 { since: context.now, prm_reqs: 0 }, context);
-            }
-        }
-    }
-
-    /// profibus-wire 3.9 and 3.10
-    fn verdict(&self, diag: &SlaveDiag<'_>, address: u8) -> Verdict {
-        let status = diag.status;
-        match self.stranger(diag, address) {
-            Some(trouble) => Verdict::Fault(trouble),
-            None if status.contains(StationStatus::PRM_FAULT) => Verdict::Fault(Trouble::PrmFault),
-            None if status.contains(StationStatus::CFG_FAULT) => Verdict::Fault(Trouble::CfgFault),
-            None if status.contains(StationStatus::PRM_REQ) || diag.master_add == NO_MASTER => {
-                Verdict::Fault(Trouble::PrmReq)
-            }
-            None if status.contains(StationStatus::STATION_NOT_READY) => Verdict::NotReady,
-            None if status.contains(StationStatus::STAT_DIAG) => Verdict::Static,
-            None => Verdict::Ready,
-        }
-    }
-
-    /// Why the slave must not be parameterised by us: another master owns it, or it is another device.
-    ///
-    /// free choice: a wrong ident number is not tried. The slave would refuse it, but only after its outputs went safe.
-    fn stranger(&self, diag: &SlaveDiag<'_>, address: u8) -> Option<Trouble> {
-        match (diag.master_add, diag.ident) {
-            (master, _) if master != NO_MASTER && master != address => Some(Trouble::Owned { master }),
-            (_, received) if received != self.ident => Some(Trouble::Ident { expected: self.ident, received }),
-            _ => None,
-        }
-    }
-
-    /// Keeps the diagnosis, as much of it as there is room for, and tells if it is a new one.
-    fn keep(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
-        let room = diag.ext_diag.len().min(OCTETS);
-        let mut status = diag.status;
-        if room < diag.ext_diag.len() {
-            status |= StationStatus::EXT_DIAG_OVERFLOW;
-        }
-        let kept = SlaveDiag { status, ext_diag: diag.ext_diag.get(..room).unwrap_or_default(), ..*diag };
-        if self.diagnosis() == Some(kept) {
-            return;
-        }
-        let ext_diag = Vec::from_slice(kept.ext_diag).unwrap_or_default();
-        let SlaveDiag { master_add, ident, .. } = kept;
-        self.diagnosis = Some(Diagnosis { status, master_add, ident, ext_diag });
-        self.note(What::Diagnosis, context);
-    }
-
     /// Back to the first diagnosis, at once if exchange was good before, after a growing pause otherwise.
-    fn restart(&mut self, trouble: Trouble, context: &mut Context<'_>) {
+    pub(super) fn restart(&mut self, trouble: Trouble, context: &mut Context<'_>) {
         self.report(trouble, context);
         self.enter(State::Diag1, context);
         self.back_off(context);
@@ -471,11 +273,11 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.pause_tbit = self.pause_tbit.saturating_mul(2).max(pause_min_tbit).min(pause_max_tbit);
     }
 
-    fn count_retries(&mut self, answer: &Answer<'_>) {
+    pub(super) fn count_retries(&mut self, answer: &Answer<'_>) {
         self.counters.retries = self.counters.retries.wrapping_add(answer.retries.into());
     }
 
-    fn report(&mut self, trouble: Trouble, context: &mut Context<'_>) {
+    pub(super) fn report(&mut self, trouble: Trouble, context: &mut Context<'_>) {
         if self.trouble != Some(trouble) {
             self.trouble = Some(trouble);
             self.note(What::Trouble(trouble), context);
@@ -483,7 +285,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     /// The only place where a state is entered that was not before.
-    fn enter(&mut self, state: State, context: &mut Context<'_>) {
+    pub(super) fn enter(&mut self, state: State, context: &mut Context<'_>) {
         let is = matches!(state, State::Data { .. });
         match (matches!(self.state, State::Data { .. }), is) {
             (false, true) => {
@@ -502,7 +304,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    fn note(&self, what: What, context: &mut Context<'_>) {
+    pub(super) fn note(&self, what: What, context: &mut Context<'_>) {
         context.events.push(Event { at: context.now, address: self.address, what });
     }
 }

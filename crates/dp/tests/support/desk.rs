@@ -71,6 +71,11 @@ impl<R: Requests> Desk<R> {
         self.now = self.now + gap;
         for octet in octets {
             self.now = self.now + CHARACTER_TBIT;
+            // The character counts if it ends in the last bit time of a wait.
+            if self.station.wake_at().is_some_and(|due| due < self.now) {
+                let said = self.station.poll(self.now).map(|transmit| text(transmit.octets));
+                assert_eq!(said, None, "the master speaks before this is heard");
+            }
             match self.receiver.octet(self.now, *octet) {
                 Heard::Telegram(telegram) => assert_eq!(self.station.telegram(self.now, &telegram), None),
                 Heard::Nothing | Heard::Damaged(_) => self.station.activity(self.now),

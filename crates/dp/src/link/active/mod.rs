@@ -59,9 +59,9 @@ enum State {
     /// Perhaps somebody else. This station speaks again when nobody has for T_TO.
     Listening,
     /// Nobody, it seems: the token was sent once and will be sent again.
-    Claiming { not_before: BitTime },
-    /// This station, and nothing is on its way.
-    Holding { not_before: BitTime },
+    Claiming,
+    /// This station. It speaks when the line has been idle for so long.
+    Holding { idle_tbit: u64 },
     /// A telegram that nobody answers is leaving.
     Leaving(Departure),
     /// Another station is to answer.
@@ -87,12 +87,10 @@ struct Cycle {
     from_user: bool,
     retries: u8,
     retries_left: u8,
-    /// When to give up; nothing as long as the request has not left.
-    deadline: Option<BitTime>,
-    /// When to give up even if the line is still busy.
-    limit: BitTime,
-    /// What to report if no answer comes.
-    failure: Failure,
+    /// When the request has left.
+    left: Option<BitTime>,
+    /// What was wrong with the answer to something else that was heard since.
+    mismatch: Option<Mismatch>,
 }
 
 /// What is true from one token to the next.
@@ -140,7 +138,7 @@ impl<R: Requests> Active<R> {
 
     /// Whether this station has the token.
     pub const fn has_token(&self) -> bool {
-        !matches!(self.state, State::Listening | State::Claiming { .. } | State::Leaving(Departure::Claim))
+        !matches!(self.state, State::Listening | State::Claiming | State::Leaving(Departure::Claim))
     }
 
     /// The master that was heard and that this station leaves the line to. Its own address means a second station with
@@ -164,7 +162,7 @@ impl<R: Requests> Active<R> {
             }
             State::Leaving(Departure::Claim | Departure::Token)
             | State::Listening
-            | State::Claiming { .. }
+            | State::Claiming
             | State::Holding { .. } => {}
         }
     }
@@ -191,19 +189,14 @@ impl<R: Requests> Active<R> {
         if on_time && request.is_none() {
             request = self.user.next(Priority::Low, now);
         }
-        match request {
-            None => self.end_visit(not_before),
-            Some(request) => {
-                let asked = request.asked();
-                let count = self.counts.next(&asked);
-                let length = emit(&request, self.bus.address, count, &mut self.telegram);
-                match length {
-                    None => {
-                        self.user.confirm(now, Confirmation::Failed(Failure::Impossible));
-                        self.end_visit(not_before)
-                    }
-                    Some(length) => self.begin(asked, count, length, not_before),
-                }
+        let Some(request) = request else { return self.end_visit(not_before) };
+        let asked = request.asked();
+        let count = self.counts.next(&asked);
+        match emit(&request, self.bus.address, count, &mut self.telegram) {
+            Some(length) => self.begin(asked, count, length, not_before),
+            None => {
+                self.user.confirm(now, Confirmation::Failed(Failure::Impossible));
+                self.end_visit(not_before)
             }
         }
     }
@@ -251,26 +244,33 @@ impl<R: Requests> Active<R> {
         self.other = None;
         let hold_until = self.visit.began + u64::from(self.bus.rotation_tbit);
         self.visit = Visit { began: now, hold_until, part: Part::First };
-        self.state = State::Holding { not_before: now + self.token_idle_tbit() };
+        self.state = State::Holding { idle_tbit: self.token_idle_tbit() };
     }
 
-    /// The slot time or the patience with a busy line has expired.
+    /// No answer has come in time: the request again, or the next one.
     fn expire(&mut self, now: BitTime, mut cycle: Cycle) -> Option<Transmit<'_>> {
         if now < self.busy + self.slot_tbit() {
             // Longer than any telegram, and still not quiet.
             self.listen(now);
             return None;
         }
-        let not_before = self.busy + self.slot_tbit().max(self.bus.id1_tbit());
+        let idle_tbit = self.slot_tbit().max(self.bus.id1_tbit());
+        let not_before = self.busy + idle_tbit;
         if cycle.retries_left > 0 {
             cycle.retries_left = cycle.retries_left.saturating_sub(1);
             cycle.retries = cycle.retries.saturating_add(1);
-            cycle.deadline = None;
+            cycle.left = None;
+            cycle.mismatch = None;
             self.state = State::Waiting(cycle);
             return self.transmit(self.length, not_before);
         }
-        self.state = State::Holding { not_before };
-        self.failed(now, &cycle, cycle.failure);
+        let failure = match cycle.mismatch {
+            Some(mismatch) => Failure::Mismatch(mismatch),
+            None if cycle.left.is_some_and(|left| left < self.busy) => Failure::Damaged,
+            None => Failure::Silence,
+        };
+        self.state = State::Holding { idle_tbit };
+        self.failed(now, &cycle, failure);
         self.work(now, not_before)
     }
 
@@ -291,10 +291,13 @@ impl<R: Requests> Active<R> {
         if cycle.asked.kind == Kind::FdlStatus {
             self.gap.note(cycle.asked.da, Some(answer.station));
         }
-        // What was repeated may be answered twice, once too late. Both answers look alike, so the second must not fall
-        // into the next message cycle: it gets a slot time to arrive in.
-        let idle = if cycle.retries > 0 { self.slot_tbit().max(self.bus.id1_tbit()) } else { self.bus.id1_tbit() };
-        self.state = State::Holding { not_before: end + idle };
+        // What was repeated may be answered twice, and the first answer may have been a late one. Both look alike, so the
+        // second must not fall into the next message cycle: it comes within two slot times.
+        let idle_tbit = match cycle.retries {
+            0 => self.bus.id1_tbit(),
+            _ => self.slot_tbit().saturating_mul(2).max(self.bus.id1_tbit()),
+        };
+        self.state = State::Holding { idle_tbit };
         if cycle.from_user {
             self.user.confirm(end, Confirmation::Answer(Answer { retries: cycle.retries, ..answer }));
         }
@@ -302,42 +305,32 @@ impl<R: Requests> Active<R> {
 
     /// A telegram of a responder, or one that cannot be anybody's.
     fn heard(&mut self, end: BitTime, telegram: &Telegram<'_>) {
-        let State::Waiting(mut cycle) = self.state else { return self.line_is_busy(end, Failure::Damaged) };
-        match answer::matched(&cycle.asked, self.bus.address, telegram) {
-            Ok(answer) => self.answered(end, &cycle, answer),
-            Err(mismatch) => {
-                cycle.failure = Failure::Mismatch(mismatch);
-                self.state = State::Waiting(cycle);
-                self.line_is_busy(end, Failure::Mismatch(mismatch));
-            }
+        let slot = self.slot_tbit();
+        match &mut self.state {
+            State::Waiting(cycle) => match answer::matched(&cycle.asked, self.bus.address, telegram) {
+                Ok(answer) => {
+                    let cycle = *cycle;
+                    self.answered(end, &cycle, answer);
+                }
+                Err(mismatch) => cycle.mismatch = Some(mismatch),
+            },
+            // A late answer: others may follow, and must not be taken for answers to the next request.
+            State::Holding { idle_tbit } => *idle_tbit = slot.max(*idle_tbit),
+            State::Listening | State::Claiming | State::Leaving(_) => {}
         }
     }
 
-    /// Something ended at `end` that is no answer: whatever waits for a quiet line waits longer.
-    fn line_is_busy(&mut self, end: BitTime, failure: Failure) {
+    /// When to give up waiting for an answer: a slot time after the line fell silent, but not much later than the longest
+    /// answer could end.
+    fn deadline(&self, cycle: &Cycle) -> Option<BitTime> {
         let slot = self.slot_tbit();
-        let idle = self.bus.id1_tbit();
-        match &mut self.state {
-            State::Waiting(cycle) => {
-                if cycle.failure == Failure::Silence {
-                    cycle.failure = failure;
-                }
-                if cycle.deadline.is_some() {
-                    cycle.deadline = Some((end + slot).min(cycle.limit));
-                }
-            }
-            State::Holding { not_before } | State::Claiming { not_before } => {
-                *not_before = (*not_before).max(end + idle);
-            }
-            State::Listening | State::Leaving(_) => {}
-        }
+        Some((self.busy + slot).min(cycle.left? + slot + LONGEST_TBIT + slot))
     }
 }
 
 impl Cycle {
     const fn new(asked: Asked, retries_left: u8) -> Self {
-        let limit = BitTime(u64::MAX);
-        Self { asked, from_user: true, retries: 0, retries_left, deadline: None, limit, failure: Failure::Silence }
+        Self { asked, from_user: true, retries: 0, retries_left, left: None, mismatch: None }
     }
 }
 
@@ -358,50 +351,42 @@ impl<R: Requests> Station for Active<R> {
     #[inline]
     fn activity(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
-        self.line_is_busy(end, Failure::Damaged);
     }
 
     fn sent(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
-        let slot = self.slot_tbit();
         match &mut self.state {
-            State::Waiting(cycle) if cycle.deadline.is_none() => {
-                cycle.deadline = Some(end + slot);
-                cycle.limit = end + slot + LONGEST_TBIT + slot;
-            }
-            State::Leaving(Departure::Claim) => {
-                self.state = State::Claiming { not_before: end + self.token_idle_tbit() };
-            }
+            State::Waiting(cycle) => cycle.left = cycle.left.or(Some(end)),
+            State::Leaving(Departure::Claim) => self.state = State::Claiming,
             State::Leaving(Departure::Token) => self.begin_visit(end),
             State::Leaving(Departure::Unconfirmed) => {
-                self.state = State::Holding { not_before: end + self.bus.id2_tbit() };
+                self.state = State::Holding { idle_tbit: self.bus.id2_tbit() };
                 self.user.confirm(end, Confirmation::Sent);
             }
-            State::Waiting(_) | State::Holding { .. } | State::Claiming { .. } | State::Listening => {
-                // The answer was faster than the news that the request has left.
-                self.line_is_busy(end, Failure::Damaged);
-            }
+            // The answer was faster than the news that the request has left.
+            State::Holding { .. } | State::Claiming | State::Listening => {}
         }
     }
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        if self.wake_at().is_none_or(|due| now < due) {
-            return None;
-        }
+        let due = self.wake_at().filter(|due| *due <= now)?;
         match self.state {
-            State::Listening => self.pass_token(Departure::Claim, now),
-            State::Claiming { not_before } => self.pass_token(Departure::Token, not_before),
-            State::Holding { not_before } => self.work(now, not_before),
+            State::Listening => self.pass_token(Departure::Claim, due),
+            State::Claiming => self.pass_token(Departure::Token, due),
+            State::Holding { .. } => self.work(now, due),
             State::Waiting(cycle) => self.expire(now, cycle),
             State::Leaving(_) => None,
         }
     }
 
+    /// Everything this station waits for is a line that has been quiet for long enough.
+    #[inline]
     fn wake_at(&self) -> Option<BitTime> {
-        match self.state {
+        match &self.state {
             State::Listening => Some(self.busy + self.bus.timeout_tbit()),
-            State::Claiming { not_before } | State::Holding { not_before } => Some(not_before),
-            State::Waiting(cycle) => cycle.deadline,
+            State::Claiming => Some(self.busy + self.token_idle_tbit()),
+            State::Holding { idle_tbit } => Some(self.busy + *idle_tbit),
+            State::Waiting(cycle) => self.deadline(cycle),
             State::Leaving(_) => None,
         }
     }
