@@ -2,7 +2,9 @@
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
 pub mod golden;
+pub mod random;
 pub mod rows;
+pub mod walk;
 
 use profivac_devices::{Action, Instrument, Principle, Report};
 use profivac_dp::link::{Baud, BitTime, Station};

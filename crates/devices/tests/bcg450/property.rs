@@ -1,0 +1,45 @@
+//! Whatever masters, people and power do: the gauge is in a named state, its copies are equal, nothing stored is lost.
+
+use crate::exceptions::copies_are_equal;
+use crate::support::Desk;
+use crate::support::walk::{Particular, Walk};
+use crate::{Gauge, desk, of_instance};
+use profivac_devices::Action;
+use profivac_devices::bcg450::table;
+
+fn walk(seed: u64) -> Walk<Gauge> {
+    let particular = Particular {
+        model: &table::MODEL,
+        commands: &[1, 2, 3, 3, 4, 4, 4, 5, 6],
+        fits: |_, _| true,
+        action: |random| match random.below(2) {
+            0 => Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 },
+            _ => Action::Switch { name: "degas", value: random.one_of(&["on", "off"]) },
+        },
+        moving: &[],
+        check,
+    };
+    Walk::new(desk(), particular, seed)
+}
+
+fn check(desk: &mut Desk<Gauge>) {
+    copies_are_equal(desk);
+    for (relay, instance) in desk.report().relays.iter().zip([5, 6]) {
+        assert_eq!(of_instance(desk, instance, 20), [if *relay { 0x0A } else { 0 }]);
+    }
+}
+
+#[test]
+fn a_million_steps_leave_a_named_state_and_equal_copies() {
+    let mut walk = walk(450);
+    walk.steps(1_000_000);
+    let seen = &walk.seen;
+    assert_eq!(seen.states.len(), 7, "{:?}", seen.states);
+    assert_eq!(seen.active.len(), 3, "{:?}", seen.active);
+    assert!(seen.degas && seen.relays == [true; 2] && seen.units > 100, "{} units", seen.units);
+}
+
+#[test]
+fn any_octets_as_parameters_or_outputs_are_survived() {
+    walk(54).any_octets(50_000);
+}
