@@ -8,6 +8,7 @@ mod exceptions;
 mod exchange;
 mod limits;
 mod memory;
+mod property;
 mod relays;
 mod rows;
 mod safe;

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
 pub mod golden;
+pub mod random;
 pub mod rows;
 
 use profivac_devices::{Action, Instrument, Principle, Report};
