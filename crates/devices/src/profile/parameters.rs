@@ -2,7 +2,7 @@
 //! device's own code runs: errata-bpg-bcg-tpg 23.
 
 use super::behaviour::Behaviour;
-use super::blocks::{At, Blocks};
+use super::blocks::At;
 use super::device::BlockDevice;
 use crate::model::{DataType, Direction, Octets, Parameters, Place, Refusal, Via};
 use crate::store::{self, Key, Store};
@@ -89,9 +89,9 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let Self { behaviour, store, .. } = self;
         let mut save = |key, octets: &[u8]| store.save(key, octets).map_err(|_| Refusal::Storage);
         for at in kept::<B::Parameter>(behaviour.model().places) {
-            let octets = kept_octets(behaviour, &at);
-            if octets != kept_octets(before, &at) {
-                save(behaviour.key(&at), &octets)?;
+            let value = behaviour.kept(&at);
+            if value != before.kept(&at) {
+                save(behaviour.key(&at), &at.row.data_type.keep(&value, &behaviour.format(&at)))?;
             }
         }
         for (number, (old, new)) in (0..).zip(before.hidden().iter().zip(behaviour.hidden())) {
@@ -119,9 +119,4 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
             }
         }
     }
-}
-
-/// A nonvolatile value as it is stored.
-fn kept_octets<B: Blocks>(blocks: &B, at: &At<B::Parameter>) -> Octets {
-    at.row.data_type.keep(&blocks.kept(at), &blocks.format(at))
 }
