@@ -159,25 +159,16 @@ mod tests {
     #[test]
     fn a_controller_takes_one_instruction_after_the_other() {
         let mut channel = Channel::new(&CONTROLLER);
-        let steps: [([u8; 8], Option<Task>, &[u8], [u8; 8]); 3] = [
+        let upper = [0x3B, 0x03, 0x12, 0x6F];
+        let steps = [
+            ([0x20, 10, 20, 0, 0, 0, 0, 0], write(10, 20, &[1, 2], [0; 4]), &[0][..], [0xB0, 10, 20, 0, 0, 0, 0, 0]),
             (
-                [0x20, 0x0A, 0x14, 0, 0, 0, 0, 0],
-                write(10, 20, &[1, 2], [0; 4]),
-                &[0],
-                [0xB0, 0x0A, 0x14, 0, 0, 0, 0, 0],
+                [0x30, 10, 21, 0, 0x3B, 0x03, 0x12, 0x6F],
+                write(10, 21, &[4], upper),
+                &upper,
+                [0x20, 10, 21, 0, 0x3B, 0x03, 0x12, 0x6F],
             ),
-            (
-                [0x30, 0x0A, 0x15, 0, 0x3B, 0x03, 0x12, 0x6F],
-                write(10, 21, &[4], [0x3B, 0x03, 0x12, 0x6F]),
-                &[0x3B, 0x03, 0x12, 0x6F],
-                [0x20, 0x0A, 0x15, 0, 0x3B, 0x03, 0x12, 0x6F],
-            ),
-            (
-                [0x20, 0x0A, 0x17, 0, 0, 0, 0, 3],
-                write(10, 23, &[1, 2], [0, 0, 0, 3]),
-                &[3],
-                [0xB0, 0x0A, 0x17, 0, 0, 0, 0, 3],
-            ),
+            ([0x20, 10, 23, 0, 0, 0, 0, 3], write(10, 23, &[1, 2], [0, 0, 0, 3]), &[3], [0xB0, 10, 23, 0, 0, 0, 0, 3]),
         ];
         for (request, task, octets, reply) in steps {
             assert_eq!(channel.take(request), task);
