@@ -62,6 +62,7 @@
 #![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 pub mod bcg450;
+pub mod img400;
 mod instrument;
 pub mod model;
 pub mod profile;
