@@ -91,10 +91,6 @@ impl Blocks for Controller {
     fn hidden_mut(&mut self) -> &mut [f64] {
         &mut self.offsets_pa
     }
-
-    fn memory_works(&self) -> bool {
-        !self.faults.eeprom
-    }
 }
 
 fn block_type(block: &Block) -> Value {

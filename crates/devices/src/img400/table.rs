@@ -191,7 +191,7 @@ pub(super) const COUNTS: Counts = Counts::Log { per_decade: 4000.0, at_1_mbar: 5
 pub(super) const HIGHEST_COUNT: u16 = u16::MAX;
 
 // free choice: the ranges of the gauges stand in another manual (133).
-const BAG: Limits = Limits { under_pa: mbar(2e-11), over_pa: mbar(1e-2), full_scale_pa: mbar(1e-2) };
+const BAG: Limits = Limits { under_pa: mbar(1e-10), over_pa: mbar(1e-2), full_scale_pa: mbar(1e-2) };
 const EXT: Limits = Limits { under_pa: mbar(1e-12), over_pa: mbar(1e-4), full_scale_pa: mbar(1e-4) };
 const TPR: Limits = Limits { under_pa: mbar(8e-4), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) };
 const CMR: Limits = Limits { under_pa: mbar(0.1), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) };
@@ -219,7 +219,7 @@ pub(super) static EXT_CATHODE: Thresholds =
 faults! {
     /// What can be broken. The details behind Exception Status cannot be read (120, 121).
     pub Faults;
-    eeprom         "eeprom"        "common alarm and warning; nothing can be stored";
+    eeprom         "eeprom"        "common alarm and warning";
     ram            "ram"           "common alarm and warning";
     eprom          "eprom"         "common alarm and warning; found while starting: CRITICAL FAULT";
     comm           "comm"          "wrong settings of the internal serial interface (3.2): common alarm and warning; stays in INIT";

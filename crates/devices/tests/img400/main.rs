@@ -1,8 +1,9 @@
 //! The IMG 400 after BG 5530 BEN/A, each behaviour in its own file. Numbers in brackets are those of
 //! errata-pxg55x-img400.
-#![allow(clippy::unwrap_used, reason = "this is test code")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod exchange;
+mod rows;
 #[path = "../support/mod.rs"]
 mod support;
 
