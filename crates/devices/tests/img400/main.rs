@@ -2,15 +2,22 @@
 //! errata-pxg55x-img400.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
+mod cathode;
+mod channel;
+mod errors;
 mod exchange;
+mod memory;
+mod relays;
 mod rows;
+mod states;
 #[path = "../support/mod.rs"]
 mod support;
+mod values;
 
 use profivac_devices::img400::{Gauges, Img400, IonGauge, OtherGauge};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use support::Desk;
+use support::{Desk, hex};
 
 type Controller = Img400<RamStore>;
 
@@ -36,4 +43,28 @@ fn every_combination() -> impl Iterator<Item = Gauges> {
         ch3: OTHERS[number / 9 % 3],
         ch4: OTHERS[number / 27],
     })
+}
+
+/// hPa, and configurations: floats alone, with transition commands, with parameter channel, with both and everything.
+const HPA: &str = "00 00 00 13 08";
+const FLOATS: &str = "45 90 05 08 08 08 08";
+const COMMANDS: &str = "C9 81 99 05 05 05 08 08 08 08 0A 0A";
+const CHANNEL: &str = "C9 89 98 0A 05 05 0A 05 08 08 08 08";
+
+/// In cyclic exchange with all gauges in one chamber.
+fn exchanging(cfg: &str, mbar: f64) -> Desk<Controller> {
+    let mut desk = desk();
+    desk.pressure_mbar(mbar);
+    desk.bring_up(&hex(HPA), &hex(cfg));
+    desk
+}
+
+/// A float parameter.
+fn float(desk: &mut Desk<Controller>, slot: u8, index: u8) -> f32 {
+    f32::from_be_bytes(desk.get(slot, index).try_into().unwrap())
+}
+
+/// Writes a float.
+fn put_float(desk: &mut Desk<Controller>, slot: u8, index: u8, value: f32) -> Result<(), u8> {
+    desk.put(slot, index, &value.to_be_bytes())
 }
