@@ -74,6 +74,20 @@ impl Blocks for Controller {
         }
     }
 
+    /// A trip point is recalled as it was, not written anew: its numbers depend on the unit, and each moves another.
+    fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        let Parameter::Trip(row) = at.parameter else { return self.set(at, value) };
+        let trip = self.trip_mut(at.address.slot).ok_or(Refusal::Slot)?;
+        match row {
+            TripPoint::LowTripPoint => trip.recall(Some(value.pressure()?), None),
+            TripPoint::UpperThreshold => trip.recall(None, Some(value.pressure()?)),
+            // It follows from the two.
+            TripPoint::Hysteresis => {}
+            _ => return self.set(at, value),
+        }
+        Ok(())
+    }
+
     /// Unit and number type are one value, whatever the channel (4.4.2).
     fn key(&self, at: &At<Parameter>) -> Key {
         match at.parameter {

@@ -73,6 +73,13 @@ impl Trip {
         Ok(())
     }
 
+    /// Power returns: both switching points as they were stored, without moving each other.
+    pub fn recall(&mut self, low_pa: Option<f64>, upper_pa: Option<f64>) {
+        self.low_pa = low_pa.unwrap_or(self.low_pa);
+        // A power cut between the two must not leave them crossed.
+        self.upper_pa = upper_pa.unwrap_or(self.upper_pa).max(self.low_pa);
+    }
+
     /// The channel, 1 to 4 (144).
     pub fn set_channel(&mut self, channel: u8) -> Result<(), Refusal> {
         self.channel = Some(channel).filter(|channel| (1..=4).contains(channel)).ok_or(Refusal::Range)?;
@@ -88,5 +95,25 @@ impl Trip {
             Some(pa) if pa > self.upper_pa => false,
             Some(_) => self.closed,
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::img400::table::{COUNTS, HIGHEST_COUNT, MODEL};
+    use crate::model::NumberType;
+
+    #[test]
+    fn rounding_never_puts_the_upper_threshold_below_the_trip_point() {
+        for unit in MODEL.units {
+            let format = Format { unit, number: NumberType::Float, counts: COUNTS, highest: HIGHEST_COUNT };
+            let mut trip = Trip::FACTORY;
+            assert_eq!(trip.set_hysteresis(0.0, &format), Ok(()));
+            for step in 1..1000 {
+                assert_eq!(trip.set_low(libm::exp10(f64::from(step) / 90.0 - 6.0), &format), Ok(()));
+                assert!(trip.upper_pa() >= trip.low_pa(), "{} {}", unit.name, trip.low_pa());
+            }
+        }
     }
 }

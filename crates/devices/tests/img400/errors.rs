@@ -84,6 +84,21 @@ fn channels_3_and_4_lose_their_supply_until_bit_4() {
 }
 
 #[test]
+fn bit_7_resets_all_alarms_and_warnings_at_once() {
+    let mut desk = quiet();
+    for name in ["power", "sensor1", "electronics2"] {
+        desk.fault(name, true);
+        desk.fault(name, false);
+    }
+    assert_eq!(status(&mut desk), 0xE6);
+    desk.put(0, 205, &[0x80]).unwrap();
+    assert_eq!(status(&mut desk), 0xA0, "gauges are off, and nothing else");
+    for slot in 1..=4 {
+        assert_eq!([desk.get(slot, 103), desk.get(slot, 104)], [[0, 0], [0, 0]]);
+    }
+}
+
+#[test]
 fn sensor_alarm_and_warning_belong_to_the_channel() {
     // 4.4.4 tables 5 and 6, 4.4.5, 4.4.6; the slot of the detail (121)
     for (name, failed) in [

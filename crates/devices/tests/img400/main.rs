@@ -7,6 +7,7 @@ mod channel;
 mod errors;
 mod exchange;
 mod memory;
+mod property;
 mod relays;
 mod rows;
 mod states;

@@ -32,8 +32,13 @@ fn unit_and_adjustments_are_kept() {
 
 #[test]
 fn a_trip_point_comes_back_whole_whatever_was_written_last() {
-    let writes: [&[(u8, f32)]; 4] =
-        [&[(19, 5.0)], &[(19, 5.0), (24, 2.0)], &[(201, 9.0), (19, 5.0)], &[(24, 4.0), (19, 1e-6), (201, 2e-6)]];
+    let writes: [&[(u8, f32)]; 5] = [
+        &[(19, 5.0)],
+        &[(19, 1e-30), (201, 1.0)],
+        &[(19, 5.0), (24, 2.0)],
+        &[(201, 9.0), (19, 5.0)],
+        &[(24, 4.0), (19, 1e-6), (201, 2e-6)],
+    ];
     for writes in writes {
         let mut desk = exchanging(FLOATS, 1.0);
         for (index, value) in writes {

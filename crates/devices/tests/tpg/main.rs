@@ -5,6 +5,7 @@
 mod exchange;
 mod master;
 mod parameter_channel;
+mod property;
 mod rows;
 mod settings;
 #[path = "../support/mod.rs"]
