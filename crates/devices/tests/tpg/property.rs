@@ -185,7 +185,7 @@ impl Walk {
         // A cold cathode has status "off" exactly when it has no emission.
         let cathodes = (0..4).filter(|channel| self.boards[*channel] == COLD).map(|channel| statuses[channel]);
         for (status, on) in cathodes.zip(report.emission.iter()) {
-            assert!(status == 3 || (status == 4) == !on, "{statuses:?} {report:?}");
+            assert!(status == 3 || (status == 4) != *on, "{statuses:?} {report:?}");
         }
     }
 }
