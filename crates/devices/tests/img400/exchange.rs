@@ -130,29 +130,38 @@ fn before_the_first_configuration_get_cfg_tells_the_default() {
     assert_eq!(diag[4..], [0x09, 0x47]);
 }
 
-/// In telegram 202 with emission on both ion channels.
-fn telegram_202(gauges: Gauges, mbar: f64) -> Vec<u8> {
-    let mut desk: Desk<Controller> = Desk::new(controller(gauges));
-    desk.pressure_mbar(mbar);
-    desk.bring_up(&hex(HPA), &hex(CONFIGURATIONS[11].0));
-    desk.exchange(&[3, 1])
-}
-
 #[test]
-fn every_combination_of_gauges_shows_its_channels_and_place_holders() {
+fn every_combination_of_gauges_exchanges_in_every_configuration() {
     // 1e-5 hPa is in the range of BAG and EXT, and below that of TPR and CMR.
     for gauges in every_combination() {
-        let du = telegram_202(gauges, 1e-5);
+        let mut desk: Desk<Controller> = Desk::new(controller(gauges));
+        desk.pressure_mbar(1e-5);
         let ion = |gauge: Option<IonGauge>| if gauge.is_some() { 0 } else { 1 };
         let other = |gauge: Option<OtherGauge>| if gauge.is_some() { 4 } else { 1 };
         let nibbles = [ion(gauges.ch1), ion(gauges.ch2), other(gauges.ch3), other(gauges.ch4)];
         let [ch1, ch2, ch3, ch4] = nibbles;
-        assert_eq!(du[17..19], [ch2 << 4 | ch1, ch4 << 4 | ch3], "{gauges:?}");
-        // Bit 5 goes with any of them (126).
-        assert_eq!(du[0], if nibbles == [0; 4] { 0x80 } else { 0xA0 }, "{gauges:?}");
-        for (channel, nibble) in du[1..17].chunks(4).zip(nibbles) {
-            let value = f32::from_be_bytes(channel.try_into().unwrap());
-            assert_eq!(nibble & 1 == 0, value == 1e-5, "{gauges:?}: {value}");
+        for (slot, gauge) in [(1, gauges.ch1), (2, gauges.ch2)] {
+            // A place holder has no emission.
+            let switched = desk.put(slot, 105, &[1]);
+            assert_eq!(switched, if gauge.is_some() { Ok(()) } else { Err(202) }, "{gauges:?}");
+        }
+        for (cfg, outputs, inputs) in CONFIGURATIONS {
+            desk.unlock();
+            desk.bring_up(&hex(HPA), &hex(cfg));
+            let du = desk.exchange(&vec![0; outputs]);
+            assert_eq!(du.len(), inputs, "{gauges:?} {cfg}");
+            let process = process(&du, outputs);
+            // Bit 5 goes with any place holder and any value out of range (126).
+            assert_eq!(process[0], if nibbles == [0; 4] { 0x80 } else { 0xA0 }, "{gauges:?} {cfg}");
+            let (values, width) = if cfg.contains("08 08") { (&process[1..17], 4) } else { (&process[1..9], 2) };
+            for (value, nibble) in values.chunks(width).zip(nibbles).filter(|_| width == 4) {
+                let value = f32::from_be_bytes(value.try_into().unwrap());
+                assert_eq!(nibble & 1 == 0, value == 1e-5, "{gauges:?} {cfg}: {value}");
+            }
+            // Channel Status (127) and the relays, where the telegram has them.
+            let rest = &process[1 + values.len()..];
+            let expected = [ch2 << 4 | ch1, ch4 << 4 | ch3, 0, 0, 0, 0, 0, 0, 0];
+            assert!(rest.is_empty() || rest == expected, "{gauges:?} {cfg}: {rest:02X?}");
         }
     }
 }
