@@ -9,7 +9,7 @@ mod parameters;
 mod relay;
 pub mod table;
 
-use crate::model::{Range, Refusal};
+use crate::model::Refusal;
 use crate::profile::{
     BlockDevice, Cathode, Common, Condition, Conditions, Details, ExceptionStatus, Health, Machine, MeasuringPart,
     Presentation, Sensor, Serial, Setup, StatusExtension, exception_status,
@@ -179,7 +179,7 @@ impl Gauge {
     /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
     fn one_of_n(&self) -> StatusExtension {
         let range = table::GAUGE.judge(self.active().indicated_pa());
-        StatusExtension::new(range, range == Range::Within && self.active().is_valid(&self.condition()))
+        StatusExtension::new(range, self.active().is_valid(&self.condition()))
     }
 
     /// What the cathode depends on; the Pirani controls it.

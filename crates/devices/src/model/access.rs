@@ -20,6 +20,8 @@ bitflags::bitflags! {
         const READ_CHANNEL = 1 << 6;
         /// `ac_w`
         const WRITE_CHANNEL = 1 << 7;
+        /// `prm`, in no manual: the user parameters set it, and nothing else may.
+        const USER_PRM = 1 << 8;
     }
 }
 
@@ -90,6 +92,7 @@ macro_rules! marks {
     (@ $access:expr; c_w $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::CYCLIC_OUT); $($rest)*) };
     (@ $access:expr; ac_r $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::READ_CHANNEL); $($rest)*) };
     (@ $access:expr; ac_w $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::WRITE_CHANNEL); $($rest)*) };
+    (@ $access:expr; prm $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::USER_PRM); $($rest)*) };
     (@ $access:expr; , $($rest:tt)*) => { $crate::model::access::marks!(@ $access; $($rest)*) };
 }
 
@@ -113,6 +116,7 @@ mod tests {
         assert_eq!(access!(c_w, ac_r), Access::CYCLIC_OUT | Access::READ_CHANNEL);
         assert_eq!(access!(ac_r, ac_w), Access::READ_CHANNEL | Access::WRITE_CHANNEL);
         assert_eq!(access!(c_r), Access::CYCLIC_IN);
+        assert_eq!(access!(2_R prm), Access::READ_2 | Access::USER_PRM);
     }
 
     #[test]

@@ -72,10 +72,11 @@ pub struct Row {
 }
 
 impl Row {
-    /// Whether a master's value can outlive the power: it has a place in the memory and is writable.
+    /// Whether a master's value can outlive the power: it has a place in the memory, and a master can change it.
     #[must_use]
     pub const fn is_kept(&self) -> bool {
-        matches!(self.storage, Storage::Nonvolatile | Storage::OnRequest) && self.access.intersects(Access::WRITE)
+        matches!(self.storage, Storage::Nonvolatile | Storage::OnRequest)
+            && self.access.intersects(Access::WRITE.union(Access::USER_PRM))
     }
 }
 

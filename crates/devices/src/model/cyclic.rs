@@ -273,3 +273,101 @@ const fn codes_of(telegram: Option<&Telegram>) -> u8 {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use NumberType::{Float, Integer};
+
+    /// errata-pxg55x-img400, verified configuration strings: TTR mode, telegram 204, and IMG 400 configuration 14.
+    static TTR_OUT: Telegram = telegram(206, &[Field::Ignored(2)]);
+    static TTR_IN: Telegram = telegram(205, &[Field::TtrValue]);
+    static CHANNEL: Telegram = telegram(2, &[Field::ParameterChannel]);
+    static RELAYS: Telegram = telegram(
+        204,
+        &[
+            Field::ParameterChannel,
+            Field::ExceptionStatus,
+            Field::ProcessValue(Float),
+            Field::StatusExtension,
+            Field::TripRelays(2),
+        ],
+    );
+    static CHANNELS: Telegram = telegram(
+        204,
+        &[
+            Field::ParameterChannel,
+            Field::ExceptionStatus,
+            Field::ChannelValue(1, Float),
+            Field::ChannelValue(2, Float),
+            Field::ChannelValue(3, Float),
+            Field::ChannelValue(4, Float),
+            Field::ChannelStatus,
+            Field::TripRelays(7),
+        ],
+    );
+    /// IF300P manual: parameter channel, two channels, device module.
+    static MODULES_OUT: Telegram = telegram(0, &[Field::ParameterChannel, Field::SensorOnOff]);
+    static MODULES_IN: Telegram = telegram(
+        0,
+        &[
+            Field::ParameterChannel,
+            Field::ChannelValue(1, Float),
+            Field::MeasurementStatus(1),
+            Field::ChannelMantissa(2),
+            Field::MeasurementStatus(2),
+        ],
+    );
+
+    const TTR: &[u8] = &[0xA1, 0x91];
+    const PCG_204: &[u8] = &[0xC6, 0x87, 0x8F, 0x0A, 0x0A, 0x05, 0x08, 0x05, 0x0A];
+    const IMG_14: &[u8] = &[0xC9, 0x87, 0xA1, 0x0A, 0x0A, 0x05, 0x08, 0x08, 0x08, 0x08, 0x0A, 0x0A];
+    const MODULES: &[u8] = &[0x97, 0xA7, 0x94, 0x93, 0xA0];
+
+    fn is_consistent(outputs: &'static Telegram, inputs: &'static Telegram, octets: &'static [u8]) -> bool {
+        Configuration { outputs: Some(outputs), inputs: Some(inputs), octets }.is_consistent()
+    }
+
+    #[test]
+    fn configurations_of_all_kinds_are_understood() {
+        assert!(is_consistent(&TTR_OUT, &TTR_IN, TTR));
+        assert!(is_consistent(&CHANNEL, &RELAYS, PCG_204));
+        assert!(is_consistent(&CHANNEL, &CHANNELS, IMG_14));
+        assert!(is_consistent(&MODULES_OUT, &MODULES_IN, MODULES));
+    }
+
+    #[test]
+    fn a_misprint_is_found() {
+        // errata-pxg55x-img400 114: one float too many.
+        let printed = &[0xC9, 0x87, 0xA1, 0x0A, 0x0A, 0x05, 0x08, 0x08, 0x08, 0x08, 0x08, 0x0A, 0x0A];
+        assert!(!is_consistent(&CHANNEL, &CHANNELS, printed));
+        assert!(!is_consistent(&CHANNEL, &TTR_IN, PCG_204), "other inputs");
+        assert!(!is_consistent(&TTR_OUT, &RELAYS, PCG_204), "other outputs");
+        assert!(!is_consistent(&MODULES_OUT, &MODULES_IN, &[0x97, 0xA7, 0x94, 0x94, 0xA0]));
+    }
+
+    #[test]
+    fn every_altered_octet_of_a_special_string_is_found() {
+        extern crate std;
+        use std::vec::Vec;
+        for position in 0..PCG_204.len() {
+            for octet in (0..=255).filter(|octet| *octet != PCG_204[position]) {
+                let mut altered = Vec::from(PCG_204);
+                altered[position] = octet;
+                assert!(!is_consistent(&CHANNEL, &RELAYS, altered.leak()), "{octet:02X} at {position}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_layout_follows_from_the_list() {
+        let starts: [usize; 8] = [0, 8, 9, 13, 17, 21, 25, 27];
+        assert!(CHANNELS.layout().map(|(start, _)| start).eq(starts));
+        assert_eq!(CHANNELS.octets(), 34);
+        let configuration = Configuration { outputs: None, inputs: Some(&CHANNELS), octets: &[] };
+        assert_eq!((configuration.number(), configuration.output_octets()), (Some(Float), 0));
+        static INTEGERS: Telegram = telegram(1, &[Field::ExceptionStatus, Field::ProcessValue(Integer)]);
+        let configuration = Configuration { outputs: Some(&TTR_OUT), inputs: Some(&INTEGERS), octets: &[] };
+        assert_eq!((configuration.number(), configuration.input_octets()), (Some(Integer), 3));
+    }
+}

@@ -21,4 +21,4 @@ pub use device::{Dialect, FaultList, Gsd, Instruction, Model, UserPrm};
 pub use instance::{Facts, Limits, Range, Shows};
 pub use pressure::{Counts, Format, NumberType, Scale, Unit, mbar};
 pub use refusal::Refusal;
-pub use value::{DataType, Octets, Value};
+pub use value::{DataType, Octets, Value, put};

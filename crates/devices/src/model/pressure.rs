@@ -1,6 +1,6 @@
 //! Units, number types, and the numbers that stand for a pressure. Inside a device every pressure is in Pa.
 
-use super::Octets;
+use super::{Octets, put};
 
 /// Pa of so many mbar.
 #[must_use]
@@ -175,18 +175,26 @@ impl Format {
         (number >= 0.0 && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
     }
 
-    /// The octets of a pressure: cut to whole units and saturated as an integer (errata-bpg-bcg-tpg 69 and 70).
+    /// The octets of a pressure.
     #[must_use]
     pub fn encode(&self, pa: f64) -> Octets {
+        let mut octets = [0; 4];
+        self.put(pa, &mut octets);
+        Octets::filled(&octets, self.number.octets(), 0)
+    }
+
+    /// Writes the octets of a pressure to the front of `place`: as an integer cut to whole units and saturated
+    /// (errata-bpg-bcg-tpg 69 and 70).
+    pub fn put(&self, pa: f64, place: &mut [u8]) {
         let number = self.number_of(pa);
         match self.number {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut and clamped")]
             NumberType::Integer => {
                 let whole = libm::floor(number + ROUNDING).clamp(0.0, f64::from(self.highest));
-                Octets::new(&(whole as u16).to_be_bytes())
+                put(place, &(whole as u16).to_be_bytes());
             }
             #[expect(clippy::cast_possible_truncation, reason = "a float has no more digits")]
-            NumberType::Float => Octets::new(&(number as f32).to_be_bytes()),
+            NumberType::Float => put(place, &(number as f32).to_be_bytes()),
         }
     }
 
@@ -208,7 +216,8 @@ impl Format {
 mod tests {
     use super::*;
 
-    const COUNTS: Unit = Unit { code: 0, name: "COUNTS", alias: "counts", scale: Scale::Counts };
+    static MBAR: Unit = Unit { code: 1308, name: "mbar", alias: "hPa", scale: Scale::PerMbar(1.0) };
+    static COUNTS: Unit = Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts };
 
     /// 1000 counts for a decade, 5000 at 1 mbar, seen from 100 mbar.
     const fn distance(upwards: bool) -> Format {
@@ -231,5 +240,83 @@ mod tests {
     #[test]
     fn a_difference_that_leads_below_zero_ends_where_the_scale_does() {
         assert_eq!(distance(false).number_of(mbar(200.0)), 7000.0);
+    }
+
+    const BCG: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
+
+    const fn format(unit: &'static Unit, number: NumberType, counts: Counts, highest: u16) -> Format {
+        Format { unit, number, counts, highest }
+    }
+
+    /// A pressure in mbar and its COUNTS, for the scales of all manuals.
+    const SCALES: [(Counts, f64, f64); 9] = [
+        // errata-bpg-bcg-tpg 59 and the limits beside it
+        (BCG, 1500.0, 31352.1825),
+        (BCG, 5.5e-3, 20480.7254),
+        (BCG, 5e-10, 6397.94),
+        // HPG400-SP: 64 to 66
+        (Counts::Log { per_decade: 4000.0 / 6.0, at_1_mbar: 170_000.0 / 6.0 }, 1000.0, 30333.3333),
+        (Counts::Log { per_decade: 16000.0 / 6.0, at_1_mbar: 146_000.0 / 6.0 }, 1e-6, 8333.3333),
+        (Counts::Log { per_decade: 2444.0, at_1_mbar: 22999.0 }, 1000.0, 30331.0),
+        // errata-pxg55x-img400 81, 82 and 134
+        (Counts::Log { per_decade: 3511.0, at_1_mbar: 21139.326 }, 1.0, 21139.326),
+        (Counts::Linear { per_mbar: 16.0 }, 1500.0, 24000.0),
+        (Counts::Log { per_decade: 4000.0, at_1_mbar: 50000.0 }, 1000.0, 62000.0),
+    ];
+
+    #[test]
+    fn counts_of_every_scale_there_and_back() {
+        for (scale, pressure, counts) in SCALES {
+            let format = format(&COUNTS, NumberType::Float, scale, 32767);
+            let number = format.number_of(mbar(pressure));
+            assert!((number - counts).abs() < 1e-3, "{pressure} mbar are {number}, not {counts}");
+            let back = format.pa_of(number).unwrap();
+            assert!((back / mbar(pressure) - 1.0).abs() < 1e-12, "{counts} counts are {back} Pa");
+        }
+    }
+
+    #[test]
+    fn zero_is_zero_in_every_unit() {
+        for unit in [&MBAR, &COUNTS] {
+            let format = format(unit, NumberType::Integer, BCG, 32767);
+            assert_eq!(format.encode(0.0).as_slice(), [0, 0]);
+            assert_eq!(format.decode(&[0, 0]), Some(0.0));
+        }
+    }
+
+    #[test]
+    fn integers_are_cut_saturated_and_never_negative() {
+        let words = |unit, highest, pressure: f64| {
+            let octets = format(unit, NumberType::Integer, BCG, highest).encode(mbar(pressure));
+            u16::from_be_bytes(octets.as_slice().try_into().unwrap())
+        };
+        assert_eq!(words(&MBAR, 32767, 0.99), 0);
+        assert_eq!(words(&MBAR, 32767, 1.99), 1);
+        assert_eq!(words(&MBAR, 32767, 1e9), 32767);
+        assert_eq!(words(&MBAR, 65535, 1e9), 65535);
+        assert_eq!(words(&COUNTS, 32767, 1e-13), 0, "below zero counts");
+        assert_eq!(words(&COUNTS, 32767, 5.5e-3), 20480);
+    }
+
+    #[test]
+    fn every_integer_that_is_written_is_read_back() {
+        for unit in [&MBAR, &COUNTS] {
+            let format = format(unit, NumberType::Integer, BCG, 32767);
+            for word in 0..=u16::MAX {
+                let octets = word.to_be_bytes();
+                let read = format.decode(&octets).map(|pa| format.encode(pa));
+                assert_eq!(read.as_deref(), (word <= 32767).then_some(&octets[..]), "{word} {}", unit.name);
+            }
+        }
+    }
+
+    #[test]
+    fn what_no_pressure_can_be_is_refused() {
+        let format = format(&MBAR, NumberType::Float, BCG, 32767);
+        for number in [-1e-30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
+            assert_eq!(format.decode(&number.to_be_bytes()), None, "{number}");
+        }
+        assert_eq!(format.decode(&[0; 2]), None, "too short");
+        assert_eq!(super::Format { unit: &COUNTS, ..format }.decode(&1e6f32.to_be_bytes()), None);
     }
 }

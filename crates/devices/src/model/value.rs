@@ -103,7 +103,7 @@ impl fmt::Display for DataType {
 const MAX_OCTETS: usize = 50;
 
 /// A few octets.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub struct Octets {
     length: u8,
     octets: [u8; MAX_OCTETS],
@@ -123,9 +123,10 @@ impl Octets {
     #[must_use]
     pub fn filled(octets: &[u8], length: usize, fill: u8) -> Self {
         let length = length.min(MAX_OCTETS);
-        let mut copy = [0; MAX_OCTETS];
-        for (place, octet) in copy.iter_mut().take(length).zip(octets.iter().chain(core::iter::repeat(&fill))) {
-            *place = *octet;
+        let mut copy = [fill; MAX_OCTETS];
+        let (octets, _) = octets.split_at(octets.len().min(length));
+        if let Some(place) = copy.get_mut(..octets.len()) {
+            place.copy_from_slice(octets);
         }
         Self { length: u8::try_from(length).unwrap_or_default(), octets: copy }
     }
@@ -144,6 +145,14 @@ impl core::ops::Deref for Octets {
         self.as_slice()
     }
 }
+
+impl PartialEq for Octets {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_slice() == other.as_slice()
+    }
+}
+
+impl Eq for Octets {}
 
 impl fmt::Debug for Octets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -322,6 +331,13 @@ impl DataType {
     }
 }
 
+/// Copies `octets` to the front of `place`, as far as there is room.
+pub fn put(place: &mut [u8], octets: &[u8]) {
+    for (place, octet) in place.iter_mut().zip(octets) {
+        *place = *octet;
+    }
+}
+
 /// The last `length` octets.
 fn low_octets(octets: &[u8], length: usize) -> Octets {
     Octets::new(octets.split_at_checked(octets.len().saturating_sub(length)).map_or(&[], |(_, low)| low))
@@ -338,4 +354,66 @@ fn signed(octets: &[u8]) -> i64 {
 
 fn float(octets: &[u8]) -> Option<f32> {
     octets.try_into().ok().map(f32::from_be_bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Counts, NumberType, Scale, Unit};
+
+    static PASCAL: Unit = Unit { code: 0x1309, name: "Pascal", alias: "Pa", scale: Scale::PerMbar(100.0) };
+
+    const FORMAT: Format =
+        Format { unit: &PASCAL, number: NumberType::Float, counts: Counts::Linear { per_mbar: 1.0 }, highest: 32767 };
+
+    #[test]
+    fn every_type_has_its_octets() {
+        for (data_type, value, octets) in [
+            (DataType::Boolean, Value::Boolean(true), &[1][..]),
+            (DataType::Uint8, Value::Integer(200), &[200]),
+            (DataType::Int8, Value::Integer(-2), &[0xFE]),
+            (DataType::Uint16, Value::Integer(0x1308), &[0x13, 0x08]),
+            (DataType::Int16, Value::Integer(-2), &[0xFF, 0xFE]),
+            (DataType::Uint32, Value::Integer(0x5097_3101), &[0x50, 0x97, 0x31, 0x01]),
+            (DataType::Int32, Value::Integer(-2), &[0xFF, 0xFF, 0xFF, 0xFE]),
+            // IF300P/IF301P manual, 0.001
+            (DataType::Float, Value::Float(0.001), &[0x3A, 0x83, 0x12, 0x6F]),
+            (DataType::ByType, Value::Pressure(0.125), &[0x3E, 0x00, 0x00, 0x00]),
+            (DataType::Array(2), Value::octets(&[1, 2]), &[1, 2]),
+        ] {
+            assert_eq!(data_type.length(&FORMAT), octets.len(), "{data_type}");
+            assert_eq!(data_type.encode(&value, &FORMAT).as_slice(), octets, "{data_type}");
+            assert_eq!(data_type.decode(octets, &FORMAT), Ok(value), "{data_type}");
+            let kept = data_type.keep(&value, &FORMAT);
+            assert_eq!(data_type.recall(&kept, &FORMAT), Some(value), "{data_type}");
+        }
+    }
+
+    #[test]
+    fn texts_are_filled_with_blanks_and_strings_with_zeros() {
+        assert_eq!(DataType::Visible(4).encode(&Value::text("CG"), &FORMAT).as_slice(), b"CG  ");
+        assert_eq!(DataType::Visible(1).encode(&Value::text("CG"), &FORMAT).as_slice(), b"C");
+        assert_eq!(DataType::OctetString(4).encode(&Value::octets(&[0, 1]), &FORMAT).as_slice(), [0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn what_a_type_cannot_be_is_out_of_range() {
+        assert_eq!(DataType::Boolean.decode(&[2], &FORMAT), Err(Refusal::Range));
+        assert_eq!(DataType::Boolean.decode(&[0xFF], &FORMAT), Err(Refusal::Range));
+        assert_eq!(DataType::Float.decode(&f32::NAN.to_be_bytes(), &FORMAT), Err(Refusal::Range));
+        assert_eq!(DataType::ByType.decode(&(-1.0f32).to_be_bytes(), &FORMAT), Err(Refusal::Range));
+        assert_eq!(Value::Integer(256).integer::<u8>(), Err(Refusal::Range));
+        assert_eq!(Value::Boolean(true).integer::<u8>(), Err(Refusal::Range));
+        assert_eq!(Value::octets(&[1, 2, 3]).command(), Err(Refusal::Range));
+    }
+
+    #[test]
+    fn a_kept_pressure_does_not_depend_on_unit_and_type() {
+        let kept = DataType::ByType.keep(&Value::Pressure(12.5), &FORMAT);
+        let integers = Format { number: NumberType::Integer, ..FORMAT };
+        assert_eq!(DataType::ByType.recall(&kept, &integers), Some(Value::Pressure(12.5)));
+        assert_eq!(DataType::ByType.recall(&(-1.0f64).to_be_bytes(), &FORMAT), None);
+        assert_eq!(DataType::ByType.recall(&[0; 4], &FORMAT), None);
+        assert_eq!(DataType::Uint16.recall(&[1], &FORMAT), None);
+    }
 }

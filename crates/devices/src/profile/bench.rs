@@ -30,9 +30,7 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
     }
 
     fn settle(&mut self) {
-        if self.powered {
-            self.happen(Behaviour::settle);
-        }
+        self.happen(Behaviour::settle);
     }
 
     fn power(&mut self, on: bool) {
@@ -55,7 +53,7 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
         let before = self.behaviour.clone();
         self.behaviour.operate(action)?;
         self.behaviour.update();
-        let _ = self.store_differences(&before);
+        let _ = self.store_differences(&before, None);
         Ok(())
     }
 

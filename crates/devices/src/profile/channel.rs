@@ -139,3 +139,70 @@ fn signature(octets: &[u8]) -> Result<(u8, [u8; 4]), Refusal> {
         _ => return Err(Refusal::Length),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The IF300P board: no byte write, no rest between instructions, fewer codes. errata-bpg-bcg-tpg 133, 148, 153.
+    static CONTROLLER: Dialect = Dialect {
+        instructions: &[(1, Instruction::Read), (2, Instruction::Write(&[1, 2])), (3, Instruction::Write(&[4]))],
+        rests_between: false,
+        codes: &[(Refusal::Instruction, 17)],
+    };
+
+    const fn write(slot: u8, index: u8, lengths: &'static [usize], value: [u8; 4]) -> Option<Task> {
+        Some(Task::Write { slot, index, lengths, value })
+    }
+
+    /// The threshold example of the IF300P manual, corrected.
+    #[test]
+    fn a_controller_takes_one_instruction_after_the_other() {
+        let mut channel = Channel::new(&CONTROLLER);
+        let upper = [0x3B, 0x03, 0x12, 0x6F];
+        let steps = [
+            ([0x20, 10, 20, 0, 0, 0, 0, 0], write(10, 20, &[1, 2], [0; 4]), &[0][..], [0xB0, 10, 20, 0, 0, 0, 0, 0]),
+            (
+                [0x30, 10, 21, 0, 0x3B, 0x03, 0x12, 0x6F],
+                write(10, 21, &[4], upper),
+                &upper,
+                [0x20, 10, 21, 0, 0x3B, 0x03, 0x12, 0x6F],
+            ),
+            ([0x20, 10, 23, 0, 0, 0, 0, 3], write(10, 23, &[1, 2], [0, 0, 0, 3]), &[3], [0xB0, 10, 23, 0, 0, 0, 0, 3]),
+        ];
+        for (request, task, octets, reply) in steps {
+            assert_eq!(channel.take(request), task);
+            channel.answer(Ok(octets));
+            assert_eq!(channel.reply(), &reply);
+            assert_eq!(channel.take(request), None, "repeated, and done once");
+            assert_eq!(channel.reply(), &reply);
+        }
+        // The lower nibble of the first octet and unused octets do not make another instruction.
+        assert_eq!(channel.take([0x2F, 0x0A, 0x17, 9, 9, 9, 0, 3]), None);
+        assert_eq!(channel.take([0xA0, 0x0A, 0x17, 0, 0, 0, 0, 3]), None);
+        assert_eq!(channel.reply(), &[0x70, 0x0A, 0x17, 0, 0, 0, 0, 17], "no byte write");
+    }
+
+    #[test]
+    fn a_read_stands_until_it_is_withdrawn() {
+        let mut channel = Channel::new(&CONTROLLER);
+        assert_eq!(channel.task(), None);
+        assert_eq!(channel.take([0x10, 1, 20, 0, 0, 0, 0, 0]), None);
+        assert_eq!(channel.task(), Some(Task::Read { slot: 1, index: 20 }));
+        assert_eq!(channel.reply(), &[0x00, 1, 20, 0, 0, 0, 0, 0], "not answered yet");
+        channel.answer(Ok(&[1, 2]));
+        assert_eq!(channel.reply(), &[0x10, 1, 20, 0, 0, 0, 1, 2]);
+        assert_eq!(channel.take([0x10, 1, 20, 0, 9, 9, 9, 9]), None, "a read has no value");
+        assert_eq!(channel.reply(), &[0x10, 1, 20, 0, 0, 0, 1, 2]);
+        assert_eq!(channel.take([0; 8]), None);
+        assert_eq!((channel.task(), channel.reply()), (None, &[0; 8]));
+    }
+
+    #[test]
+    fn no_signature_fits_a_length_of_five() {
+        let mut channel = Channel::new(&CONTROLLER);
+        channel.take([0x10, 1, 20, 0, 0, 0, 0, 0]);
+        channel.answer(Ok(&[0; 5]));
+        assert_eq!(channel.reply(), &[0x70, 1, 20, 0, 0, 0, 0, 5]);
+    }
+}

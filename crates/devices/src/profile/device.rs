@@ -117,7 +117,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);
         self.behaviour.update();
-        let _ = self.store_differences(&before);
+        let _ = self.store_differences(&before, None);
     }
 
     fn take_output(&mut self, field: Field, octets: &[u8]) {

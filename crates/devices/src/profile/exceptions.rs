@@ -95,9 +95,49 @@ impl<const N: usize> Details<N> {
 /// Exception Status: each group bit is the OR of its details. errata-bpg-bcg-tpg 51.
 #[must_use]
 pub fn exception_status<const A: usize, const W: usize>(alarm: &Details<A>, warning: &Details<W>) -> ExceptionStatus {
-    use ExceptionStatus as Is;
-    let alarms = [Is::ALARM_COMMON, Is::ALARM_DEVICE, Is::ALARM_MANUFACTURER].into_iter().zip(alarm.groups());
-    let warnings = [Is::WARNING_COMMON, Is::WARNING_DEVICE, Is::WARNING_MANUFACTURER].into_iter().zip(warning.groups());
-    let set = alarms.chain(warnings).filter_map(|(bit, is)| is.then_some(bit));
-    set.fold(Is::EXPANDED, Is::union)
+    let [alarm_common, alarm_device, alarm_manufacturer] = alarm.groups();
+    let [warning_common, warning_device, warning_manufacturer] = warning.groups();
+    let mut status = ExceptionStatus::EXPANDED;
+    status.set(ExceptionStatus::ALARM_COMMON, alarm_common);
+    status.set(ExceptionStatus::ALARM_DEVICE, alarm_device);
+    status.set(ExceptionStatus::ALARM_MANUFACTURER, alarm_manufacturer);
+    status.set(ExceptionStatus::WARNING_COMMON, warning_common);
+    status.set(ExceptionStatus::WARNING_DEVICE, warning_device);
+    status.set(ExceptionStatus::WARNING_MANUFACTURER, warning_manufacturer);
+    status
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NO_ALARM: Details<4> = Details { common: Common::empty(), device: [0; 4], manufacturer: 0 };
+    const NO_WARNING: Details<5> = Details { common: Common::empty(), device: [0; 5], manufacturer: 0 };
+
+    #[test]
+    fn a_record_has_each_group_behind_its_size() {
+        // tira36e1 3.1.1.11 and 3.1.1.12: ten and eleven octets
+        let alarm = Details { common: Common::EEPROM | Common::RAM, device: [1, 2, 3, 4], manufacturer: 5 };
+        assert_eq!(alarm.record(), Value::octets(&[2, 0x18, 0, 4, 1, 2, 3, 4, 1, 5]));
+        assert_eq!(NO_WARNING.record(), Value::octets(&[2, 0, 0, 5, 0, 0, 0, 0, 0, 1, 0]));
+        assert_eq!(alarm.part(1, 3), Value::octets(&[2, 3]));
+        assert_eq!(alarm.part(1, 9), Value::octets(&[]), "nothing beyond the group");
+    }
+
+    #[test]
+    fn each_group_has_its_bit() {
+        assert_eq!(exception_status(&NO_ALARM, &NO_WARNING).bits(), 0x80);
+        let common = Common::EPROM;
+        for (bit, alarm, warning) in [
+            (0, Details { common, ..NO_ALARM }, NO_WARNING),
+            (1, Details { device: [0, 0, 0, 2], ..NO_ALARM }, NO_WARNING),
+            (2, Details { manufacturer: 1, ..NO_ALARM }, NO_WARNING),
+            (4, NO_ALARM, Details { common, ..NO_WARNING }),
+            (5, NO_ALARM, Details { device: [1, 0, 0, 0, 0], ..NO_WARNING }),
+            (6, NO_ALARM, Details { manufacturer: 4, ..NO_WARNING }),
+        ] {
+            assert_eq!(exception_status(&alarm, &warning).bits(), 0x80 | 1 << bit);
+            assert_eq!(alarm.is_any(), bit < 3);
+        }
+    }
 }

@@ -2,9 +2,9 @@
 //! device's own code runs: errata-bpg-bcg-tpg 23.
 
 use super::behaviour::Behaviour;
-use super::blocks::{At, Blocks};
+use super::blocks::At;
 use super::device::BlockDevice;
-use crate::model::{DataType, Direction, Octets, Parameters, Place, Refusal, Via};
+use crate::model::{DataType, Direction, Octets, Parameters, Place, Refusal, Value, Via};
 use crate::store::{self, Key, Store};
 
 /// Finds the parameter at slot and index.
@@ -62,7 +62,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         }
         self.behaviour.permits(&at)?;
         let value = at.row.data_type.decode(octets, &format)?;
-        self.change(|behaviour| behaviour.set(&at, &value))
+        self.change(&at, &value)
     }
 
     /// How long a parameter is, if there is one.
@@ -72,26 +72,30 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     /// Changes the device. What cannot be stored does not change.
-    pub(super) fn change(&mut self, change: impl FnOnce(&mut B) -> Result<(), Refusal>) -> Result<(), Refusal> {
+    fn change(&mut self, at: &At<B::Parameter>, value: &Value) -> Result<(), Refusal> {
         let before = self.behaviour.clone();
-        let result = change(&mut self.behaviour);
+        let result = self.behaviour.set(at, value);
         self.behaviour.update();
         result?;
-        let stored = self.store_differences(&before);
+        let stored = self.store_differences(&before, Some(self.behaviour.key(at)));
         if stored.is_err() {
             self.behaviour = before;
         }
         stored
     }
 
-    /// Stores every nonvolatile value that differs.
-    pub(super) fn store_differences(&mut self, before: &B) -> Result<(), Refusal> {
+    /// Stores every nonvolatile value that differs, and the one that was `written` even if it does not.
+    pub(super) fn store_differences(&mut self, before: &B, written: Option<Key>) -> Result<(), Refusal> {
         let Self { behaviour, store, .. } = self;
-        let mut save = |key, octets: &[u8]| store.save(key, octets).map_err(|_| Refusal::Storage);
+        // What several instances share is stored once.
+        let mut save = |key, octets: &[u8]| match store::load(store, key).as_deref() {
+            Some(stored) if stored == octets => Ok(()),
+            _ => store.save(key, octets).map_err(|_| Refusal::Storage),
+        };
         for at in kept::<B::Parameter>(behaviour.model().places) {
-            let octets = kept_octets(behaviour, &at);
-            if octets != kept_octets(before, &at) {
-                save(behaviour.key(&at), &octets)?;
+            let (key, value) = (behaviour.key(&at), behaviour.kept(&at));
+            if value != before.kept(&at) || written == Some(key) {
+                save(key, &at.row.data_type.keep(&value, &behaviour.format(&at)))?;
             }
         }
         for (number, (old, new)) in (0..).zip(before.hidden().iter().zip(behaviour.hidden())) {
@@ -114,14 +118,8 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         }
         for (number, hidden) in (0..).zip(self.behaviour.hidden_mut()) {
             let octets = store::load(&self.store, Key::Hidden(number));
-            if let Some(octets) = octets.and_then(|octets| octets.as_slice().try_into().ok()) {
-                *hidden = f64::from_be_bytes(octets);
-            }
+            let value = octets.and_then(|octets| octets.as_slice().try_into().map(f64::from_be_bytes).ok());
+            *hidden = value.filter(|value| value.is_finite()).unwrap_or(*hidden);
         }
     }
-}
-
-/// A nonvolatile value as it is stored.
-fn kept_octets<B: Blocks>(blocks: &B, at: &At<B::Parameter>) -> Octets {
-    at.row.data_type.keep(&blocks.kept(at), &blocks.format(at))
 }

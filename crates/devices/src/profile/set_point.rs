@@ -79,3 +79,32 @@ impl SetPoint {
         self.closed = allowed && (closes || self.closed && stays);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// HPG400-SP, errata-bpg-bcg-tpg 107 and 109.
+    static HPG: Potentiometer = Potentiometer { per_volt: 0.9, at_0_v: -6.0, highest_pa: mbar(100.0) };
+
+    #[test]
+    fn above_the_highest_pressure_a_relay_stays_open() {
+        let mut point = SetPoint::new(&HPG);
+        point.turn(10.0);
+        assert!((point.threshold_pa() / mbar(1000.0) - 1.0).abs() < 1e-9, "the setting is shown as it is");
+        for (pressure, closed) in [(500.0, false), (99.0, true), (109.0, true), (111.0, false)] {
+            point.follow(true, mbar(pressure));
+            assert_eq!(point.is_closed(), closed, "{pressure} mbar");
+        }
+    }
+
+    #[test]
+    fn what_is_not_allowed_opens_at_once() {
+        let mut point = SetPoint::new(&HPG);
+        point.turn(5.0);
+        point.follow(true, mbar(1e-6));
+        assert_eq!(point.status(), 0x0A);
+        point.follow(false, mbar(1e-6));
+        assert_eq!(point.status(), 0);
+    }
+}

@@ -132,7 +132,7 @@ impl Channel {
     }
 
     pub fn sense(&mut self, pa: f64) {
-        self.sensed_pa = pa.clamp(LOWEST_PA, HIGHEST_PA);
+        self.sensed_pa = if pa > LOWEST_PA { pa.min(HIGHEST_PA) } else { LOWEST_PA };
     }
 
     /// The measured value is renewed after `seconds`. The filter works on the logarithm, as the gauges' signals are.

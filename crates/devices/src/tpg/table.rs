@@ -74,7 +74,7 @@ use crate::model::Field::{ChannelMantissa, ChannelValue, MeasurementStatus, Para
 
 const FLOAT: NumberType = NumberType::Float;
 
-/// 3.2.2, the master's outputs. The manual does not number its telegrams.
+/// 3.2.2, the master's outputs. The manual does not number its telegrams; here 10 means floats, 20 mantissas.
 const OUTPUTS: Telegram = telegram(0, &[ParameterChannel, SensorOnOff]);
 
 /// The inputs with so many channel modules in PROFIBUS floating point format: the first is A1, then A2, B1, B2 (122).
@@ -90,7 +90,7 @@ const fn floats(channels: u8) -> Telegram {
         ChannelValue(4, FLOAT),
         MeasurementStatus(4),
     ];
-    telegram(channels, first(FIELDS, channels))
+    telegram(channels.saturating_add(10), first(FIELDS, channels))
 }
 
 /// The same in Inficon floating point format.
@@ -106,7 +106,7 @@ const fn mantissas(channels: u8) -> Telegram {
         ChannelMantissa(4),
         MeasurementStatus(4),
     ];
-    telegram(channels, first(FIELDS, channels))
+    telegram(channels.saturating_add(20), first(FIELDS, channels))
 }
 
 /// The parameter channel and the fields of so many channels.

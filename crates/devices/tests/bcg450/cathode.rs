@@ -203,7 +203,7 @@ fn the_cyclic_command_acts_on_change() {
     let mut desk = exchanging(COMMANDS, 1e-7);
     desk.put(1, 46, &[6]).unwrap();
     let emission = |desk: &mut Desk<Gauge>| *desk.report().emission.iter().next().unwrap();
-    desk.exchange(&[3, 0]);
+    assert_eq!(desk.exchange(&[3, 0])[..3], [0xA0, 0x01, 1], "the answer shows it already");
     assert!(!emission(&mut desk));
     assert_eq!(desk.get(1, 46), [6]);
     // Switched on again by somebody else, the standing command does nothing.

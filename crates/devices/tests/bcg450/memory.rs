@@ -118,6 +118,7 @@ fn the_switch_is_read_at_power_up() {
     gauge.power(true);
     assert_eq!(gauge.station_address(), 17);
     gauge.operate(Action::Switch { name: "address", value: "200" }).unwrap();
+    assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, false));
     gauge.power(false);
     gauge.power(true);
     assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, true));
@@ -125,11 +126,12 @@ fn the_switch_is_read_at_power_up() {
     assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
 }
 
-/// A store that takes only so many values.
+/// A store that counts, and that may take nothing.
 #[derive(Clone, Default)]
 struct Worn {
     store: RamStore,
     broken: bool,
+    saved: usize,
 }
 
 impl Store for Worn {
@@ -138,7 +140,24 @@ impl Store for Worn {
     }
 
     fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+        self.saved += 1;
         if self.broken { Err(StoreError) } else { self.store.save(key, octets) }
+    }
+}
+
+/// One value in one place, so that a power cut leaves the old or the new one; nothing for what is there already.
+#[test]
+fn a_write_is_stored_once() {
+    let mut gauge = Bcg450::new(Worn::default(), Setup::new(200));
+    gauge.settle();
+    let saved = |gauge: &mut Bcg450<Worn>, index, value| {
+        let before = gauge.store().saved;
+        gauge.write(Relation::Ms2(0), 1, index, &hex(value)).unwrap();
+        gauge.store().saved - before
+    };
+    for (index, value) in [(22, "05 15"), (21, "03"), (39, "02"), (40, "00 07"), (46, "05"), (202, "00 64")] {
+        assert_eq!(saved(&mut gauge, index, value), 1, "{index}");
+        assert_eq!(saved(&mut gauge, index, value), 0, "{index} again");
     }
 }
 
@@ -164,6 +183,9 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
     // The exchange too: its unit is not stored, but it holds.
     assert_eq!(gauge.set_prm(&hex("00 00 00 05 15")), Ok(()));
     assert_eq!(read(&mut gauge, 22), hex("05 15"));
+    // Until a master writes it: a positive answer means stored, though nothing changes.
+    gauge.write(Relation::Ms2(0), 0, 15, &[5]).unwrap();
+    assert_eq!(gauge.write(Relation::Ms2(0), 1, 22, &hex("05 15")), storage);
 }
 
 #[test]
@@ -201,9 +223,11 @@ fn a_device_without_power_is_off() {
     desk.bring_up(&hex(MBAR), &hex(FLOATS));
     desk.device().power(false);
     assert_eq!((desk.report().device_state, desk.report().relays.iter().count()), ("OFF", 0));
-    desk.device().advance(10.0);
+    desk.device().advance(3600.0);
     desk.device().settle();
     assert_eq!(desk.report().device_state, "OFF");
     desk.device().power(true);
-    assert_eq!(desk.report().device_state, "INIT");
+    assert_eq!((desk.report().device_state, desk.report().run_hours), ("INIT", 0.0));
+    desk.device().advance(3600.0);
+    assert_eq!(desk.report().run_hours, 1.0);
 }

@@ -115,6 +115,12 @@ fn atmosphere_control_closes_at_a_percentage_of_the_ambient_pressure() {
     desk.put(1, 46, &[6]).unwrap();
     desk.put(1, 201, &[0]).unwrap();
     assert_eq!(relays(&mut desk), [false, false], "back to the potentiometer");
+    // Closed by the potentiometer, within the hysteresis of the other function: the contacts fall back.
+    turn(&mut desk, 'b', 10.0);
+    desk.pressure_mbar(470.0);
+    assert_eq!(relays(&mut desk), [false, true]);
+    desk.put(1, 201, &[1]).unwrap();
+    assert_eq!(relays(&mut desk), [false, false]);
     // 5 % as from the factory, relay A is bit 1 (113).
     assert_eq!(of_instance(&mut desk, 5, 202), 50u16.to_be_bytes());
     desk.put(1, 201, &[1]).unwrap();

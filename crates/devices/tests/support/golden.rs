@@ -99,12 +99,13 @@ fn print_place(place: &Place) -> String {
     let mut text = format!("\n{}{block_type}\nslot {}\n", block.name, addresses.join(", "));
     for row in block.rows {
         let data_type = row.data_type.to_string();
-        writeln!(
-            text,
-            "{:>3}  {:<43}{data_type:<13}{:<15}{:<3}{}",
-            row.id, row.name, row.access_text, row.storage, row.section
-        )
-        .unwrap();
+        let [name, access] = [column(row.name, 43), column(row.access_text, 15)];
+        writeln!(text, "{:>3}  {name}{data_type:<13}{access}{:<3}{}", row.id, row.storage, row.section).unwrap();
     }
     text
+}
+
+/// Filled up to a width; what is wider still has a blank after it.
+fn column(text: &str, width: usize) -> String {
+    format!("{text:<0$}", width.max(text.len() + 1))
 }

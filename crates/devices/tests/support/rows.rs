@@ -1,8 +1,8 @@
 //! Every row of a device's tables, in every way a master can reach it.
 
-use super::{Desk, hex};
+use super::{Desk, SLAVE, hex};
 use profivac_devices::Instrument;
-use profivac_devices::model::{self, Access, Address, DataType, Model, Row, Storage};
+use profivac_devices::model::{self, Access, Address, DataType, Instruction, Model, Row, Storage};
 use profivac_dp::slave::{Refusal, Relation};
 
 /// What may be written into a parameter, and what must not. Pressures are floats in the unit of [`Rig::make`].
@@ -35,7 +35,8 @@ pub struct Rig<D> {
     pub make: fn() -> D,
     /// Lets a slot show this instance.
     pub select: fn(&mut D, &Address),
-    /// A user parameter string, and configurations with parameter channel for integers and floats.
+    /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the device
+    /// has both.
     pub user: &'static str,
     pub cfgs: [&'static str; 2],
     pub samples: &'static [Sample],
@@ -65,15 +66,6 @@ fn answer_ak(row: &Row, length: usize) -> Option<u8> {
         (_, 2) => Some(1),
         (_, 3 | 4) => Some(2),
         _ => None,
-    }
-}
-
-/// AK of a write.
-fn write_ak(length: usize) -> u8 {
-    match length {
-        1 => 10,
-        2 => 2,
-        _ => 3,
     }
 }
 
@@ -124,6 +116,19 @@ impl<D: Instrument> Rig<D> {
         desk
     }
 
+    /// How long a pressure is in a configuration.
+    fn number(&self, cfg: &str) -> usize {
+        let configuration = self.model.configuration(&hex(cfg)).expect("a configuration of the tables");
+        configuration.number().map_or(4, |number| number.octets())
+    }
+
+    /// AK of a write of so many octets.
+    fn write_ak(&self, length: usize) -> u8 {
+        let writes = |instruction| matches!(instruction, Instruction::Write(lengths) if lengths.contains(&length));
+        let instruction = self.model.dialect.instructions.iter().find(|(_, instruction)| writes(*instruction));
+        instruction.expect("a way to write").0
+    }
+
     /// Every row at every address.
     fn each(&self, mut visit: impl FnMut(&'static Address, &'static Row)) {
         for place in self.model.places {
@@ -135,8 +140,8 @@ impl<D: Instrument> Rig<D> {
 
     /// Reading, three ways: what a mark allows is answered with its type and length, all else is refused.
     pub fn every_row_is_read_as_marked(&self) {
-        for (cfg, number) in self.cfgs.into_iter().zip([2, 4]) {
-            let mut desk = self.exchanging(cfg);
+        for cfg in self.cfgs {
+            let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
                 (self.select)(desk.device(), address);
                 let (slot, id, length) = (address.slot, row.id, length(row, number));
@@ -149,15 +154,17 @@ impl<D: Instrument> Rig<D> {
                 }
                 let answer = desk.channel([0x10, slot, id, 0, 0, 0, 0, 0]);
                 let readable = row.access.intersects(Access::READ);
+                let unreadable = self.model.dialect.code(model::Refusal::NotReadable);
                 match answer_ak(row, length) {
-                    _ if !readable => assert_eq!(answer, channel_error(slot, id, 18), "{what}"),
+                    _ if !readable => assert_eq!(answer, channel_error(slot, id, unreadable), "{what}"),
                     None => assert_eq!(answer, channel_error(slot, id, self.unfit_code(row)), "{what}"),
                     Some(ak) => {
                         assert_eq!(answer[..4], [ak << 4, slot, id, 0], "{what}");
                         // The same octets as by DP-V1, right-aligned.
-                        let via = if row.access.contains(Access::READ_2) { Relation::Ms2(0) } else { Relation::Ms1 };
-                        let octets = desk.read(via, slot, id).unwrap();
-                        assert_eq!(answer[8 - length..], octets[..], "{what}");
+                        for (relation, ..) in DPV1.iter().filter(|(_, read, _)| row.access.contains(*read)) {
+                            let octets = desk.read(*relation, slot, id).unwrap();
+                            assert_eq!(answer[8 - length..], octets[..], "{what}");
+                        }
                         assert!(answer[4..8 - length].iter().all(|octet| *octet == 0), "{what}");
                     }
                 }
@@ -173,8 +180,8 @@ impl<D: Instrument> Rig<D> {
 
     /// Writing where no mark allows it, and with another length.
     pub fn no_row_is_written_without_mark_or_with_another_length(&self) {
-        for (cfg, number) in self.cfgs.into_iter().zip([2, 4]) {
-            let mut desk = self.exchanging(cfg);
+        for cfg in self.cfgs {
+            let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
                 (self.select)(desk.device(), address);
                 let (slot, id, length) = (address.slot, row.id, length(row, number));
@@ -193,10 +200,11 @@ impl<D: Instrument> Rig<D> {
                 }
                 let writable = row.access.intersects(Access::WRITE);
                 for octets in [1, 2, 4] {
-                    if writable && octets == length {
+                    let ak = self.write_ak(octets);
+                    if writable && ak == self.write_ak(length) {
                         continue;
                     }
-                    let answer = desk.channel(write_request(write_ak(octets), slot, id, &vec![0; octets]));
+                    let answer = desk.channel(write_request(ak, slot, id, &vec![0; octets]));
                     assert_eq!(answer, channel_error(slot, id, if writable { 5 } else { 1 }), "{what}");
                 }
             });
@@ -207,7 +215,9 @@ impl<D: Instrument> Rig<D> {
     pub fn nothing_else_is_there(&self) {
         let mut desk = self.exchanging(self.cfgs[0]);
         let addresses: Vec<&Address> = self.model.places.iter().flat_map(|place| place.addresses).collect();
-        for selected in addresses.iter().filter(|address| address.instance != 0) {
+        let has_instances = addresses.iter().any(|address| address.instance != 0);
+        let selections = addresses.iter().filter(|address| address.instance != 0 || !has_instances);
+        for selected in selections.take(if has_instances { usize::MAX } else { 1 }) {
             (self.select)(desk.device(), selected);
             for slot in 0..=255u8 {
                 let known_slot = addresses.iter().any(|address| address.slot == slot);
@@ -300,7 +310,7 @@ impl<D: Instrument> Rig<D> {
             let mut desk = self.exchanging(self.cfgs[1]);
             (self.select)(desk.device(), address);
             let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
-            let [write, positive] = [write_ak(length), answer_ak(row, length).unwrap()];
+            let [write, positive] = [self.write_ak(length), answer_ak(row, length).unwrap()];
             for good in sample.good {
                 let request = write_request(write, slot, id, &hex(good));
                 let answer = desk.channel(request);
@@ -322,28 +332,52 @@ impl<D: Instrument> Rig<D> {
         }
     }
 
+    /// Reads a row in the first way that its marks allow.
+    fn read_somehow(&self, desk: &mut Desk<D>, slot: u8, row: &Row) -> Vec<u8> {
+        match DPV1.iter().find(|(_, read, _)| row.access.contains(*read)) {
+            Some((relation, ..)) => desk.read(*relation, slot, row.id).unwrap(),
+            None => desk.channel([0x10, slot, row.id, 0, 0, 0, 0, 0])[8 - length(row, 4)..].to_vec(),
+        }
+    }
+
+    /// Writes a row in the first way that its marks allow.
+    fn write_somehow(&self, desk: &mut Desk<D>, slot: u8, row: &Row, octets: &[u8]) {
+        match DPV1.iter().find(|(.., write)| row.access.contains(*write)) {
+            Some((relation, ..)) => desk.write(*relation, slot, row.id, octets).unwrap(),
+            None => {
+                let request = write_request(self.write_ak(octets.len()), slot, row.id, octets);
+                assert_ne!(desk.channel(request)[0], 0x70, "{request:02X?}");
+            }
+        }
+    }
+
+    /// With a parameter channel if the row has no other way.
+    fn desk_for(&self, address: &Address, row: &Row) -> Desk<D> {
+        let by_channel = row.access.intersects(Access::WRITE_CHANNEL);
+        let mut desk = if by_channel { self.exchanging(self.cfgs[1]) } else { self.desk() };
+        (self.select)(desk.device(), address);
+        desk
+    }
+
     /// Nonvolatile values outlive the power, all others are what they were in the beginning.
     pub fn power_keeps_what_is_nonvolatile(&self) {
         for sample in self.samples.iter().filter(|sample| sample.kind != Kind::Command) {
             let (address, row) = self.find(sample.at);
-            let (slot, id) = (address.slot, row.id);
-            let via = DPV1.iter().find(|(_, _, write)| row.access.contains(*write)).expect("a way to write").0;
-            let factory = {
-                let mut desk = self.desk();
-                (self.select)(desk.device(), address);
-                desk.read(via, slot, id).unwrap()
-            };
+            let factory = self.read_somehow(&mut self.desk_for(address, row), address.slot, row);
             for good in sample.good {
-                let mut desk = self.desk();
-                (self.select)(desk.device(), address);
-                desk.write(via, slot, id, &hex(good)).unwrap();
+                let mut desk = self.desk_for(address, row);
+                self.write_somehow(&mut desk, address.slot, row, &hex(good));
                 desk.device().power(false);
                 desk.device().power(true);
                 desk.device().settle();
+                if desk.is_exchanging() {
+                    desk.slave.power_up(SLAVE);
+                    desk.bring_up(&hex(self.user), &hex(self.cfgs[1]));
+                }
                 (self.select)(desk.device(), address);
-                let kept = row.storage == Storage::Nonvolatile;
-                let expected = if kept { hex(good) } else { factory.clone() };
-                assert_eq!(desk.read(via, slot, id).unwrap(), expected, "{slot}:{}/{id}: {good}", address.instance);
+                let expected = if row.storage == Storage::Nonvolatile { hex(good) } else { factory.clone() };
+                let kept = self.read_somehow(&mut desk, address.slot, row);
+                assert_eq!(kept, expected, "{}:{}/{}: {good}", address.slot, address.instance, row.id);
             }
         }
     }

@@ -1,10 +1,12 @@
 //! TPG300 and TPG500 after the IF300P/IF301P manual, each behaviour in its own file. Numbers in brackets are those of
 //! errata-bpg-bcg-tpg.
-#![allow(clippy::unwrap_used, reason = "this is test code")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod exchange;
 mod master;
 mod parameter_channel;
+mod property;
+mod rows;
 mod settings;
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,0 +1,358 @@
+//! IMG 400 with IF 400 P: a controller for two hot cathode gauges and two others. BG 5530 BEN/A.
+//!
+//! [`table`] is the manual's tables; the rest is what they do: `gauges` says what can be plugged in, `ion` switches the
+//! cathodes, `trip` the relays, `errors` remembers failed supplies, `parameters` leads every row to its value, `bench` has
+//! bus and people.
+
+mod bench;
+mod errors;
+mod gauges;
+mod ion;
+mod parameters;
+pub mod table;
+mod trip;
+
+pub use gauges::{Gauges, IonGauge, OtherGauge};
+
+use crate::instrument::Principle;
+use crate::model::{Facts, Format, Refusal};
+use crate::profile::{
+    BlockDevice, Common, Condition, Details, ExceptionStatus, Fitted, Health, Machine, MeasuringPart, Presentation,
+    Setup, State, StatusExtension, exception_status,
+};
+use crate::store::Store;
+use errors::{Errors, Reset};
+use ion::Ion;
+use table::{CHANNELS, Faults, RELAYS};
+use trip::Trip;
+
+/// An IMG 400 with its nonvolatile memory.
+pub type Img400<S> = BlockDevice<Controller, S>;
+
+impl<S: Store> Img400<S> {
+    /// A controller that has just been switched on.
+    #[must_use]
+    pub fn new(store: S, setup: Setup, gauges: Gauges) -> Self {
+        Self::with(Controller::new(gauges), store, &setup)
+    }
+}
+
+/// A measuring channel.
+#[derive(Clone, Debug)]
+struct Channel {
+    /// What is plugged in.
+    gauge: Option<&'static Facts>,
+    /// Whether it was found at start-up, which fixes the block for good (154).
+    identified: bool,
+    /// Whether it answers now.
+    connected: bool,
+    part: MeasuringPart,
+}
+
+impl Channel {
+    fn new(gauge: Option<&'static Facts>, place_holder: &'static Facts) -> Self {
+        Self { gauge, identified: true, connected: true, part: MeasuringPart::new(gauge.unwrap_or(place_holder)) }
+    }
+
+    /// Whether there is a gauge that was found and answers.
+    const fn has_gauge(&self) -> bool {
+        self.gauge.is_some() && self.identified && self.connected
+    }
+
+    /// Whether the block is that of a diaphragm gauge; a place holder counts as a Pirani gauge (156).
+    fn is_diaphragm(&self) -> bool {
+        self.gauge.is_some() && self.identified && self.part.part().principle == Principle::Diaphragm
+    }
+}
+
+/// What is particular to the IMG 400.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    gauges: Gauges,
+    fitted: Fitted<CHANNELS>,
+    machine: Machine,
+    presentation: Presentation,
+    channels: [Channel; CHANNELS],
+    ions: [Ion; 2],
+    trips: [Trip; RELAYS],
+    errors: Errors,
+    /// Zero adjustment of each channel, in Pa.
+    offsets_pa: [f64; CHANNELS],
+    key_lock: u8,
+    /// The cyclic transition command of the last cycle.
+    command: [u8; 2],
+    faults: Faults,
+    seconds: f64,
+}
+
+impl Controller {
+    fn new(gauges: Gauges) -> Self {
+        let [ch1, ch2, ch3, ch4] = gauges.facts();
+        let ion = |gauge: Option<IonGauge>| Ion::new(gauge.unwrap_or(IonGauge::Bag));
+        Self {
+            gauges,
+            fitted: Fitted::new(gauges.facts().map(|facts| facts.map(|facts| facts.part.principle))),
+            machine: Machine::power_up(),
+            presentation: Presentation::new(table::FACTORY_UNIT),
+            channels: [
+                Channel::new(ch1, &table::BAG_1),
+                Channel::new(ch2, &table::BAG_2),
+                Channel::new(ch3, &table::TPR_3),
+                Channel::new(ch4, &table::TPR_4),
+            ],
+            ions: [ion(gauges.ch1), ion(gauges.ch2)],
+            trips: [const { Trip::FACTORY }; RELAYS],
+            errors: Errors::default(),
+            offsets_pa: [0.0; CHANNELS],
+            key_lock: 0,
+            command: [0; 2],
+            faults: Faults::NONE,
+            seconds: 0.0,
+        }
+    }
+
+    /// The channel in this slot.
+    fn channel(&self, slot: u8) -> Option<&Channel> {
+        self.channels.get(usize::from(slot).checked_sub(1)?)
+    }
+
+    fn channel_mut(&mut self, slot: u8) -> Option<&mut Channel> {
+        self.channels.get_mut(usize::from(slot).checked_sub(1)?)
+    }
+
+    /// The cathode in this slot.
+    fn ion(&self, slot: u8) -> Option<&Ion> {
+        self.ions.get(usize::from(slot).checked_sub(1)?)
+    }
+
+    fn ion_mut(&mut self, slot: u8) -> Option<&mut Ion> {
+        self.ions.get_mut(usize::from(slot).checked_sub(1)?)
+    }
+
+    /// Slot = relay + 4 (145).
+    fn trip(&self, slot: u8) -> Option<&Trip> {
+        self.trips.get(usize::from(slot).checked_sub(5)?)
+    }
+
+    fn trip_mut(&mut self, slot: u8) -> Option<&mut Trip> {
+        self.trips.get_mut(usize::from(slot).checked_sub(5)?)
+    }
+
+    /// COUNTS need an unsigned word (15).
+    const fn format(&self) -> Format {
+        Format { highest: table::HIGHEST_COUNT, ..self.presentation.format(table::COUNTS) }
+    }
+
+    /// A Device Block State Command. Reset begins anew: volatile values, and gauges are looked for.
+    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+        if self.machine.command(number)? {
+            self.initialise();
+        }
+        Ok(())
+    }
+
+    /// Volatile values as after power-up. The current of a cathode is no such value.
+    fn initialise(&mut self) {
+        let gauges = [self.gauges.ch1, self.gauges.ch2].map(|gauge| gauge.unwrap_or(IonGauge::Bag));
+        for (ion, gauge) in self.ions.iter_mut().zip(gauges) {
+            *ion = ion.restarted(gauge);
+        }
+        self.errors = Errors::default();
+        self.key_lock = 0;
+        let unplugged = self.unplugged();
+        for (channel, unplugged) in self.channels.iter_mut().zip(unplugged) {
+            channel.identified = !unplugged;
+        }
+    }
+
+    /// Channels on which no gauge answers, for whatever reason.
+    const fn unplugged(&self) -> [bool; CHANNELS] {
+        let faults = &self.faults;
+        [
+            faults.unplugged_1,
+            faults.unplugged_2,
+            faults.unplugged_3 || faults.sensor_3,
+            faults.unplugged_4 || faults.sensor_4,
+        ]
+    }
+
+    /// Start and self test. Without an answer from the controller the interface board stays in INIT (4.4.1).
+    fn run(&mut self, seconds: f64) {
+        if self.machine.state() != State::Init || !self.faults.comm {
+            self.machine.advance(seconds, self.health());
+        }
+    }
+
+    /// What the self test would find (4.4.1): memories and internal communication.
+    fn health(&self) -> Health {
+        match () {
+            // free choice: a board whose program cannot be read does not start at all.
+            () if self.faults.eprom => Health::Critical,
+            () if !self.common().is_empty() => Health::Faulty,
+            () => Health::Good,
+        }
+    }
+
+    /// Common Exception Detail 0, alike for alarms and warnings (37, 121).
+    fn common(&self) -> Common {
+        let mut common = Common::empty();
+        common.set(Common::EPROM, self.faults.eprom);
+        common.set(Common::EEPROM, self.faults.eeprom);
+        common.set(Common::RAM, self.faults.ram);
+        common.set(Common::COMMUNICATION, self.faults.comm);
+        common
+    }
+
+    /// Sensor Alarm of a channel: electronics (121), overpressure, key.
+    fn sensor_alarm(&self, slot: u8) -> [u8; 2] {
+        let electronics = match self.errors.cathodes.get(usize::from(slot).saturating_sub(1)) {
+            Some(supply) => supply.alarm,
+            None => self.errors.general.alarm,
+        };
+        [0, u8::from(electronics) << 1 | self.ion(slot).map_or(0, Ion::alarm_bits)]
+    }
+
+    /// Sensor Warning of a channel: electronics, pressure too high for degas.
+    fn sensor_warning(&self, slot: u8) -> [u8; 2] {
+        let electronics = match self.errors.cathodes.get(usize::from(slot).saturating_sub(1)) {
+            Some(supply) => supply.warning,
+            None => self.errors.general.warning,
+        };
+        let reading = self.channel(slot).and_then(|channel| channel.part.reading_pa);
+        let too_high = self.ion(slot).zip(reading).is_some_and(|(ion, pa)| ion.is_too_high_for_degas(pa));
+        [0, u8::from(electronics) << 1 | u8::from(too_high) << 3]
+    }
+
+    /// Reading Valid, literally: the range does not matter (123, 125).
+    fn is_valid(&self, slot: u8) -> bool {
+        self.machine.is_executing() && !self.errors.is_any() && self.sensor_alarm(slot) == [0, 0]
+    }
+
+    /// Status Extension: Reading Invalid also without a gauge and while it is off; range bits only for a reading (125).
+    fn status_extension(&self, slot: u8) -> StatusExtension {
+        match self.channel(slot).map(|channel| &channel.part) {
+            Some(part) if part.reading_pa.is_some() => StatusExtension::new(part.range(), self.is_valid(slot)),
+            _ => StatusExtension::INVALID,
+        }
+    }
+
+    /// A nibble for each channel, channel 1 in the low one of the first octet (127).
+    fn channel_status(&self) -> [u8; 2] {
+        let [ch1, ch2, ch3, ch4] = [1, 2, 3, 4].map(|slot| self.status_extension(slot).bits());
+        [ch2 << 4 | ch1, ch4 << 4 | ch3]
+    }
+
+    fn exception_status(&self) -> ExceptionStatus {
+        let [a, b, c, d] = [1, 2, 3, 4].map(|slot| self.sensor_alarm(slot)[1]);
+        let manufacturer = u8::from(self.errors.has_alarm());
+        let alarm = Details { common: self.common(), device: [a, b, c, d], manufacturer };
+        // Sensor Warning does not count here (126).
+        let [a, b, c, d] = [1, 2, 3, 4].map(|slot| self.status_extension(slot).bits());
+        let manufacturer = u8::from(self.errors.has_warning());
+        exception_status(&alarm, &Details { common: self.common(), device: [a, b, c, d], manufacturer })
+    }
+
+    /// A common or manufacturer alarm concerns all channels (35).
+    fn condition(&self) -> Condition {
+        let alarmed = !self.common().is_empty() || self.errors.has_alarm();
+        Condition { executing: self.machine.is_executing(), disturbed: alarmed || self.errors.has_warning(), alarmed }
+    }
+
+    /// Process Value of a channel, in Pa.
+    fn process_value_pa(&self, slot: u8) -> f64 {
+        self.channel(slot).map_or(0.0, |channel| channel.part.process_value_pa(&self.condition()))
+    }
+
+    /// What a cathode depends on: whether it can be on, and the pressure of its gauge in Pa.
+    fn conditions(&self, slot: u8) -> (bool, f64) {
+        let supplied =
+            self.errors.cathodes.get(usize::from(slot).saturating_sub(1)).is_some_and(|supply| !supply.alarm);
+        match self.channel(slot) {
+            Some(channel) => (channel.has_gauge() && supplied, channel.part.sensor.indicated_pa()),
+            None => (false, 0.0),
+        }
+    }
+
+    /// Everything that follows at once: supplies, cathodes, readings, relays, last valid values.
+    fn follow(&mut self) {
+        self.follow_faults();
+        for slot in [1, 2] {
+            let (able, pa) = self.conditions(slot);
+            let overpressure = self.faults.overpressure;
+            if let Some(ion) = self.ion_mut(slot) {
+                ion.follow(able, pa, overpressure);
+            }
+        }
+        self.measure();
+        self.follow_trips();
+        let condition = self.condition();
+        for channel in self.channels.iter_mut().filter(|channel| !channel.part.failed) {
+            channel.part.remember(&condition);
+        }
+    }
+
+    /// The general supply feeds channels 3 and 4, so their electronics are no other fault (121).
+    fn follow_faults(&mut self) {
+        let faults = &self.faults;
+        let general = faults.power || faults.electronics_3 || faults.electronics_4;
+        let cathodes = [faults.sensor_1 || faults.electronics_1, faults.sensor_2 || faults.electronics_2];
+        self.errors.follow(general, cathodes);
+        let unplugged = self.unplugged();
+        for ((channel, unplugged), offset_pa) in self.channels.iter_mut().zip(unplugged).zip(self.offsets_pa) {
+            channel.connected = !unplugged;
+            channel.part.sensor.offset_pa = offset_pa;
+        }
+    }
+
+    /// A gauge reads if it answers and is on.
+    fn measure(&mut self) {
+        let [ion_1, ion_2] = &self.ions;
+        let supplied = !self.errors.channels_off;
+        let on = [ion_1.is_on(), ion_2.is_on(), supplied, supplied];
+        let failed = [1, 2, 3, 4].map(|slot| self.sensor_alarm(slot) != [0, 0]);
+        for ((channel, on), failed) in self.channels.iter_mut().zip(on).zip(failed) {
+            let measures = channel.has_gauge() && on;
+            channel.part.reading_pa = measures.then(|| channel.part.sensor.indicated_pa());
+            channel.part.failed = failed;
+        }
+    }
+
+    fn follow_trips(&mut self) {
+        let readings = self.channels.each_ref().map(|channel| channel.part.reading_pa);
+        for trip in &mut self.trips {
+            let channel = usize::from(trip.channel()).saturating_sub(1);
+            trip.follow(readings.get(channel).copied().flatten());
+        }
+    }
+
+    /// Reset Error Condition (128, 152).
+    fn reset_errors(&mut self, bits: u8) {
+        let bits = Reset::from_bits_retain(bits);
+        self.errors.reset(bits);
+        if bits.intersects(Reset::ERROR_FLAG | Reset::EVERYTHING) {
+            self.ions.iter_mut().for_each(Ion::acknowledge);
+        }
+    }
+
+    /// Analog Input Block Adjust Command. The target says which of zero and no offset (130, 131).
+    fn adjust(&mut self, slot: u8, command: (u8, u8)) -> Result<(), Refusal> {
+        let (0, target @ (0 | 1)) = command else { return Err(Refusal::Range) };
+        let channel = self.channel(slot).ok_or(Refusal::Slot)?;
+        let principle = channel.part.reading_pa.map(|_| channel.part.part().principle);
+        let sensed_pa = channel.part.sensor.sensed_pa;
+        let offset_pa = match (principle, target) {
+            (Some(Principle::Diaphragm), 0) => 0.0,
+            (Some(Principle::Diaphragm | Principle::HotCathode), 1) => -sensed_pa,
+            _ => return Err(Refusal::Conflict),
+        };
+        let place = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(Refusal::Slot)?;
+        *place = offset_pa;
+        Ok(())
+    }
+
+    /// Hot Cathode Block State Command.
+    fn hot_cathode_command(&mut self, slot: u8, command: (u8, u8)) -> Result<(), Refusal> {
+        let (able, pa) = self.conditions(slot);
+        self.ion_mut(slot).ok_or(Refusal::Slot)?.command(command, able, pa)
+    }
+}

@@ -1,0 +1,233 @@
+//! Every row of the tables, and what it means. Numbers in brackets are those of errata-pxg55x-img400.
+
+use super::table::{AnalogInput, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, MODEL, Parameter, TripPoint};
+use super::{Channel, Controller};
+use crate::model::{Address, Block, Format, Refusal, Value};
+use crate::profile::{At, Blocks, SafeState, State};
+use crate::store::Key;
+
+/// INIT has a code of its own (20).
+const INIT: u8 = 100;
+
+impl Blocks for Controller {
+    type Parameter = Parameter;
+
+    /// Every slot is there, whatever gauges are fitted (156).
+    fn shows(&self, _address: &Address) -> bool {
+        true
+    }
+
+    fn format(&self, _at: &At<Parameter>) -> Format {
+        self.format()
+    }
+
+    fn get(&self, at: &At<Parameter>) -> Value {
+        let slot = at.address.slot;
+        match at.parameter {
+            Parameter::Device(row) => self.get_device(row),
+            Parameter::Input(row) => self.channel(slot).map_or(Value::NONE, |it| self.get_input(slot, it, row)),
+            Parameter::Trip(row) => self.get_trip(slot, row),
+            Parameter::HotCathode(row) => self.get_hot_cathode(slot, row),
+            Parameter::HeatTransfer(HeatTransfer::BlockType) | Parameter::Diaphragm(Diaphragm::BlockType) => {
+                block_type(self.transducer(slot))
+            }
+            Parameter::HeatTransfer(HeatTransfer::StatusExtension)
+            | Parameter::Diaphragm(Diaphragm::StatusExtension) => self.status_extension(slot).bits().into(),
+            Parameter::HeatTransfer(HeatTransfer::SensorAlarm) | Parameter::Diaphragm(Diaphragm::SensorAlarm) => {
+                Value::octets(&self.sensor_alarm(slot))
+            }
+            Parameter::HeatTransfer(HeatTransfer::SensorWarning) | Parameter::Diaphragm(Diaphragm::SensorWarning) => {
+                Value::octets(&self.sensor_warning(slot))
+            }
+        }
+    }
+
+    /// Data Type is fixed during cyclic exchange (4.4.2, 142).
+    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+        let is_type = matches!(at.parameter, Parameter::Input(AnalogInput::DataType));
+        if is_type && self.machine.is_exchanging() { Err(Refusal::Mode) } else { Ok(()) }
+    }
+
+    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        let slot = at.address.slot;
+        match at.parameter {
+            Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
+            Parameter::Device(DeviceBlock::KeyLock) => self.set_key_lock(value.integer()?),
+            Parameter::Device(DeviceBlock::ResetErrorCondition) => {
+                self.reset_errors(value.integer()?);
+                Ok(())
+            }
+            Parameter::Input(row) => self.set_input(slot, row, value),
+            Parameter::Trip(row) => self.set_trip(slot, row, value),
+            Parameter::HotCathode(HotCathode::StateCommand) => self.hot_cathode_command(slot, value.command()?),
+            // The same as command 3 (149).
+            Parameter::HotCathode(HotCathode::EmissionStatus) => {
+                self.hot_cathode_command(slot, (3, value.boolean()?.into()))
+            }
+            Parameter::HotCathode(HotCathode::EmissionCurrent) => {
+                self.ion_mut(slot).ok_or(Refusal::Slot)?.set_current(value)
+            }
+            // Rows without a write mark: refused before this is asked.
+            Parameter::Device(_) | Parameter::HotCathode(_) | Parameter::HeatTransfer(_) | Parameter::Diaphragm(_) => {
+                Err(Refusal::NotWritable)
+            }
+        }
+    }
+
+    /// A trip point is recalled as it was, not written anew: its numbers depend on the unit, and each moves another.
+    fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+        let Parameter::Trip(row) = at.parameter else { return self.set(at, value) };
+        let trip = self.trip_mut(at.address.slot).ok_or(Refusal::Slot)?;
+        match row {
+            TripPoint::LowTripPoint => trip.recall(Some(value.pressure()?), None),
+            TripPoint::UpperThreshold => trip.recall(None, Some(value.pressure()?)),
+            // It follows from the two.
+            TripPoint::Hysteresis => {}
+            _ => return self.set(at, value),
+        }
+        Ok(())
+    }
+
+    /// Unit and number type are one value, whatever the channel (4.4.2).
+    fn key(&self, at: &At<Parameter>) -> Key {
+        match at.parameter {
+            Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits) => {
+                Key::Parameter { slot: 1, instance: 0, index: at.row.id }
+            }
+            _ => at.key(),
+        }
+    }
+
+    fn hidden(&self) -> &[f64] {
+        &self.offsets_pa
+    }
+
+    fn hidden_mut(&mut self) -> &mut [f64] {
+        &mut self.offsets_pa
+    }
+}
+
+fn block_type(block: &Block) -> Value {
+    Value::octets(&block.type_octets())
+}
+
+impl Controller {
+    fn get_device(&self, row: DeviceBlock) -> Value {
+        match row {
+            // A command has been carried out when it can be read (26), and 205 cannot be read (128).
+            DeviceBlock::StateCommand | DeviceBlock::ResetErrorCondition => Value::Integer(0),
+            DeviceBlock::BlockType => block_type(&DeviceBlock::BLOCK),
+            DeviceBlock::DeviceState => match self.machine.state() {
+                State::Init => INIT.into(),
+                state => state.code().into(),
+            },
+            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
+            DeviceBlock::KeyLock => self.key_lock.into(),
+            DeviceBlock::ChannelStatus => Value::octets(&self.channel_status()),
+        }
+    }
+
+    fn get_input(&self, slot: u8, channel: &Channel, row: AnalogInput) -> Value {
+        let part = &channel.part;
+        match row {
+            // (130)
+            AnalogInput::BlockAdjustCommand => Value::octets(&[0, 0]),
+            AnalogInput::BlockType => block_type(&AnalogInput::BLOCK),
+            AnalogInput::ProcessValue => Value::Pressure(self.process_value_pa(slot)),
+            AnalogInput::Status => Value::Integer(0),
+            AnalogInput::DataType => self.presentation.number.code().into(),
+            AnalogInput::DataUnits => self.presentation.unit.code.into(),
+            AnalogInput::ReadingValid => self.is_valid(slot).into(),
+            AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
+            AnalogInput::SafeState => part.safe_state.code().into(),
+            AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
+            AnalogInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
+            AnalogInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+        }
+    }
+
+    fn get_trip(&self, slot: u8, row: TripPoint) -> Value {
+        let Some(trip) = self.trip(slot) else { return Value::NONE };
+        match row {
+            TripPoint::BlockType => block_type(&TripPoint::BLOCK),
+            TripPoint::LowTripPoint => Value::Pressure(trip.low_pa()),
+            TripPoint::LowTripEnable => trip.enabled.into(),
+            TripPoint::Status => u8::from(trip.is_closed()).into(),
+            TripPoint::Hysteresis => Value::Pressure(trip.hysteresis_pa(&self.format())),
+            TripPoint::Channel => trip.channel().into(),
+            TripPoint::DataUnits => self.presentation.unit.code.into(),
+            TripPoint::DataType => self.presentation.number.code().into(),
+            TripPoint::UpperThreshold => Value::Pressure(trip.upper_pa()),
+        }
+    }
+
+    fn get_hot_cathode(&self, slot: u8, row: HotCathode) -> Value {
+        let Some(ion) = self.ion(slot) else { return Value::NONE };
+        match row {
+            HotCathode::StateCommand => Value::octets(&[0, 0]),
+            HotCathode::BlockType => block_type(&HotCathode::BLOCK),
+            HotCathode::StatusExtension => self.status_extension(slot).bits().into(),
+            HotCathode::SensorAlarm => Value::octets(&self.sensor_alarm(slot)),
+            HotCathode::SensorWarning => Value::octets(&self.sensor_warning(slot)),
+            HotCathode::EmissionStatus => ion.is_on().into(),
+            HotCathode::EmissionCurrent => ion.current(),
+            HotCathode::DegasStatus => ion.is_degassing().into(),
+        }
+    }
+
+    /// The transducer block of channel 3 or 4 (154, 156).
+    fn transducer(&self, slot: u8) -> &'static Block {
+        let is_diaphragm = self.channel(slot).is_some_and(Channel::is_diaphragm);
+        if is_diaphragm { &const { Diaphragm::BLOCK } } else { &const { HeatTransfer::BLOCK } }
+    }
+
+    /// 0 to 3; the keys are locked, never the bus (129).
+    fn set_key_lock(&mut self, code: u8) -> Result<(), Refusal> {
+        self.key_lock = Some(code).filter(|code| *code <= 3).ok_or(Refusal::Range)?;
+        Ok(())
+    }
+
+    fn set_input(&mut self, slot: u8, row: AnalogInput, value: &Value) -> Result<(), Refusal> {
+        match row {
+            AnalogInput::BlockAdjustCommand => self.adjust(slot, value.command()?),
+            AnalogInput::DataType => self.presentation.set_number(value),
+            // From the memory only: the user parameters set it (143).
+            AnalogInput::DataUnits => self.presentation.set_unit(&MODEL, value),
+            AnalogInput::SafeState => {
+                let state = SafeState::of(value)?;
+                self.channel_mut(slot).ok_or(Refusal::Slot)?.part.safe_state = state;
+                Ok(())
+            }
+            AnalogInput::SafeValue => {
+                let pa = value.pressure()?;
+                self.channel_mut(slot).ok_or(Refusal::Slot)?.part.safe_value_pa = pa;
+                Ok(())
+            }
+            AnalogInput::BlockType
+            | AnalogInput::ProcessValue
+            | AnalogInput::Status
+            | AnalogInput::ReadingValid
+            | AnalogInput::FullScale
+            | AnalogInput::Overrange
+            | AnalogInput::Underrange => Err(Refusal::NotWritable),
+        }
+    }
+
+    fn set_trip(&mut self, slot: u8, row: TripPoint, value: &Value) -> Result<(), Refusal> {
+        let format = self.format();
+        let trip = self.trip_mut(slot).ok_or(Refusal::Slot)?;
+        match row {
+            TripPoint::LowTripPoint => trip.set_low(value.pressure()?, &format),
+            TripPoint::LowTripEnable => {
+                trip.enabled = value.boolean()?;
+                Ok(())
+            }
+            TripPoint::Hysteresis => trip.set_hysteresis(value.pressure()?, &format),
+            TripPoint::Channel => trip.set_channel(value.integer()?),
+            TripPoint::UpperThreshold => trip.set_upper(value.pressure()?),
+            TripPoint::BlockType | TripPoint::Status | TripPoint::DataUnits | TripPoint::DataType => {
+                Err(Refusal::NotWritable)
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Exception Status, Channel Status and Reset Error Condition. BG 5530 4.4.1; errata-pxg55x-img400 35 to 38, 121 to 128.
+
+use crate::support::Desk;
+use crate::{COMMANDS, Controller, FLOATS, exchanging};
+use profivac_devices::Instrument;
+
+/// All gauges in their ranges and on: nothing to report.
+fn quiet() -> Desk<Controller> {
+    let mut desk = exchanging(COMMANDS, 1.0);
+    desk.device().sense(0, 5e-4);
+    desk.device().sense(1, 5e-4);
+    assert_eq!(desk.exchange(&[3, 1])[0], 0x80);
+    desk
+}
+
+fn status(desk: &mut Desk<Controller>) -> u8 {
+    let parameter = desk.get(0, 26)[0];
+    // The cyclic octet is the parameter.
+    assert_eq!(desk.exchange(&[0, 0])[0], parameter);
+    parameter
+}
+
+#[test]
+fn common_faults_set_alarm_and_warning_and_go_with_the_cause() {
+    // (37): bits 0 and 4
+    for name in ["eeprom", "ram", "eprom", "comm"] {
+        let mut desk = quiet();
+        desk.fault(name, true);
+        assert_eq!(status(&mut desk), 0x91, "{name}");
+        // Safe State on all channels (35), and Reading Valid literally not concerned (125).
+        assert_eq!(desk.exchange(&[0, 0])[1..17], [0; 16], "{name}");
+        desk.fault(name, false);
+        assert_eq!(status(&mut desk), 0x80, "{name}");
+    }
+}
+
+#[test]
+fn a_supply_error_stays_until_alarm_and_warning_are_reset() {
+    // (122): bits 2 and 6; bit 1 by the sensor alarms, bit 5 because every reading is invalid.
+    for (name, alarm, warning) in [
+        ("power", 0x01, 0x02),
+        ("electronics3", 0x01, 0x02),
+        ("electronics4", 0x01, 0x02),
+        ("sensor1", 0x04, 0x08),
+        ("electronics2", 0x04, 0x08),
+    ] {
+        let mut desk = quiet();
+        desk.fault(name, true);
+        assert_eq!(status(&mut desk), 0xE6, "{name}");
+        // The cause persists, so the error comes back (128).
+        desk.put(0, 205, &[0xFF]).unwrap();
+        assert_eq!(status(&mut desk), 0xE6, "{name}");
+        desk.fault(name, false);
+        assert_eq!(status(&mut desk), 0xE6, "{name}");
+        for other in [0x40, 0x20, if alarm == 1 { 0x0C } else { 0x03 }] {
+            desk.put(0, 205, &[other]).unwrap();
+            assert_eq!(status(&mut desk), 0xE6, "{name} after {other:02X}");
+        }
+        desk.put(0, 205, &[alarm]).unwrap();
+        assert_eq!(status(&mut desk), 0xE0, "{name}: only the warning");
+        desk.put(0, 205, &[warning]).unwrap();
+        let off = status(&mut desk);
+        // A gauge stays off: emission, or the supply of channels 3 and 4.
+        assert_eq!(off, 0xA0, "{name}");
+        desk.put(0, 205, &[0x10]).unwrap();
+        desk.exchange(&[0, 0]);
+        desk.exchange(&[3, 1]);
+        assert_eq!(status(&mut desk), 0x80, "{name}");
+    }
+}
+
+#[test]
+fn channels_3_and_4_lose_their_supply_until_bit_4() {
+    let mut desk = quiet();
+    desk.fault("power", true);
+    assert_eq!(desk.get(0, 204), [0x11, 0x11], "no reading is valid");
+    desk.fault("power", false);
+    desk.put(0, 205, &[0x03]).unwrap();
+    assert_eq!(desk.get(0, 204), [0x00, 0x11], "3 and 4 are off");
+    desk.put(0, 205, &[0x80]).unwrap();
+    assert_eq!(desk.get(0, 204), [0x00, 0x11]);
+    desk.put(0, 205, &[0x10]).unwrap();
+    assert_eq!(desk.get(0, 204), [0x00, 0x00]);
+}
+
+#[test]
+fn bit_7_resets_all_alarms_and_warnings_at_once() {
+    let mut desk = quiet();
+    for name in ["power", "sensor1", "electronics2"] {
+        desk.fault(name, true);
+        desk.fault(name, false);
+    }
+    assert_eq!(status(&mut desk), 0xE6);
+    desk.put(0, 205, &[0x80]).unwrap();
+    assert_eq!(status(&mut desk), 0xA0, "gauges are off, and nothing else");
+    for slot in 1..=4 {
+        assert_eq!([desk.get(slot, 103), desk.get(slot, 104)], [[0, 0], [0, 0]]);
+    }
+}
+
+#[test]
+fn sensor_alarm_and_warning_belong_to_the_channel() {
+    // 4.4.4 tables 5 and 6, 4.4.5, 4.4.6; the slot of the detail (121)
+    for (name, failed) in [
+        ("sensor1", &[1u8][..]),
+        ("electronics1", &[1]),
+        ("sensor2", &[2]),
+        ("electronics2", &[2]),
+        ("power", &[3, 4]),
+        ("electronics3", &[3, 4]),
+    ] {
+        let mut desk = quiet();
+        desk.fault(name, true);
+        for slot in 1..=4 {
+            let bit = if failed.contains(&slot) { 0x02 } else { 0x00 };
+            assert_eq!(desk.get(slot, 103), [0, bit], "{name}: alarm of {slot}");
+            assert_eq!(desk.get(slot, 104), [0, bit], "{name}: warning of {slot}");
+            // Any manufacturer alarm makes every reading invalid (4.4.2, ID 23).
+            assert_eq!(desk.get(slot, 23), [0], "{name}: {slot}");
+        }
+    }
+}
+
+#[test]
+fn a_gauge_that_does_not_answer_is_only_invalid() {
+    for (name, slot, status) in [
+        ("unplugged1", 1, [0x01, 0x00]),
+        ("unplugged2", 2, [0x10, 0x00]),
+        ("unplugged3", 3, [0x00, 0x01]),
+        ("sensor3", 3, [0x00, 0x01]),
+        ("unplugged4", 4, [0x00, 0x10]),
+        ("sensor4", 4, [0x00, 0x10]),
+    ] {
+        let mut desk = quiet();
+        desk.fault(name, true);
+        assert_eq!(desk.get(0, 204), status, "{name}");
+        assert_eq!(desk.get(slot, 102), [1], "{name}");
+        assert_eq!(desk.get(slot, 103), [0, 0], "{name}");
+        assert_eq!(desk.get(0, 26), [0xA0], "{name}");
+    }
+}
+
+#[test]
+fn over_and_underrange_set_their_own_bits_only() {
+    // (125)
+    let mut desk = quiet();
+    for (part, low, high) in [(0, 1e-9, 1.5), (1, 1e-11, 1.5e-2), (2, 1e-3, 2e5), (3, 1e-1, 2e5)] {
+        let slot = part as u8 + 1;
+        for (pa, extension) in [(low, 0x04), (high, 0x02)] {
+            desk.device().sense(part, pa);
+            assert_eq!(desk.get(slot, 102), [extension], "channel {slot} at {pa} Pa");
+            assert_eq!(desk.get(slot, 23), [1], "reading valid");
+            assert_eq!(status(&mut desk), 0xA0);
+        }
+        desk.device().sense(part, if part < 2 { 1e-3 } else { 1e2 });
+        assert_eq!(status(&mut desk), 0x80);
+    }
+}
+
+#[test]
+fn channel_status_is_made_of_the_status_extensions() {
+    // (127)
+    let mut desk = exchanging(FLOATS, 1e-20);
+    assert_eq!(desk.get(0, 204), [0x11, 0x44]);
+    desk.put(2, 105, &[1]).unwrap();
+    assert_eq!(desk.get(0, 204), [0x41, 0x44]);
+    desk.pressure_mbar(1e5);
+    assert_eq!(desk.get(0, 204), [0x11, 0x22]);
+    for slot in 1..=4u8 {
+        let status = desk.get(0, 204);
+        let octet = status[usize::from(slot - 1) / 2];
+        let nibble = if slot % 2 == 1 { octet & 0x0F } else { octet >> 4 };
+        assert_eq!(desk.get(slot, 102), [nibble]);
+    }
+}

@@ -1,0 +1,115 @@
+//! What outlives power. BG 5530 tables 1 to 4, Appendix B; errata-pxg55x-img400 26, 119, 143, 153, 154.
+
+use crate::support::{Desk, hex};
+use crate::{Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
+use profivac_devices::img400::{Gauges, Img400, table};
+use profivac_devices::profile::Setup;
+use profivac_devices::store::RamStore;
+use profivac_devices::{Action, Instrument};
+use profivac_dp::slave::Device;
+use profivac_wire::address::SetSlaveAdd;
+
+fn power_cycle(desk: &mut Desk<Controller>) {
+    desk.device().power(false);
+    desk.device().power(true);
+    desk.slave.power_up(5);
+    desk.device().settle();
+}
+
+#[test]
+fn unit_and_adjustments_are_kept() {
+    let mut desk = exchanging(FLOATS, 0.5);
+    desk.put(4, 15, &[0, 1]).unwrap();
+    desk.unlock();
+    desk.set_prm(&hex("00 00 00 13 09"));
+    power_cycle(&mut desk);
+    assert_eq!(desk.get(2, 22), [0x13, 0x09]);
+    desk.bring_up(&hex(HPA), &hex(FLOATS));
+    assert_eq!(float(&mut desk, 4, 19), 0.0);
+    desk.pressure_mbar(1.5);
+    assert_eq!(float(&mut desk, 4, 19), 1.0);
+}
+
+#[test]
+fn a_trip_point_comes_back_whole_whatever_was_written_last() {
+    let writes: [&[(u8, f32)]; 5] = [
+        &[(19, 5.0)],
+        &[(19, 1e-30), (201, 1.0)],
+        &[(19, 5.0), (24, 2.0)],
+        &[(201, 9.0), (19, 5.0)],
+        &[(24, 4.0), (19, 1e-6), (201, 2e-6)],
+    ];
+    for writes in writes {
+        let mut desk = exchanging(FLOATS, 1.0);
+        for (index, value) in writes {
+            put_float(&mut desk, 8, *index, *value).unwrap();
+        }
+        let before = [19, 24, 201].map(|index| float(&mut desk, 8, index));
+        // In another unit in between, which the numbers must not notice.
+        desk.unlock();
+        desk.set_prm(&hex("00 00 00 10 01"));
+        power_cycle(&mut desk);
+        desk.set_prm(&hex(HPA));
+        let after = [19, 24, 201].map(|index| float(&mut desk, 8, index));
+        for (before, after) in before.into_iter().zip(after) {
+            assert!((after - before).abs() <= 1e-6 * before, "{writes:?}: {before} became {after}");
+        }
+    }
+}
+
+#[test]
+fn commands_and_volatile_values_are_forgotten() {
+    // (26, 150)
+    let mut desk = exchanging(FLOATS, 1e-6);
+    desk.put(1, 14, &[3, 1]).unwrap();
+    desk.put(0, 203, &[2]).unwrap();
+    power_cycle(&mut desk);
+    assert_eq!(desk.get(1, 105), [0]);
+    assert_eq!(desk.get(0, 203), [0]);
+    assert_eq!(desk.state(), 2);
+    assert_eq!([desk.get(0, 15), desk.get(1, 14)], [vec![0], vec![0, 0]]);
+}
+
+#[test]
+fn the_block_of_a_channel_is_fixed_until_the_next_start() {
+    // (154): channel 4 has a diaphragm gauge.
+    let mut desk = desk();
+    assert_eq!(desk.get(4, 101), [0, 14, 0, 0]);
+    desk.fault("unplugged4", true);
+    assert_eq!(desk.get(4, 101), [0, 14, 0, 0]);
+    power_cycle(&mut desk);
+    assert_eq!(desk.get(4, 101), [0, 13, 0, 0], "a place holder");
+    desk.fault("unplugged4", false);
+    assert_eq!(desk.get(4, 101), [0, 13, 0, 0]);
+    assert_eq!(desk.get(4, 102), [1], "plugged in too late");
+    desk.command(1).unwrap();
+    desk.device().settle();
+    assert_eq!(desk.get(4, 101), [0, 14, 0, 0]);
+}
+
+#[test]
+fn a_unit_of_the_setup_counts_as_stored() {
+    let setup = Setup { unit: table::MODEL.unit_named("torr"), ..Setup::new(5) };
+    let mut desk: Desk<Controller> = Desk::new(Img400::new(RamStore::default(), setup, Gauges::default()));
+    assert_eq!(desk.get(1, 22), [0x13, 0x01]);
+    power_cycle(&mut desk);
+    assert_eq!(desk.get(1, 22), [0x13, 0x01]);
+}
+
+#[test]
+fn the_address_comes_from_the_switch_or_from_set_slave_add() {
+    // (119)
+    for switch in [126, 127, 255] {
+        let mut device: Controller = Img400::new(RamStore::default(), Setup::new(switch), Gauges::default());
+        assert_eq!(device.station_address(), 126);
+        let request = SetSlaveAdd { address: 17, ident: 0x0947, no_add_chg: 0, rem_slave_data: &[] };
+        assert_eq!(device.set_address(&request), Some(17));
+        device.power(false);
+        device.power(true);
+        assert_eq!(device.station_address(), 17);
+    }
+    let mut device = controller(Gauges::default());
+    assert!(!device.address_is_settable());
+    device.operate(Action::Switch { name: "address", value: "126" }).unwrap();
+    assert_eq!(device.station_address(), 5, "the switch is read at power-up");
+}

@@ -1,0 +1,293 @@
+//! Whatever masters, people and power do: the controller is in a named state, its copies are equal, nothing stored is lost.
+
+use crate::support::random::Random;
+use crate::support::{Desk, sense_all};
+use crate::{Controller, controller, every_combination, float};
+use profivac_devices::img400::table;
+use profivac_devices::model::{DataType, Row};
+use profivac_devices::{Action, Instrument, Report};
+use profivac_dp::slave::Relation;
+use std::collections::BTreeSet;
+
+const STEPS: usize = 1_000_000;
+
+/// Any row of the tables, with its slot.
+fn any_row(random: &mut Random) -> (u8, &'static Row) {
+    let place = &table::MODEL.places[random.below(table::MODEL.places.len())];
+    let address = &place.addresses[random.below(place.addresses.len())];
+    (address.slot, &place.block.rows[random.below(place.block.rows.len())])
+}
+
+/// Octets that a row might take, more often than not.
+fn any_value(random: &mut Random, row: &Row) -> Vec<u8> {
+    if random.once_in(20) {
+        let length = random.below(6);
+        return random.octets(length);
+    }
+    match row.data_type {
+        _ if row.name == "Reset Error Condition" => vec![random.octet()],
+        DataType::Boolean | DataType::Uint8 => vec![random.octet() % 8],
+        DataType::Record(_) => vec![random.one_of(&[0, 0, 1, 3, 4]), random.octet() % 2],
+        DataType::Float => f32::to_be_bytes(random.below(8) as f32).to_vec(),
+        DataType::ByType if random.once_in(2) => random.octets(2),
+        _ => 10f32.powf(random.unit() as f32 * 16.0 - 10.0).to_be_bytes().to_vec(),
+    }
+}
+
+fn relation(random: &mut Random) -> Relation {
+    random.one_of(&[Relation::Ms1, Relation::Ms2(0), Relation::Ms2(1)])
+}
+
+/// Every parameter that a master's value is kept of.
+fn kept(desk: &mut Desk<Controller>) -> Vec<Vec<u8>> {
+    let mut values = Vec::new();
+    for place in table::MODEL.places {
+        for address in place.addresses {
+            for row in place.block.rows.iter().filter(|row| row.is_kept()) {
+                values.push(desk.get(address.slot, row.id));
+            }
+        }
+    }
+    values
+}
+
+/// A write anywhere. What is refused has changed nothing.
+fn write(desk: &mut Desk<Controller>, random: &mut Random) {
+    let (slot, row) = any_row(random);
+    let octets = any_value(random, row);
+    let before = random.once_in(100).then(|| kept(desk));
+    let result = desk.write(relation(random), slot, row.id, &octets);
+    if let (Some(before), Err(refusal)) = (before, result) {
+        assert_eq!(kept(desk), before, "{slot}/{} refused with {refusal:02X?}", row.id);
+    }
+}
+
+/// A read anywhere, known or not.
+fn read(desk: &mut Desk<Controller>, random: &mut Random) {
+    let (slot, row) = any_row(random);
+    let index = if random.once_in(5) { random.octet() } else { row.id };
+    let _ = desk.read(relation(random), slot, index);
+}
+
+/// A cycle, if there is an exchange, otherwise the bring-up of one.
+fn cycle(desk: &mut Desk<Controller>, random: &mut Random) {
+    let Some(length) = desk.outputs() else {
+        let prm = &table::MODEL.user_prm[random.below(table::MODEL.user_prm.len())];
+        let configuration = &table::MODEL.configurations[random.below(table::MODEL.configurations.len())];
+        return desk.bring_up(prm.octets, configuration.octets);
+    };
+    let mut outputs = vec![0; length];
+    if length >= 8 {
+        let (slot, row) = any_row(random);
+        let value = any_value(random, row);
+        let width = value.len().min(4);
+        outputs[..3].copy_from_slice(&[random.one_of(&[0, 0x10, 0x20, 0x30, 0xA0, 0x70]), slot, row.id]);
+        outputs[8 - width..8].copy_from_slice(&value[..width]);
+    }
+    if length == 2 || length == 10 {
+        outputs[length - 2..].copy_from_slice(&[random.one_of(&[0, 0, 1, 3, 4, 77]), random.octet() % 2]);
+    }
+    if random.once_in(50) {
+        outputs.push(0);
+    }
+    let inputs = desk.exchange(&outputs);
+    assert!([9, 17, 18, 25, 26, 34].contains(&inputs.len()), "{inputs:02X?}");
+}
+
+/// Power goes and returns: what was nonvolatile is as before.
+fn power(desk: &mut Desk<Controller>, random: &mut Random) {
+    let before = kept(desk);
+    desk.device().power(false);
+    sense_all(desk.device(), 1.0);
+    desk.device().power(true);
+    desk.slave.power_up(5);
+    if random.once_in(2) {
+        desk.device().settle();
+    }
+    assert_eq!(kept(desk), before);
+}
+
+/// Somebody does something at the controller.
+fn operate(desk: &mut Desk<Controller>, random: &mut Random) {
+    let action = match random.below(4) {
+        0 => Action::Button(random.one_of(&[1, 2])),
+        _ => Action::Fault { name: random.one_of(table::MODEL.faults.names), present: random.once_in(12) },
+    };
+    desk.device().operate(action).unwrap();
+}
+
+fn pressure(desk: &mut Desk<Controller>, random: &mut Random) {
+    let pa = 10f64.powf(random.unit() * 18.0 - 12.0);
+    match random.below(8) {
+        part @ 0..4 => desk.device().sense(part, pa),
+        _ => desk.pressure_mbar(pa / 100.0),
+    }
+}
+
+/// What the walk has come across, so that it does not stay in one corner.
+#[derive(Default)]
+struct Seen {
+    states: BTreeSet<&'static str>,
+    exceptions: u8,
+    degas: bool,
+    relays: [bool; 7],
+    units: usize,
+}
+
+impl Seen {
+    fn note(&mut self, report: &Report) {
+        self.states.insert(report.device_state);
+        self.exceptions |= report.exception_status;
+        self.degas |= report.degas.iter().any(|degas| *degas);
+        for (seen, relay) in self.relays.iter_mut().zip(report.relays.iter()) {
+            *seen |= relay;
+        }
+    }
+}
+
+/// The bench's view is the bus's view, and the cyclic data are the parameters.
+fn check(desk: &mut Desk<Controller>) {
+    let report = desk.report();
+    let state = desk.state();
+    assert_eq!(state == 4, report.device_state == "EXECUTING", "{report:?}");
+    assert!(matches!(state, 1..=6 | 100), "{state}");
+    check_exceptions(desk, &report);
+    check_cathodes(desk, &report);
+    check_relays(desk, &report);
+    check_cyclic(desk);
+}
+
+/// Exception Status and Channel Status follow from what they are made of.
+fn check_exceptions(desk: &mut Desk<Controller>, report: &Report) {
+    let status = desk.get(0, 26)[0];
+    assert_eq!(status, report.exception_status);
+    assert_eq!(status & 0x88, 0x80);
+    assert_eq!(status & 0x01 != 0, status & 0x10 != 0, "{status:02X}");
+    let alarms = (1..=4).any(|slot| desk.get(slot, 103) != [0, 0]);
+    assert_eq!(status & 0x02 != 0, alarms, "{status:02X}");
+    let extensions: Vec<u8> = (1..=4).map(|slot| desk.get(slot, 102)[0]).collect();
+    assert_eq!(status & 0x20 != 0, extensions.iter().any(|extension| *extension != 0), "{status:02X}");
+    assert_eq!(desk.get(0, 204), [extensions[1] << 4 | extensions[0], extensions[3] << 4 | extensions[2]]);
+    for (slot, extension) in (1..).zip(extensions) {
+        // Reading Invalid is at least what is not Reading Valid.
+        assert!(desk.get(slot, 23) == [1] || extension & 1 == 1, "{slot}: {extension:02X}");
+        assert!([0, 1, 2, 3, 4, 5].contains(&extension));
+    }
+}
+
+/// No degas without emission, no emission with an alarm.
+fn check_cathodes(desk: &mut Desk<Controller>, report: &Report) {
+    for (on, degas) in report.emission.iter().zip(report.degas.iter()) {
+        assert!(*on || !degas, "{report:?}");
+    }
+    for slot in [1, 2] {
+        let on = desk.get(slot, 105) == [1];
+        assert!(!on || desk.get(slot, 103) == [0, 0], "channel {slot}");
+        assert_eq!(on, desk.get(slot, 102)[0] & 1 == 0 || on, "channel {slot}");
+    }
+}
+
+fn check_relays(desk: &mut Desk<Controller>, report: &Report) {
+    for (slot, relay) in (5..).zip(report.relays.iter()) {
+        assert_eq!(desk.get(slot, 21), [u8::from(*relay)]);
+        assert!(!relay || desk.get(slot, 20) == [1], "relay in slot {slot} without enable");
+        assert_eq!([desk.get(slot, 28), desk.get(slot, 29)], [desk.get(1, 22), desk.get(1, 21)]);
+        if desk.get(1, 21) == [8] {
+            assert!(float(desk, slot, 201) >= float(desk, slot, 19), "slot {slot}");
+        }
+    }
+}
+
+/// Whatever the telegram, its end is made of the parameters.
+fn check_cyclic(desk: &mut Desk<Controller>) {
+    let Some(outputs) = desk.outputs() else { return };
+    let inputs = desk.exchange(&vec![0; outputs]);
+    let values: Vec<u8> = (1..=4).flat_map(|slot| desk.get(slot, 19)).collect();
+    let relays: Vec<u8> = (5..=11).flat_map(|slot| desk.get(slot, 21)).collect();
+    let short = [desk.get(0, 26), values].concat();
+    let long = [short.clone(), desk.get(0, 204), relays].concat();
+    assert!(inputs.ends_with(&short) || inputs.ends_with(&long), "{inputs:02X?}");
+}
+
+/// There and back through every unit: no physical value changes beyond the rounding of a float.
+fn units_there_and_back(desk: &mut Desk<Controller>, seen: &mut Seen) {
+    desk.unlock();
+    desk.put(1, 21, &[8]).unwrap();
+    desk.set_prm(&[0, 0, 0, 0x13, 0x08]);
+    seen.units += 1;
+    let values = |desk: &mut Desk<Controller>| {
+        let safe = [1, 2, 3, 4].map(|slot| float(desk, slot, 40));
+        let trips = [5, 6, 7, 8, 9, 10, 11].map(|slot| [float(desk, slot, 19), float(desk, slot, 201)]);
+        [&safe[..], trips.as_flattened()].concat()
+    };
+    let before = values(desk);
+    for unit in table::MODEL.user_prm {
+        desk.set_prm(unit.octets);
+        // Written back as read: the float is rounded once in this unit. 10^-12.5 hPa and less is no positive number of
+        // COUNTS.
+        for (slot, index) in [(1, 40), (2, 40), (3, 40), (4, 40), (5, 201), (6, 19), (7, 24)] {
+            let octets = desk.get(slot, index);
+            if float(desk, slot, index) > 0.01 || unit.name != "COUNTS" {
+                let _ = desk.put(slot, index, &octets);
+            }
+        }
+    }
+    desk.set_prm(&[0, 0, 0, 0x13, 0x08]);
+    for (before, after) in before.into_iter().zip(values(desk)) {
+        let same = (f64::from(after) - f64::from(before)).abs() <= f64::from(before) * 5e-5 + 1e-37;
+        assert!(same, "{before} became {after}");
+    }
+    desk.unlock();
+}
+
+#[test]
+fn a_million_steps_leave_a_named_state_and_equal_copies() {
+    let mut random = Random::new(400);
+    let mut seen = Seen::default();
+    let combinations: Vec<_> = every_combination().collect();
+    let mut desk: Desk<Controller> = Desk::new(controller(combinations[40]));
+    for step in 0..STEPS {
+        match random.below(20) {
+            0..7 => cycle(&mut desk, &mut random),
+            7..11 => write(&mut desk, &mut random),
+            11..13 => read(&mut desk, &mut random),
+            13..16 => pressure(&mut desk, &mut random),
+            16 => operate(&mut desk, &mut random),
+            17 => desk.device().advance(random.unit() * 60.0),
+            18 => drop(desk.command(random.one_of(&[1, 2, 3, 3, 4, 4, 4, 5, 6]))),
+            _ => match random.below(40) {
+                0..3 => power(&mut desk, &mut random),
+                3..8 => desk.unlock(),
+                8..13 => desk.request_sdn(&[0x02, 0x00]),
+                13 => units_there_and_back(&mut desk, &mut seen),
+                14 => desk = Desk::new(controller(random.one_of(&combinations))),
+                _ => desk.device().settle(),
+            },
+        }
+        if step % 200 == 0 {
+            check(&mut desk);
+            seen.note(&desk.report());
+        }
+    }
+    assert_eq!(seen.states.len(), 7, "{:?}", seen.states);
+    assert_eq!(seen.exceptions, 0xF7);
+    assert!(seen.degas && seen.relays == [true; 7] && seen.units > 100, "{} units", seen.units);
+}
+
+#[test]
+fn any_octets_as_parameters_or_outputs_are_survived() {
+    let mut random = Random::new(40);
+    let mut desk = crate::desk();
+    for _ in 0..50_000 {
+        let length = random.below(12);
+        let octets = random.octets(length);
+        let (slot, index) = (random.octet() % 13, random.octet());
+        let _ = desk.write(relation(&mut random), slot, index, &octets);
+        let _ = desk.read(relation(&mut random), slot, index);
+        cycle(&mut desk, &mut random);
+        if let Some(length) = desk.outputs() {
+            desk.exchange(&random.octets(length));
+        }
+    }
+    check(&mut desk);
+}

@@ -1,0 +1,54 @@
+//! The state diagram of the block devices as a text to hold beside the manuals: errata-bpg-bcg-tpg 84 to 89.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "this is test code")]
+
+#[allow(dead_code, reason = "the tables are printed elsewhere")]
+#[path = "support/golden.rs"]
+mod golden;
+
+use profivac_devices::profile::{Event, State, TRANSITIONS};
+use std::fmt::Write;
+
+const STATES: [State; 7] = [
+    State::Init,
+    State::SelfTesting,
+    State::Idle,
+    State::SelfTestException,
+    State::Executing,
+    State::Abort,
+    State::CriticalFault,
+];
+
+const EVENTS: [Event; 10] = [
+    Event::Reset,
+    Event::Abort,
+    Event::Recover,
+    Event::Execute,
+    Event::Stop,
+    Event::PerformDiagnostic,
+    Event::Initialised,
+    Event::Passed,
+    Event::Failed,
+    Event::Fault,
+];
+
+#[test]
+fn every_event_in_every_state() {
+    let mut text = String::from("from               event              to, or the code of the refusal\n");
+    for state in STATES {
+        for event in EVENTS {
+            let result = match state.after(event) {
+                Ok(to) => to.name().to_string(),
+                Err(refusal) => refusal.channel_code().to_string(),
+            };
+            writeln!(text, "{:<18} {:<18} {result}", state.name(), format!("{event:?}")).unwrap();
+        }
+    }
+    text += "\nTransitions by their numbers\n";
+    let mut transitions: Vec<_> = TRANSITIONS.iter().collect();
+    transitions.sort_by_key(|transition| transition.number);
+    for transition in transitions {
+        let from: Vec<&str> = transition.from.iter().map(|state| state.name()).collect();
+        writeln!(text, "{:>2}  {} -> {}", transition.number, from.join(", "), transition.to.name()).unwrap();
+    }
+    golden::check("device_states.txt", &text);
+}
