@@ -32,11 +32,11 @@
 //!
 //! # How to add a device
 //!
-//! Everything about a device lies in one folder here and one under `tests`; this file gets its name, twice.
+//! Everything about a device lies in one folder here and one under `tests`; this file gets its name.
 //!
 //! 1. **`src/NAME/table.rs`**, with the manual open beside it, from the first page to the last:
 //!    - one `block!` for each block table, with the columns ID, identifier, name as printed, data type (`UINT8`, `VSTRING(8)`,
-//!      `BY_TYPE`, ...), access exactly as printed, store class (`N V D`, or `-` where nothing is stored) and section. A comment
+//!      `BY_TYPE`, ...), access exactly as printed, store class (`N V D`, `R` where a master asks for storage, `-` where nothing is stored) and section. A comment
 //!      where a row departs from the print, with the number of the erratum. Commands are `-`: what is `N` and writable is
 //!      stored and written again at power-up.
 //!    - one `blocks!`: which block stands at which slots, with its instances (`1:2`) where a selector chooses;
@@ -53,7 +53,7 @@
 //!    length, type and state are decided by the row before that code runs, and storing happens after it.
 //! 4. **`src/NAME/bench.rs`**: [`Behaviour`](profile::Behaviour), the cyclic fields and what people do to the device, with its
 //!    `faults!`.
-//! 5. **This file**: `pub mod NAME;` and its model in [`MODELS`].
+//! 5. **This file**: `pub mod NAME;`, and a word in the table above.
 //! 6. **`tests/NAME/main.rs`** beside `tests/support`: `rows.rs` (a sample of good and bad values for every
 //!    writable row; the rest is generated), `exchange.rs` (every configuration and user parameter string), one file per
 //!    behaviour with its sections, and `property.rs`. `UPDATE_GOLDEN=1 cargo test -p profivac-devices` prints the tables to
@@ -71,6 +71,3 @@ pub mod store;
 pub mod tpg;
 
 pub use instrument::{Action, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Unknown};
-
-/// The tables of every device.
-pub static MODELS: &[&model::Model] = &[&bcg450::table::MODEL];

@@ -53,10 +53,10 @@ impl Behaviour for Gauge {
     fn input(&self, field: Field) -> Octets {
         match field {
             Field::ExceptionStatus => Octets::new(&[self.exception_status().bits()]),
-            Field::StatusExtension => Octets::new(&[self.one_of_n().bits()]),
+            Field::StatusExtension => Octets::new(&[self.one_of_n.bits()]),
             Field::PvSelector => Octets::new(&[self.active]),
             Field::ProcessValue(_) => {
-                let pa = self.active().process_value_pa(&self.condition());
+                let pa = self.active().process_value_pa(&self.condition);
                 self.presentation.format(table::COUNTS).encode(pa)
             }
             // In none of its telegrams.
@@ -124,15 +124,17 @@ impl Behaviour for Gauge {
     }
 
     fn report(&self) -> Report {
-        let condition = self.condition();
         Report {
             device_state: self.machine.state().name(),
             led: "none",
             relays: self.relays.iter().map(|relay| relay.point.is_closed()).collect(),
-            indicated: [&self.pirani, &self.ba, &self.cdg].into_iter().map(|part| part.indicated(&condition)).collect(),
+            indicated: [&self.pirani, &self.ba, &self.cdg]
+                .into_iter()
+                .map(|part| part.indicated(&self.condition))
+                .collect(),
             active_instance: self.active,
             exception_status: self.exception_status().bits(),
-            outputs_safe: self.active().is_safe(&condition),
+            outputs_safe: self.active().is_safe(&self.condition),
             emission: core::iter::once(self.cathode.is_on()).collect(),
             degas: core::iter::once(self.cathode.is_degassing()).collect(),
             run_hours: self.seconds / 3600.0,

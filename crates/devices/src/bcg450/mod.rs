@@ -45,6 +45,10 @@ pub struct Gauge {
     atmosphere: Sensor,
     /// PV Selector.
     active: u8,
+    /// What concerns all readings.
+    condition: Condition,
+    /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
+    one_of_n: StatusExtension,
     cathode: Cathode,
     relays: [Relay; 2],
     /// The cyclic transition command of the last cycle.
@@ -65,6 +69,8 @@ impl Gauge {
             cdg: MeasuringPart::new(&table::CDG),
             atmosphere: Sensor::in_air(),
             active: 1,
+            condition: Condition { executing: false, disturbed: false, alarmed: false },
+            one_of_n: StatusExtension::INVALID,
             cathode: Cathode::new(&table::CATHODE),
             relays: [Relay::new(), Relay::new()],
             command: [0; 2],
@@ -152,7 +158,7 @@ impl Gauge {
         // Internal communication as in the alarm (49), then the relays at atmosphere (50, 114).
         let manufacturer =
             u8::from(self.faults.comm) | u8::from(a.atmosphere_reached()) << 1 | u8::from(b.atmosphere_reached()) << 2;
-        Details { common: self.common(), device: [self.one_of_n().bits(), c0, c1, p0, p1, b0, b1], manufacturer }
+        Details { common: self.common(), device: [self.one_of_n.bits(), c0, c1, p0, p1, b0, b1], manufacturer }
     }
 
     /// Sensor Warning. Only the Pirani has an Electronics Warning, which means badly adjusted (105).
@@ -167,19 +173,15 @@ impl Gauge {
     }
 
     /// Any alarm makes every reading invalid, warnings do not (54).
-    fn condition(&self) -> Condition {
+    fn judge(&mut self) {
         let alarm = self.alarm();
-        Condition {
+        self.condition = Condition {
             executing: self.machine.is_executing(),
             disturbed: alarm.is_any(),
             alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
-        }
-    }
-
-    /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
-    fn one_of_n(&self) -> StatusExtension {
+        };
         let range = table::GAUGE.judge(self.active().indicated_pa());
-        StatusExtension::new(range, self.active().is_valid(&self.condition()))
+        self.one_of_n = StatusExtension::new(range, self.active().is_valid(&self.condition));
     }
 
     /// What the cathode depends on; the Pirani controls it.
@@ -191,7 +193,7 @@ impl Gauge {
         }
     }
 
-    /// Everything that follows at once: emission, readings, relays, last valid values.
+    /// Everything that follows at once: emission, readings, relays, validity, last valid values.
     fn follow(&mut self) {
         self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
         self.ba.failed = self.faults.sensor_2 || self.faults.electronics_2;
@@ -200,7 +202,8 @@ impl Gauge {
         self.measure();
         self.cathode.forget_refused_degas(self.active().indicated_pa());
         self.follow_relays();
-        let condition = self.condition();
+        self.judge();
+        let condition = self.condition;
         [&mut self.pirani, &mut self.ba, &mut self.cdg].into_iter().for_each(|part| part.remember(&condition));
     }
 

@@ -29,19 +29,19 @@ impl Blocks for Gauge {
                 OneOfNInput::ChannelInstanceSelector => self.selector.into(),
                 OneOfNInput::PvSelector => self.active.into(),
             },
-            Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n().bits().into(),
+            Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n.bits().into(),
             Parameter::Input(row) => self.part(at.instance()).map_or(Value::NONE, |part| self.get_input(part, row)),
             Parameter::SetPoint(row) => self.get_set_point(at.instance(), row),
             Parameter::HeatTransfer(row) => match row {
                 HeatTransfer::BlockType => Value::octets(&HeatTransfer::BLOCK.type_octets()),
-                HeatTransfer::StatusExtension => self.pirani.status_extension(&self.condition()).bits().into(),
+                HeatTransfer::StatusExtension => self.pirani.status_extension(&self.condition).bits().into(),
                 HeatTransfer::SensorAlarm => Value::octets(&self.pirani.sensor_alarm()),
                 HeatTransfer::SensorWarning => Value::octets(&self.sensor_warning(1)),
             },
             Parameter::HotCathode(row) => self.get_hot_cathode(row),
             Parameter::Diaphragm(row) => match row {
                 Diaphragm::BlockType => Value::octets(&Diaphragm::BLOCK.type_octets()),
-                Diaphragm::StatusExtension => self.cdg.status_extension(&self.condition()).bits().into(),
+                Diaphragm::StatusExtension => self.cdg.status_extension(&self.condition).bits().into(),
                 Diaphragm::SensorAlarm => Value::octets(&self.cdg.sensor_alarm()),
                 Diaphragm::SensorWarning => Value::octets(&self.sensor_warning(3)),
             },
@@ -163,11 +163,11 @@ impl Gauge {
 
     fn get_input(&self, part: &MeasuringPart, row: AnalogInput) -> Value {
         match row {
-            AnalogInput::ProcessValue => Value::Pressure(part.process_value_pa(&self.condition())),
+            AnalogInput::ProcessValue => Value::Pressure(part.process_value_pa(&self.condition)),
             AnalogInput::Status => Value::Integer(0),
             AnalogInput::DataType => self.presentation.number.code().into(),
             AnalogInput::DataUnits => self.presentation.unit.code.into(),
-            AnalogInput::ReadingValid => part.is_valid(&self.condition()).into(),
+            AnalogInput::ReadingValid => part.is_valid(&self.condition).into(),
             AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
             AnalogInput::SafeState => part.safe_state.code().into(),
             AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
@@ -196,7 +196,7 @@ impl Gauge {
         match row {
             HotCathode::StateCommand => Value::octets(&[0, 0]),
             HotCathode::BlockType => Value::octets(&HotCathode::BLOCK.type_octets()),
-            HotCathode::StatusExtension => self.ba.status_extension(&self.condition()).bits().into(),
+            HotCathode::StatusExtension => self.ba.status_extension(&self.condition).bits().into(),
             HotCathode::SensorAlarm => Value::octets(&self.ba.sensor_alarm()),
             HotCathode::SensorWarning => Value::octets(&self.sensor_warning(2)),
             HotCathode::EmissionStatus => (current as u8).into(),
