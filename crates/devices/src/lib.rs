@@ -56,7 +56,7 @@
 //! 5. **This file**: `pub mod NAME;`, and a word in the table above.
 //! 6. **`tests/NAME/main.rs`** beside `tests/support`: `rows.rs` (a sample of good and bad values for every
 //!    writable row; the rest is generated), `exchange.rs` (every configuration and user parameter string), one file per
-//!    behaviour with its sections, and `property.rs`. `UPDATE_GOLDEN=1 cargo test -p profivac-devices` prints the tables to
+//!    behaviour with its sections, and `property.rs`. `cargo xtask goldens` writes the tables to
 //!    `tests/golden/NAME.txt`: read them against the manual once more.
 #![no_std]
 #![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]

@@ -1,4 +1,4 @@
-//! Readable texts beside the tests. `UPDATE_GOLDEN=1` writes them anew; the diff is part of a review.
+//! Readable texts beside the tests. `cargo xtask goldens` writes them anew; the diff is part of a review.
 
 use profivac_devices::model::{Configuration, Model, Place, Scale, Telegram};
 use std::fmt::Write;
@@ -7,7 +7,7 @@ use std::{env, fs, path::Path};
 /// Compares `text` with the golden of this name.
 pub fn check(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if env::var_os("UPDATE_GOLDEN").is_some() {
+    if env::var_os("PROFIVAC_BLESS").is_some() {
         fs::write(&path, text).unwrap();
     }
     let golden = fs::read_to_string(&path).unwrap_or_default();
