@@ -224,7 +224,7 @@ mod tests {
                 scene.surround(conditions(mbar));
                 scene.run(1.0);
                 for watched in scene.watched() {
-                    let read = scene.reading(watched).pa.unwrap() / 100.0;
+                    let read = scene.reading(watched).values[0].pa.unwrap() / 100.0;
                     assert!((read / mbar - 1.0).abs() < 1e-6, "{read} instead of {mbar} mbar at {baud}");
                 }
             }

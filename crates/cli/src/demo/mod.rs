@@ -144,12 +144,13 @@ impl Demo {
 
     fn row(&self) -> Row {
         let reading = self.scene.watched().first().map(|watched| self.scene.reading(watched)).unwrap_or_default();
+        let value = reading.values.first();
         let counters = self.scene.master().and_then(|master| master.counters(GAUGE)).copied().unwrap_or_default();
         Row {
             seconds: self.scene.seconds(),
             true_mbar: pump_down::pressure(self.scene.seconds()).mbar(),
-            read_mbar: reading.pa.map(|pa| pa / 100.0),
-            instance: reading.instance,
+            read_mbar: value.and_then(|value| value.pa).map(|pa| pa / 100.0),
+            instance: value.map_or(0, |value| value.instance),
             exchanges: counters.exchanges,
             lost: counters.lost,
         }

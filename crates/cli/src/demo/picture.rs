@@ -71,19 +71,21 @@ fn curve(frame: &mut Frame<'_>, area: Rect, trend: &Trend, speed: f64) {
 fn gauge(frame: &mut Frame<'_>, area: Rect, scene: &Scene) {
     let Some((device, watched)) = scene.devices().zip(scene.watched()).next() else { return };
     let (report, reading) = (device.report(), scene.reading(watched));
-    let pressure = reading.pa.map_or_else(|| "no valid value".to_owned(), |pa| format!("{:.3e} mbar", pa / 100.0));
-    let part = device.instrument().parts().iter().find(|part| part.instance == reading.instance);
+    let value = reading.values.first();
+    let pressure = value.and_then(|value| value.pa).map(|pa| format!("{:.3e} mbar", pa / 100.0));
+    let instance = value.map(|value| value.instance);
+    let part = device.instrument().parts().iter().find(|part| Some(part.instance) == instance);
     let switches =
         |states: Vec<bool>| states.iter().map(|on| if *on { "on" } else { "off" }).collect::<Vec<_>>().join(" ");
     let lines = vec![
         Line::from(""),
-        Line::from(pressure).bold().fg(Color::Cyan).centered(),
+        Line::from(pressure.unwrap_or_else(|| "no valid value".to_owned())).bold().fg(Color::Cyan).centered(),
         Line::from(""),
         fact("measures", part.map_or("-".to_owned(), |part| format!("{:?}", part.principle))),
         fact("state", report.device_state.to_owned()),
         fact("emission", switches(report.emission.iter().copied().collect())),
         fact("relays", switches(report.relays.iter().copied().collect())),
-        Line::from(reading.remarks().join(", ")).fg(Color::Yellow),
+        Line::from(reading.exceptions().join(", ")).fg(Color::Yellow),
     ];
     let title = format!(" {} at address {GAUGE} ", watched.model.title);
     frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(title)), area);
