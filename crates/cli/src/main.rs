@@ -2,6 +2,7 @@
 
 mod bus;
 mod console;
+mod demo;
 mod failure;
 mod hub;
 mod monitor;
@@ -31,6 +32,7 @@ Exit codes:
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Arguments),
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
     Scan(scan::Arguments),
@@ -39,6 +41,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match Profivac::parse().command {
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),

@@ -103,27 +103,28 @@ fn map(seen: &[Seen], own: u8, hsa: u8) -> String {
     text + "S slave, M master, * this master, . nobody\n"
 }
 
-/// One line a station.
+/// One line a station. Of devices that share an ident number the names follow at the end, they may be many.
 fn table(seen: &[Seen]) -> String {
-    let mut text = format!("{:>4}  {:<8}{:<10}{:<12}{:<10}{}\n", "ADDR", "KIND", "IDENT", "DEVICE", "OWNER", "STATE");
-    for station in seen {
-        text.push_str(&line(station));
-    }
-    text.trim_end().to_owned()
+    let header = format!("{:>4}  {:<8}{:<8}{:<10}{:<36}{}\n", "ADDR", "KIND", "IDENT", "OWNER", "STATE", "DEVICE");
+    seen.iter().fold(header, |text, station| text + &line(station)).trim_end().to_owned()
 }
 
 fn line(seen: &Seen) -> String {
     let Seen { address, station, slave } = seen;
     let Some(slave) = slave else {
-        let state = if *station == StationType::Slave { "gives no diagnosis" } else { kind(*station) };
-        let kind = if *station == StationType::Slave { "slave" } else { "master" };
-        return format!("{address:>4}  {kind:<8}{:<10}{:<12}{:<10}{state}\n", "-", "-", "-");
+        let (kind, state) = match station {
+            StationType::Slave => ("slave", "gives no diagnosis"),
+            StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing => {
+                ("master", kind(*station))
+            }
+        };
+        return format!("{address:>4}  {kind:<8}{:<8}{:<10}{state:<36}-\n", "-", "-");
     };
     let SlaveSeen { ident, owner, .. } = slave;
-    let device = slave.devices().join("/");
-    let device = if device.is_empty() { "unknown" } else { &device };
-    let owner = owner.map_or("nobody".to_owned(), |owner| format!("master {owner}"));
-    format!("{address:>4}  {:<8}0x{ident:04X}    {device:<12}{owner:<10}{}\n", "slave", slave.state())
+    let devices = slave.devices().join(" or ");
+    let devices = if devices.is_empty() { "unknown" } else { &devices };
+    let owner = owner.map_or_else(|| "nobody".to_owned(), |owner| format!("master {owner}"));
+    format!("{address:>4}  {:<8}0x{ident:04X}  {owner:<10}{:<36}{devices}\n", "slave", slave.state())
 }
 
 #[cfg(test)]
@@ -148,9 +149,9 @@ mod tests {
     fn the_table_tells_what_a_slave_is_and_whose() {
         let silent = Seen { slave: None, ..slave(7) };
         let expected = "\
-ADDR  KIND    IDENT     DEVICE      OWNER     STATE
-   5  slave   0x08E6    bcg450      master 2  exchanges data
-   7  slave   -         -           -         gives no diagnosis";
+ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
+   5  slave   0x08E6  master 2  exchanges data                      bcg450
+   7  slave   -       -         gives no diagnosis                  -";
         assert_eq!(table(&[slave(5), silent]), expected);
     }
 }

@@ -29,3 +29,9 @@ pub fn slave_address(text: &str) -> Result<u8, String> {
     let address = text.parse().ok().filter(|address| *address <= 125);
     address.ok_or_else(|| format!("expected the address of a slave from 0 to 125, got {text:?}"))
 }
+
+/// How much faster than real time.
+pub fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed| (0.01..=10_000.0).contains(speed));
+    speed.ok_or_else(|| format!("expected a speed from 0.01 to 10000, got {text:?}"))
+}

@@ -118,8 +118,8 @@ fn a_time_may_be_set() {
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     let table = String::from_utf8(done.stdout).unwrap();
     let mut lines = table.lines();
-    assert!(lines.next().unwrap().starts_with("ADDR  DEVICE    PRESSURE"), "{table}");
-    assert!(lines.next().unwrap().starts_with("   5  bcg450    1.000e-3 mbar     DATA"), "{table}");
+    assert!(lines.next().unwrap().starts_with("ADDR  DEVICE    PART  PRESSURE"), "{table}");
+    assert!(lines.next().unwrap().starts_with("   5  bcg450       2  1.000e-3 mbar     DATA"), "{table}");
 }
 
 #[test]

@@ -31,9 +31,9 @@ fn the_map_shows_who_answers() {
   10  . . S . . .
 S slave, M master, * this master, . nobody
 
-ADDR  KIND    IDENT     DEVICE      OWNER     STATE
-   5  slave   0x08E6    bcg450      nobody    waits for parameters, not ready
-  12  slave   0x08E6    bcg450      nobody    waits for parameters, not ready
+ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
+   5  slave   0x08E6  nobody    waits for parameters, not ready     bcg450
+  12  slave   0x08E6  nobody    waits for parameters, not ready     bcg450
 ";
     assert_eq!(output(&["scan", "--port", &path, "--master", "3", "--hsa", "15"]), expected);
     let all = output(&["scan", "--port", &path]);

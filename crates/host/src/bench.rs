@@ -115,10 +115,16 @@ impl VirtualDevice {
         self.unit.instrument().report()
     }
 
-    /// The vacuum around the device changes.
+    /// The vacuum around the device changes, and everything that follows by itself has followed.
     pub fn expose(&mut self, conditions: Conditions) {
         self.conditions = conditions;
         self.settle();
+    }
+
+    /// The vacuum around the device changes. What follows takes its time.
+    pub fn surround(&mut self, conditions: Conditions) {
+        self.conditions = conditions;
+        self.sense();
     }
 
     /// Power is switched off, or on again. Nothing happens to a device that is off already, or on.
@@ -154,9 +160,13 @@ impl VirtualDevice {
 
     /// The sensors take the pressure around them, and everything that follows by itself follows.
     fn settle(&mut self) {
-        if !self.powered {
-            return;
+        if self.powered {
+            self.sense();
+            self.unit.instrument_mut().settle();
         }
+    }
+
+    fn sense(&mut self) {
         let conditions = self.conditions;
         let instrument = self.unit.instrument_mut();
         for part in 0..instrument.parts().len() {
@@ -164,7 +174,6 @@ impl VirtualDevice {
                 instrument.sense(part, conditions.indicated_pa(principle));
             }
         }
-        instrument.settle();
     }
 
     /// The device lives through bus time up to `now`.

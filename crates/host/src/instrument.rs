@@ -6,8 +6,12 @@ use crate::bench::Unit;
 use crate::memory::Memory;
 use profivac_devices::Instrument;
 use profivac_devices::bcg450::{self, Bcg450};
+use profivac_devices::img400::{self, Gauges, Img400, IonGauge, OtherGauge};
 use profivac_devices::model::Model;
 use profivac_devices::profile::{Serial, Setup};
+use profivac_devices::pxg55x::table::VERSIONS;
+use profivac_devices::pxg55x::{Kind, Pxg55x};
+use profivac_devices::tpg::{self, Tpg};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 use std::collections::BTreeSet;
@@ -37,12 +41,83 @@ pub struct Entry {
 /// A device, or why there is none.
 type Made = Result<Box<dyn Unit>, SpecError>;
 
-/// All devices there are.
-pub const DEVICES: &[Entry] = &[Entry {
-    model: &bcg450::table::MODEL,
-    keys: &[],
-    build: |_, setup, memory, baud| Ok(slave(Bcg450::new(memory, setup), baud)),
-}];
+/// All devices there are, in the order of their manuals.
+pub static DEVICES: [Entry; 10] = [
+    pcg(0),
+    pcg(1),
+    pcg(2),
+    psg(6),
+    psg(7),
+    psg(8),
+    Entry {
+        model: &bcg450::table::MODEL,
+        keys: &[],
+        build: |_, setup, memory, baud| Ok(slave(Bcg450::new(memory, setup), baud)),
+    },
+    Entry { model: &tpg::table::TPG300, keys: &TPG_KEYS, build: build_tpg },
+    Entry { model: &tpg::table::TPG500, keys: &TPG_KEYS, build: build_tpg },
+    Entry { model: &img400::table::MODEL, keys: &IMG_KEYS, build: build_img },
+];
+
+/// A gauge of tira56e1 that may have an atmosphere sensor, by its place in the manual's list.
+const fn pcg(version: usize) -> Entry {
+    Entry { keys: &["atm"], ..psg(version) }
+}
+
+/// One without.
+const fn psg(version: usize) -> Entry {
+    Entry { model: &VERSIONS[version].model, keys: &[], build: build_pxg }
+}
+
+fn build_pxg(spec: &Spec, setup: Setup, memory: Memory, baud: Baud) -> Made {
+    let atmosphere = match spec.value("atm") {
+        // With one, if there is such a gauge.
+        None => None,
+        Some("on") => Some(true),
+        Some("off") => Some(false),
+        Some(_) => return Err(spec.wrong("atm", "on|off")),
+    };
+    let kind = Kind::named(&spec.device, atmosphere).ok_or_else(|| SpecError::Device(spec.device.clone()))?;
+    Ok(slave(Pxg55x::new(memory, kind, setup), baud))
+}
+
+const TPG_KEYS: [&str; 4] = ["a1", "a2", "b1", "b2"];
+
+/// What a channel of the controllers can have. `none` is a channel without a gauge.
+const TPG_GAUGES: [(&str, Option<tpg::Gauge>); 3] =
+    [("pirani", Some(tpg::Gauge::Pirani)), ("cold-cathode", Some(tpg::Gauge::ColdCathode)), ("none", None)];
+
+fn build_tpg(spec: &Spec, setup: Setup, memory: Memory, baud: Baud) -> Made {
+    let [a1, a2, b1, b2] = TPG_KEYS;
+    let (pirani, cold_cathode) = (Some(tpg::Gauge::Pirani), Some(tpg::Gauge::ColdCathode));
+    let gauges = [
+        spec.choice(a1, &TPG_GAUGES, pirani)?,
+        spec.choice(a2, &TPG_GAUGES, pirani)?,
+        spec.choice(b1, &TPG_GAUGES, cold_cathode)?,
+        spec.choice(b2, &TPG_GAUGES, cold_cathode)?,
+    ];
+    Ok(slave(Tpg::new(entry(&spec.device)?.model, memory, setup, gauges), baud))
+}
+
+const IMG_KEYS: [&str; 4] = ["ch1", "ch2", "ch3", "ch4"];
+
+const ION_GAUGES: [(&str, Option<IonGauge>); 3] =
+    [("bag", Some(IonGauge::Bag)), ("ext", Some(IonGauge::Ext)), ("none", None)];
+
+const OTHER_GAUGES: [(&str, Option<OtherGauge>); 3] =
+    [("tpr", Some(OtherGauge::Tpr)), ("cmr", Some(OtherGauge::Cmr)), ("none", None)];
+
+fn build_img(spec: &Spec, setup: Setup, memory: Memory, baud: Baud) -> Made {
+    let [ch1, ch2, ch3, ch4] = IMG_KEYS;
+    let usual = Gauges::default();
+    let gauges = Gauges {
+        ch1: spec.choice(ch1, &ION_GAUGES, usual.ch1)?,
+        ch2: spec.choice(ch2, &ION_GAUGES, usual.ch2)?,
+        ch3: spec.choice(ch3, &OTHER_GAUGES, usual.ch3)?,
+        ch4: spec.choice(ch4, &OTHER_GAUGES, usual.ch4)?,
+    };
+    Ok(slave(Img400::new(memory, setup, gauges), baud))
+}
 
 fn slave<I: Instrument + 'static>(instrument: I, baud: Baud) -> Box<dyn Unit> {
     let address = instrument.station_address();
@@ -163,6 +238,14 @@ impl Spec {
         Ok(setup)
     }
 
+    /// What the value of `key` stands for, `usual` if it is not given.
+    fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)], usual: T) -> Result<T, SpecError> {
+        let Some(value) = self.value(key) else { return Ok(usual) };
+        let names = || choices.iter().map(|(name, _)| *name).collect::<Vec<_>>().join("|");
+        let choice = choices.iter().find(|(name, _)| *name == value);
+        choice.map(|(_, choice)| *choice).ok_or_else(|| self.wrong(key, &names()))
+    }
+
     /// The value of `key` is none of those the device takes.
     fn wrong(&self, key: &'static str, expected: &str) -> SpecError {
         SpecError::Value {
@@ -223,6 +306,26 @@ mod tests {
     }
 
     #[test]
+    fn every_device_is_made_under_its_name() {
+        for entry in &DEVICES {
+            let name = entry.model.name;
+            let unit = parse(&format!("{name}@9")).unwrap().build(Memory::volatile(), Baud::B19200).unwrap();
+            assert_eq!((unit.instrument().name(), unit.station_address()), (name, 9));
+            assert_eq!(unit.instrument().ident_number(), entry.model.ident);
+        }
+    }
+
+    #[test]
+    fn an_atmosphere_sensor_is_there_unless_it_is_switched_off() {
+        let parts = |text: &str| {
+            let unit = parse(text).unwrap().build(Memory::volatile(), Baud::B19200).unwrap();
+            unit.instrument().parts().len()
+        };
+        assert_eq!([parts("pcg550@5"), parts("pcg550@5:atm=on"), parts("pcg550@5:atm=off")], [3, 3, 2]);
+        assert_eq!(parts("psg550@5"), 1);
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         for (text, error) in [
             ("bcg450", SpecError::Form("bcg450".to_owned())),
@@ -235,6 +338,7 @@ mod tests {
         ] {
             assert_eq!(parse(text), Err(error), "{text}");
         }
+        assert!(parse("psg550@5:atm=on").is_err());
         let sentence = parse("bcg450@5:atm=on").unwrap_err().to_string();
         assert_eq!(sentence, "bcg450 has no key \"atm\"; it has serial, unit");
     }
@@ -246,6 +350,12 @@ mod tests {
             Err(error) => error.to_string(),
         };
         assert_eq!(build("bcg450@5:unit=hpa,serial=4711"), "built");
+        assert_eq!(build("pcg552@5:atm=off,unit=pa"), "built");
+        assert_eq!(build("tpg500@5:a1=none,b2=pirani"), "built");
+        assert_eq!(build("img400@5:ch1=none,ch4=tpr"), "built");
+        assert_eq!(build("pcg554@5:atm=yes"), "pcg554: expected atm=on|off, got \"yes\"");
+        assert_eq!(build("tpg300@5:a1=bag"), "tpg300: expected a1=pirani|cold-cathode|none, got \"bag\"");
+        assert_eq!(build("img400@5:ch3=bag"), "img400: expected ch3=tpr|cmr|none, got \"bag\"");
         let units = "bcg450: expected unit=COUNTS|Torr|Micron|mbar|Pascal, got \"psi\"";
         assert_eq!(build("bcg450@5:unit=psi"), units);
         for serial in ["", "Zähler", "1234567890123456789012345678901"] {

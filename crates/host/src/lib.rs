@@ -12,6 +12,7 @@
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`instrument`] | devices by name, as a command line has them |
+//! | [`scene`] | a whole segment in memory |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
 //! | [`gas`], [`pressure`] | what surrounds them |
 
@@ -25,6 +26,7 @@ pub mod memory;
 pub mod ms2;
 pub mod port;
 pub mod pressure;
+pub mod scene;
 pub mod segment;
 pub mod tool;
 pub mod watch;

@@ -25,6 +25,9 @@ pub enum Ms2Error {
     /// Nothing could be asked.
     #[error(transparent)]
     Tool(#[from] ToolError),
+    /// It is no DP-V1 slave, or has no such record.
+    #[error("it has no such record for class 2 masters")]
+    Unsupported,
     /// The slave did not answer.
     #[error("{0}")]
     Lost(Failure),

@@ -4,7 +4,7 @@ use crate::instrument::DEVICES;
 use crate::live::look;
 use crate::ms2::{self, Ms2Error};
 use crate::tool::{Reply, Tool, ToolError};
-use profivac_devices::model::{Configuration, Direction, Facts, Field, Format, Model, NumberType, Unit, UserPrm, Via};
+use profivac_devices::model::{Configuration, Direction, Field, Format, Model, NumberType, Unit, UserPrm, Via};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::master::{SlaveParameters, services};
 
@@ -86,47 +86,77 @@ impl Watched {
     /// What its inputs say.
     #[must_use]
     pub fn reading(&self, inputs: &[u8]) -> Reading {
-        let mut reading = Reading::default();
-        let mut value = None;
-        for (start, field) in self.configuration.inputs.into_iter().flat_map(|telegram| telegram.layout()) {
-            let octets = inputs.get(start..).and_then(|rest| rest.get(..field.octets())).unwrap_or_default();
-            match (field, octets) {
-                (Field::ExceptionStatus, [octet]) => reading.exception = ExceptionStatus::from_bits_retain(*octet),
-                (Field::StatusExtension, [octet]) => reading.status = StatusExtension::from_bits_retain(*octet),
-                (Field::PvSelector, [octet]) => reading.instance = *octet,
-                (Field::ProcessValue(number), octets) => value = Some((number, octets)),
-                _ => {}
-            }
-        }
-        reading.pa = value
-            .filter(|_| !reading.status.contains(StatusExtension::INVALID))
-            .and_then(|(number, octets)| self.decode(number, octets, reading.instance));
-        reading
+        let fields = Fields { configuration: self.configuration, inputs };
+        let exception = fields.octet(Field::ExceptionStatus).unwrap_or_default();
+        let values = fields.all().filter_map(|(field, octets)| {
+            let (instance, number, status) = match field {
+                Field::ProcessValue(number) => {
+                    let instance = fields.octet(Field::PvSelector).unwrap_or_default();
+                    (instance, number, fields.octet(Field::StatusExtension))
+                }
+                Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
+                _ => return None,
+            };
+            // What does not travel says nothing against the value.
+            let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
+            let valid = !status.contains(StatusExtension::INVALID);
+            Some(Value { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
+        });
+        Reading { values: values.collect(), exception: ExceptionStatus::from_bits_retain(exception) }
     }
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
-        let facts: &Facts = self.model.ranges.iter().find(|facts| facts.part.instance == instance)?;
+        let facts = self.model.ranges.iter().find(|facts| facts.part.instance == instance)?;
         Format { unit: self.unit, number, counts: facts.counts, highest: u16::MAX }.decode(octets)
     }
 }
 
+/// Inputs, field by field.
+struct Fields<'a> {
+    configuration: &'static Configuration,
+    inputs: &'a [u8],
+}
+
+impl<'a> Fields<'a> {
+    fn all(&self) -> impl Iterator<Item = (Field, &'a [u8])> {
+        let inputs = self.inputs;
+        let layout = self.configuration.inputs.into_iter().flat_map(|telegram| telegram.layout());
+        layout.filter_map(move |(start, field)| Some((field, inputs.get(start..)?.get(..field.octets())?)))
+    }
+
+    fn octets(&self, wanted: Field) -> Option<&'a [u8]> {
+        self.all().find(|(field, _)| *field == wanted).map(|(_, octets)| octets)
+    }
+
+    fn octet(&self, wanted: Field) -> Option<u8> {
+        self.octets(wanted)?.first().copied()
+    }
+
+    /// The status extension of a channel: half an octet, BG 5530 4.4.1.
+    fn channel_status(&self, channel: u8) -> Option<u8> {
+        let octet = self.octets(Field::ChannelStatus)?.get(usize::from(channel.saturating_sub(1) / 2))?;
+        Some(if channel.is_multiple_of(2) { octet >> 4 } else { octet & 0x0F })
+    }
+}
+
 /// What inputs say.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// The pressure in Pa; nothing unless it is valid.
-    pub pa: Option<f64>,
-    /// The instance it is from, 0 if the inputs do not tell.
-    pub instance: u8,
-    /// Where it lies.
-    pub status: StatusExtension,
+    /// The pressures, one for each channel that travels.
+    pub values: Vec<Value>,
     /// Exception Status.
     pub exception: ExceptionStatus,
 }
 
-impl Default for Reading {
-    fn default() -> Self {
-        Self { pa: None, instance: 0, status: StatusExtension::empty(), exception: ExceptionStatus::empty() }
-    }
+/// A pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value {
+    /// The instance or channel it is from, 0 if the inputs do not tell.
+    pub instance: u8,
+    /// In Pa; nothing unless it is valid.
+    pub pa: Option<f64>,
+    /// Where it lies, and whether it is valid.
+    pub status: StatusExtension,
 }
 
 /// Bits of Exception Status and of the status extension, in words.
@@ -139,23 +169,36 @@ const EXCEPTIONS: [(ExceptionStatus, &str); 6] = [
     (ExceptionStatus::WARNING_MANUFACTURER, "manufacturer warning"),
 ];
 
-const STATUSES: [(StatusExtension, &str); 3] = [
+const EXTENSIONS: [(StatusExtension, &str); 3] = [
     (StatusExtension::INVALID, "invalid"),
     (StatusExtension::OVER, "overrange"),
     (StatusExtension::UNDER, "underrange"),
 ];
 
-impl Reading {
-    /// What is not as it should be, in words.
+impl Value {
+    /// The status, in words.
     #[must_use]
-    pub fn remarks(&self) -> Vec<&'static str> {
-        let statuses = STATUSES.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word);
-        let exceptions = EXCEPTIONS.into_iter().filter(|(bit, _)| self.exception.contains(*bit)).map(|(_, word)| word);
-        statuses.chain(exceptions).collect()
+    pub fn words(&self) -> Vec<&'static str> {
+        EXTENSIONS.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word).collect()
     }
 }
 
-/// The configuration the slave has, or its usual one if that has no process value.
+impl Default for Reading {
+    /// Nothing was said.
+    fn default() -> Self {
+        Self { values: Vec::new(), exception: ExceptionStatus::empty() }
+    }
+}
+
+impl Reading {
+    /// The exceptions, in words.
+    #[must_use]
+    pub fn exceptions(&self) -> Vec<&'static str> {
+        EXCEPTIONS.into_iter().filter(|(bit, _)| self.exception.contains(*bit)).map(|(_, word)| word).collect()
+    }
+}
+
+/// The configuration the slave has, or else one that tells whether its pressures are valid and sends nothing.
 fn present_configuration(
     tool: &mut Tool,
     address: u8,
@@ -166,13 +209,22 @@ fn present_configuration(
         Reply::Answer { du, .. } => model.configuration(du),
         Reply::Nothing(_) => None,
     };
-    Ok(present.filter(|configuration| configuration.number().is_some()).unwrap_or(model.default_configuration))
+    let quiet = || model.configurations.iter().filter(|configuration| configuration.outputs.is_none());
+    let best = || quiet().filter(|configuration| tells(configuration)).max_by_key(|best| best.input_octets());
+    Ok(present.filter(|present| tells(present)).or_else(best).unwrap_or(model.default_configuration))
+}
+
+/// Whether pressures travel, and with each where it is from and whether it is valid.
+fn tells(configuration: &Configuration) -> bool {
+    let has = |wanted| configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&wanted));
+    let one_of_n = has(Field::StatusExtension) && has(Field::PvSelector);
+    configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus))
 }
 
 /// Data Units, as a class 2 master reads it.
 fn present_unit(tool: &mut Tool, address: u8, model: &'static Model) -> Result<&'static Unit, WatchError> {
     let unreadable = |error| WatchError::Unit { address, error };
-    let (slot, index) = data_units(model).ok_or_else(|| unreadable(Ms2Error::Other))?;
+    let (slot, index) = data_units(model).ok_or_else(|| unreadable(Ms2Error::Unsupported))?;
     let record = ms2::read(tool, address, slot, index).map_err(unreadable)?;
     let code = record.try_into().map(u16::from_be_bytes).map_err(|_| unreadable(Ms2Error::Other))?;
     model.unit(code).ok_or_else(|| unreadable(Ms2Error::Other))
@@ -180,6 +232,9 @@ fn present_unit(tool: &mut Tool, address: u8, model: &'static Model) -> Result<&
 
 /// Where Data Units is: its first slot, and its index.
 fn data_units(model: &Model) -> Option<(u8, u8)> {
+    if !model.features.dpv1 {
+        return None;
+    }
     model.places.iter().find_map(|place| {
         let row = place.block.rows.iter().find(|row| row.name == "Data Units")?;
         let address = place.addresses.first().filter(|_| row.access.allows(Via::Class2, Direction::Read))?;
@@ -215,20 +270,42 @@ mod tests {
         ] {
             let channel = if configuration > 3 { vec![0; 8] } else { Vec::new() };
             let inputs = [channel, vec![0x80, 0x00, 0x02], value].concat();
-            let reading = watched(configuration, unit).reading(&inputs);
-            let error = (reading.pa.unwrap() / pa - 1.0).abs();
-            assert!(error < 1e-5, "{configuration} {unit}: {:?}", reading.pa);
-            assert_eq!((reading.instance, reading.remarks()), (2, vec![]));
+            let Reading { values, exception } = watched(configuration, unit).reading(&inputs);
+            let [Value { instance: 2, pa: Some(read), status }] = &values[..] else { panic!("{values:?}") };
+            assert!((read / pa - 1.0).abs() < 1e-5, "{configuration} {unit}: {read}");
+            assert_eq!((exception, *status), (ExceptionStatus::EXPANDED, StatusExtension::empty()));
         }
     }
 
     #[test]
     fn what_is_not_valid_has_no_pressure_but_reasons() {
-        let inputs = [0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00];
-        let reading = watched(1, "mbar").reading(&inputs);
-        assert_eq!(reading.pa, None);
-        assert_eq!(reading.remarks(), ["invalid", "overrange", "device alarm", "device warning"]);
-        assert_eq!(watched(1, "mbar").reading(&[]).pa, None);
+        let reading = watched(1, "mbar").reading(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
+        let [value] = &reading.values[..] else { panic!("{reading:?}") };
+        assert_eq!((value.instance, value.pa, value.words()), (2, None, vec!["invalid", "overrange"]));
+        assert_eq!(reading.exceptions(), ["device alarm", "device warning"]);
+        assert_eq!(watched(1, "mbar").reading(&[]), Reading::default());
+    }
+
+    /// Telegram 202 of the IMG 400: channel 2 is overrange, channel 3 invalid.
+    #[test]
+    fn every_channel_of_a_controller_has_its_own_value() {
+        let model = &profivac_devices::img400::table::MODEL;
+        let (configuration, unit) = (&model.configurations[9], model.unit_named("mbar").unwrap());
+        let watched = Watched { address: 7, model, configuration, unit };
+        let values = [1e-8_f32, 1e-2, 1e-3, 5.0].map(f32::to_be_bytes).concat();
+        let reading = watched.reading(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
+        let valid: Vec<_> = reading.values.iter().map(|value| (value.instance, value.pa.is_some())).collect();
+        assert_eq!(valid, [(1, true), (2, true), (3, false), (4, true)]);
+        assert_eq!((reading.values[1].words(), reading.values[2].words()), (vec!["overrange"], vec!["invalid"]));
+        assert!((reading.values[3].pa.unwrap() - 500.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_configuration_that_tells_what_is_valid_sends_nothing() {
+        for entry in &DEVICES {
+            let telling = entry.model.configurations.iter().filter(|configuration| tells(configuration)).count();
+            assert_eq!(telling > 0, entry.model.features.dpv1, "{}", entry.model.name);
+        }
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl Monitor {
     fn rows(&mut self) -> Vec<Row> {
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let master = self.tool.master();
-        self.slaves.iter().map(|slave| Row::of(slave, master, now.as_secs_f64())).collect()
+        self.slaves.iter().flat_map(|slave| Row::of(slave, master, now.as_secs_f64())).collect()
     }
 
     fn in_rows(&mut self, arguments: &Arguments) -> Result<(), Failure> {

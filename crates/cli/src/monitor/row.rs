@@ -1,9 +1,8 @@
 //! What is known of one slave at one moment, in every form it is shown in.
 
 use profivac_devices::model::{Scale, Unit};
-use profivac_dp::master::{Counters, State, Trouble};
 use profivac_host::tool::BusMaster;
-use profivac_host::watch::{Reading, Watched};
+use profivac_host::watch::{Value, Watched};
 use serde::Serialize;
 
 /// One slave.
@@ -31,38 +30,39 @@ pub struct Row {
 pub const CSV_COLUMNS: &str = "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost";
 
 impl Row {
-    /// What `master` knows about a slave.
-    pub fn of(watched: &Watched, master: &BusMaster, unix_time: f64) -> Self {
+    /// What `master` knows about a slave: a row for each of its values, and at least one.
+    pub fn of(watched: &Watched, master: &BusMaster, unix_time: f64) -> Vec<Self> {
         let address = watched.address;
         let reading = master.inputs(address).map(|inputs| watched.reading(inputs)).unwrap_or_default();
         let counters = master.counters(address).copied().unwrap_or_default();
-        Self::new(watched, unix_time, &reading, &counters, master.state(address), master.trouble(address))
-    }
-
-    fn new(
-        watched: &Watched,
-        unix_time: f64,
-        reading: &Reading,
-        counters: &Counters,
-        state: Option<State>,
-        trouble: Option<Trouble>,
-    ) -> Self {
-        let mbar = reading.pa.map(|pa| rounded(pa / 100.0));
-        let (pressure, unit) = in_unit(mbar, watched.unit);
-        let trouble = trouble.map(|trouble| trouble.to_string());
-        Self {
+        let exceptions = reading.exceptions().into_iter().map(str::to_owned);
+        let (_, unit) = in_unit(None, watched.unit);
+        let slave = Self {
             unix_time,
-            address: watched.address,
+            address,
             device: watched.model.name,
-            pressure,
+            pressure: None,
             unit,
-            mbar,
-            instance: reading.instance,
-            state: state.map_or_else(String::new, |state| state.to_string()),
-            remarks: trouble.into_iter().chain(reading.remarks().into_iter().map(str::to_owned)).collect(),
+            mbar: None,
+            instance: 0,
+            state: master.state(address).map_or_else(String::new, |state| state.to_string()),
+            remarks: master.trouble(address).map(|trouble| trouble.to_string()).into_iter().chain(exceptions).collect(),
             exchanges: counters.exchanges,
             lost: counters.lost,
+        };
+        if reading.values.is_empty() {
+            return vec![slave];
         }
+        reading.values.iter().map(|value| slave.with(value, watched.unit)).collect()
+    }
+
+    /// The same slave with one of its values.
+    fn with(&self, value: &Value, unit: &'static Unit) -> Self {
+        let mbar = value.pa.map(|pa| rounded(pa / 100.0));
+        let (pressure, unit) = in_unit(mbar, unit);
+        let words = value.words().into_iter().map(str::to_owned);
+        let remarks = words.chain(self.remarks.iter().cloned()).collect();
+        Self { pressure, unit, mbar, instance: value.instance, remarks, ..self.clone() }
     }
 
     /// Whether data are exchanged.
@@ -102,9 +102,10 @@ impl Row {
     /// One line of a table.
     pub fn line(&self) -> String {
         format!(
-            "{:>4}  {:<10}{:<18}{:<10}{:>10}{:>6}  {}",
+            "{:>4}  {:<10}{:>4}  {:<18}{:<10}{:>10}{:>6}  {}",
             self.address,
             self.device,
+            self.instance,
             self.pressure_text(),
             self.state,
             self.exchanges,
@@ -119,8 +120,8 @@ impl Row {
 /// The header of a table of [`Row::line`].
 pub fn header() -> String {
     format!(
-        "{:>4}  {:<10}{:<18}{:<10}{:>10}{:>6}  {}",
-        "ADDR", "DEVICE", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"
+        "{:>4}  {:<10}{:>4}  {:<18}{:<10}{:>10}{:>6}  {}",
+        "ADDR", "DEVICE", "PART", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"
     )
 }
 
@@ -142,40 +143,48 @@ fn rounded(number: f64) -> f64 {
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
-    use profivac_devices::profile::{ExceptionStatus, StatusExtension};
-    use profivac_dp::link::active::Failure;
+    use profivac_devices::profile::StatusExtension;
 
-    fn row(unit: &str, pa: Option<f64>, trouble: Option<Trouble>) -> Row {
-        let unit = MODEL.unit_named(unit).unwrap();
-        let watched = Watched { address: 5, model: &MODEL, configuration: MODEL.default_configuration, unit };
-        let reading =
-            Reading { pa, instance: 2, status: StatusExtension::UNDER, exception: ExceptionStatus::WARNING_DEVICE };
-        let counters = Counters { exchanges: 1234, lost: 5, ..Counters::default() };
-        Row::new(&watched, 1.5, &reading, &counters, Some(State::Data { diag: false }), trouble)
+    fn row(unit: &str, pa: Option<f64>) -> Row {
+        let slave = Row {
+            unix_time: 1.5,
+            address: 5,
+            device: "bcg450",
+            pressure: None,
+            unit: "",
+            mbar: None,
+            instance: 0,
+            state: "DATA".to_owned(),
+            remarks: vec!["device warning".to_owned()],
+            exchanges: 1234,
+            lost: 5,
+        };
+        slave.with(&Value { instance: 2, pa, status: StatusExtension::UNDER }, MODEL.unit_named(unit).unwrap())
     }
 
     #[test]
     fn a_pressure_is_shown_in_the_slaves_unit_with_the_digits_it_has() {
         let pa = f64::from(5e-6_f32) * 100.0;
-        assert_eq!(row("mbar", Some(pa), None).pressure_text(), "5.000e-6 mbar");
-        assert_eq!(row("mbar", Some(pa), None).mbar, Some(5e-6));
-        assert_eq!(row("Pascal", Some(pa), None).pressure_text(), "5.000e-4 Pascal");
-        assert_eq!(row("COUNTS", Some(pa), None).pressure_text(), "5.000e-6 mbar");
-        assert_eq!(row("Torr", None, None).pressure_text(), "-");
+        assert_eq!(row("mbar", Some(pa)).pressure_text(), "5.000e-6 mbar");
+        assert_eq!(row("mbar", Some(pa)).mbar, Some(5e-6));
+        assert_eq!(row("Pascal", Some(pa)).pressure_text(), "5.000e-4 Pascal");
+        assert_eq!(row("COUNTS", Some(pa)).pressure_text(), "5.000e-6 mbar");
+        assert_eq!(row("Torr", None).pressure_text(), "-");
     }
 
     #[test]
     fn every_form_tells_the_same() {
-        let row = row("mbar", Some(5e-4), Some(Trouble::Lost(Failure::Silence)));
-        assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"no answer; underrange; device warning\",1234,5");
+        let row = row("mbar", Some(5e-4));
+        assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"underrange; device warning\",1234,5");
         assert_eq!(row.csv().split(',').count(), CSV_COLUMNS.split(',').count());
-        let line =
-            "   5  bcg450    5.000e-6 mbar     DATA            1234     5  no answer; underrange; device warning";
-        assert_eq!(row.line(), line);
+        let table = "\
+ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
+   5  bcg450       2  5.000e-6 mbar     DATA            1234     5  underrange; device warning";
+        assert_eq!([header(), row.line()].join("\n"), table);
         let json = serde_json::to_string(&row).unwrap();
-        let expected = "{\"unix_time\":1.5,\"address\":5,\"device\":\"bcg450\",\"pressure\":5e-6,\"unit\":\"mbar\",\"mbar\":5e-6,\
-                        \"instance\":2,\"state\":\"DATA\",\"remarks\":[\"no answer\",\"underrange\",\"device warning\"],\
-                        \"exchanges\":1234,\"lost\":5}";
+        let expected = "{\"unix_time\":1.5,\"address\":5,\"device\":\"bcg450\",\"pressure\":5e-6,\"unit\":\"mbar\",\
+                        \"mbar\":5e-6,\"instance\":2,\"state\":\"DATA\",\
+                        \"remarks\":[\"underrange\",\"device warning\"],\"exchanges\":1234,\"lost\":5}";
         assert_eq!(json, expected);
     }
 }

@@ -6,11 +6,12 @@ use ratatui::layout::Constraint;
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::widgets::{Block, Cell, Row as Line, Table};
 
-const HEADER: [&str; 7] = ["ADDR", "DEVICE", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"];
+const HEADER: [&str; 8] = ["ADDR", "DEVICE", "PART", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"];
 
-const WIDTHS: [Constraint; 7] = [
+const WIDTHS: [Constraint; 8] = [
     Constraint::Length(4),
     Constraint::Length(8),
+    Constraint::Length(4),
     Constraint::Length(18),
     Constraint::Length(8),
     Constraint::Length(10),
@@ -30,6 +31,7 @@ fn line(row: &Row) -> Line<'static> {
     Line::new([
         Cell::from(row.address.to_string()),
         Cell::from(row.device),
+        Cell::from(row.instance.to_string()),
         Cell::from(row.pressure_text()).bold(),
         Cell::from(row.state.clone()).style(Style::new().fg(state)),
         Cell::from(row.exchanges.to_string()),
