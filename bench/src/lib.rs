@@ -3,8 +3,10 @@
 //! Everything that must be ready beforehand is made before the loop, so that the difference between two runs of different
 //! length is the operation alone. [`ROWS`] is the table of `docs/benchmarks.md`.
 
-mod exchange;
+mod desk;
+mod master;
 mod receiver;
+mod slave;
 mod telegram;
 
 /// Does an operation so many times.
@@ -56,7 +58,7 @@ pub const ROWS: &[Row] = &[
     Row { what: "the same, one by one", ours: receiver::receive_each, minus: None, peer: None, units: 41, target: 12 },
     Row {
         what: "slave, one Data_Exchange of 5 octets out and 2 in, the request in one piece",
-        ours: exchange::in_one_piece,
+        ours: slave::in_one_piece,
         minus: None,
         peer: None,
         units: 1,
@@ -64,7 +66,7 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         what: "the same, octet by octet",
-        ours: exchange::octet_by_octet,
+        ours: slave::octet_by_octet,
         minus: None,
         peer: None,
         units: 1,
@@ -72,10 +74,34 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         what: "of that, from the last octet of the request to the answer",
-        ours: exchange::octet_by_octet,
-        minus: Some(exchange::all_but_last),
+        ours: slave::octet_by_octet,
+        minus: Some(slave::all_but_last),
         peer: None,
         units: 1,
         target: 250,
+    },
+    Row {
+        what: "BCG450, one Data_Exchange with parameter channel and float (C6 87 8E ...)",
+        ours: slave::bcg450_exchange,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: 1500,
+    },
+    Row {
+        what: "BCG450, one MS1 read of four octets, request and poll",
+        ours: slave::ms1_read,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: 2000,
+    },
+    Row {
+        what: "master, one Data_Exchange of 2 octets each way among 124 slaves",
+        ours: master::exchange,
+        minus: None,
+        peer: Some(master::exchange_peer),
+        units: 1,
+        target: 1000,
     },
 ];

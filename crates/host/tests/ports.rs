@@ -5,6 +5,7 @@
 use profivac_dp::link::Baud;
 use profivac_host::port::{self, Character, Port, PortError, Pty, Serial, TcpClient, TcpServer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::termios::{LocalModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcsetattr};
 use std::fs;
 use std::path::PathBuf;
 use tempfile::TempDir;
@@ -87,6 +88,26 @@ fn nobody_reads_what_was_sent_to_somebody_else() {
     let mut read = [0; 8];
     assert_eq!(std::io::Read::read(&mut second, &mut read).unwrap(), 1);
     assert_eq!(read[0], b'!');
+}
+
+#[test]
+fn between_two_programs_a_pty_becomes_raw_again_and_is_left_alone_if_it_is() {
+    let (_folder, path) = folder();
+    let mut ours = Pty::create(&path).unwrap();
+    let mut after = |change: fn(&mut Termios)| {
+        let program = fs::OpenOptions::new().read(true).write(true).open(&path).unwrap();
+        ours.receive(&mut Vec::new()).unwrap();
+        let mut settings = tcgetattr(&program).unwrap();
+        change(&mut settings);
+        tcsetattr(&program, OptionalActions::Now, &settings).unwrap();
+        drop(program);
+        ours.receive(&mut Vec::new()).unwrap();
+        tcgetattr(fs::File::open(&path).unwrap()).unwrap()
+    };
+    let settings = after(|settings| settings.special_codes[SpecialCodeIndex::VMIN] = 0);
+    assert_eq!(settings.special_codes[SpecialCodeIndex::VMIN], 0);
+    let settings = after(|settings| settings.local_modes |= LocalModes::ECHO);
+    assert!(!settings.local_modes.contains(LocalModes::ECHO));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
+use rustix::termios::{OptionalActions, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr};
 use std::ffi::OsString;
 use std::fs;
 use std::io;
@@ -118,11 +118,18 @@ impl Drop for Pty {
 }
 
 /// Makes the other side raw and forgets what was not read there.
+///
+/// Settings that are raw already are left alone: the next program may be at its own at this very moment, and the C library
+/// reports an error to a program whose settings did not hold.
 fn reset(side: &Path) -> Result<(), Errno> {
     let other = rustix::fs::open(side, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
-    let mut settings = tcgetattr(&other)?;
-    settings.make_raw();
-    tcsetattr(&other, OptionalActions::Now, &settings)?;
+    let settings = tcgetattr(&other)?;
+    let mut raw = settings.clone();
+    raw.make_raw();
+    let modes = |settings: &Termios| (settings.input_modes, settings.output_modes, settings.local_modes);
+    if modes(&settings) != modes(&raw) {
+        tcsetattr(&other, OptionalActions::Now, &raw)?;
+    }
     tcflush(&other, QueueSelector::IOFlush)
 }
 

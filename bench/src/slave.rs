@@ -1,0 +1,122 @@
+//! Services as a slave sees them, from the first octet of the request to the answer.
+
+use crate::desk::{Desk, Mirror, counted, request};
+use profivac_devices::Instrument;
+use profivac_devices::bcg450::Bcg450;
+use profivac_devices::profile::Setup;
+use profivac_devices::store::RamStore;
+use profivac_wire::Sap;
+use profivac_wire::control::FrameCount;
+use std::hint::black_box;
+
+/// Five octets out, two in.
+const CFG: [u8; 2] = [0x24, 0x11];
+const OUTPUTS: [u8; 5] = [1, 2, 3, 4, 5];
+
+/// Parameter channel, process data with a float.
+const BCG450_CFG: [u8; 9] = [0xC6, 0x87, 0x8E, 0x0A, 0x0A, 0x05, 0x05, 0x05, 0x08];
+/// mbar, with MS1.
+const BCG450_USER: [u8; 5] = [0x80, 0x00, 0x00, 0x05, 0x1C];
+/// Read four octets of slot 1, index 19: the process value.
+const READ: [u8; 4] = [0x5E, 1, 19, 4];
+
+const ADDRESS: u8 = Desk::<Mirror>::ADDRESS;
+
+fn mirror() -> Desk<Mirror> {
+    Desk::exchanging(Mirror::default(), &[], &CFG)
+}
+
+fn exchanges(outputs: &[u8]) -> [Vec<u8>; 2] {
+    counted(|count| request(ADDRESS, Sap::Default, count, outputs))
+}
+
+/// Data_Exchange, the request in one piece.
+pub fn in_one_piece(times: u32) {
+    let mut desk = mirror();
+    for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
+        black_box(desk.hear(black_box(request)));
+    }
+}
+
+/// Data_Exchange, the request octet by octet.
+pub fn octet_by_octet(times: u32) {
+    let mut desk = mirror();
+    for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
+        black_box(desk.hear_each(black_box(request)));
+    }
+}
+
+/// All octets of the request but the last; then the line is disturbed, so that the next request begins anew.
+pub fn all_but_last(times: u32) {
+    let mut desk = mirror();
+    for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
+        let [octets @ .., _] = black_box(request.as_slice()) else { continue };
+        black_box(desk.hear_each(octets));
+        desk.receiver.character_error(desk.now);
+    }
+}
+
+fn bcg450() -> Desk<Bcg450<RamStore>> {
+    let mut gauge = Bcg450::new(RamStore::default(), Setup::new(ADDRESS));
+    gauge.settle();
+    Desk::exchanging(gauge, &BCG450_USER, &BCG450_CFG)
+}
+
+/// Data_Exchange with a BCG450 and an idle parameter channel.
+pub fn bcg450_exchange(times: u32) {
+    let mut desk = bcg450();
+    for request in exchanges(&[0; 8]).iter().cycle().take(times as usize) {
+        black_box(desk.hear(black_box(request)));
+    }
+}
+
+/// The request of an MS1 read, and the poll that fetches its response.
+fn read_and_poll() -> [Vec<u8>; 2] {
+    [(true, &READ[..]), (false, &[])].map(|(fcb, du)| request(ADDRESS, Sap::Ms1, FrameCount::Counted(fcb), du))
+}
+
+/// An MS1 read of a BCG450.
+pub fn ms1_read(times: u32) {
+    let mut desk = bcg450();
+    let requests = read_and_poll();
+    for _ in 0..times {
+        for request in black_box(&requests) {
+            black_box(desk.hear(request));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_exchange_is_answered_with_two_octets() {
+        let mut desk = mirror();
+        for request in exchanges(&OUTPUTS) {
+            assert_eq!(request.len(), 14);
+            assert_eq!(desk.hear(&request), 11);
+        }
+        for request in exchanges(&OUTPUTS) {
+            assert_eq!(desk.hear_each(&request), 11);
+        }
+        assert_eq!(desk.slave.device().outputs[..5], OUTPUTS);
+    }
+
+    #[test]
+    fn a_request_without_its_last_octet_is_not_answered() {
+        assert_eq!(mirror().hear_each(&exchanges(&OUTPUTS)[0][..13]), 0);
+    }
+
+    #[test]
+    fn the_bcg450_answers_with_fifteen_octets() {
+        let mut desk = bcg450();
+        assert_eq!(exchanges(&[0; 8]).map(|request| desk.hear(&request)), [24, 24]);
+    }
+
+    #[test]
+    fn the_ms1_read_is_acknowledged_and_its_response_has_four_octets() {
+        let mut desk = bcg450();
+        assert_eq!(read_and_poll().map(|request| desk.hear(&request)), [1, 19]);
+    }
+}

@@ -1,0 +1,130 @@
+//! Two masters that nobody here wrote bring the BCG450-SP to Data_Exchange over a pty and read its pressure.
+//!
+//! pyprofibus 1.13 runs as a Python program in the environment that `./test` makes; profirust 0.6.0 runs in a thread with a
+//! port of ours. What each is known to do wrong, and what may therefore be expected of it, stands where it is tested. A pty
+//! has no timing: this proves content and order of telegrams, nothing else.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod gauge;
+mod profirust_master;
+mod pyprofibus_master;
+mod watched;
+
+use common::{Folder, Program};
+use gauge::{CONFIGURATIONS, Cfg, UNITS, UnitString};
+use std::path::Path;
+use watched::Watched;
+
+/// The address of the gauge.
+const ADDRESS: u8 = 5;
+
+/// Brings the gauge on this pty to Data_Exchange and keeps it there.
+type Master = fn(&Path, &Cfg, &UnitString) -> Watched;
+
+const PYPROFIBUS: Master = pyprofibus_master::start;
+const PROFIRUST: Master = profirust_master::start;
+
+/// The largest configuration, with floats, in mbar.
+static USUAL: (&Cfg, &UnitString) = (&CONFIGURATIONS[7], &UNITS[3]);
+
+/// A gauge on a pty of its own.
+fn simulator(folder: &Folder) -> Program {
+    let program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5"]);
+    program.ready();
+    program
+}
+
+fn order(program: &mut Program, line: &str) {
+    assert!(program.tell(line).starts_with("ok"), "{line}");
+}
+
+/// Changes the true pressure and waits until the master sees it.
+fn follow(simulator: &mut Program, master: &Watched, (cfg, unit): (&Cfg, &UnitString), mbar: f64) {
+    order(simulator, &format!("pressure {mbar:e} mbar"));
+    let what = format!("{mbar} mbar with {} in {}", cfg.octets, unit.name);
+    master.until(&what, |inputs| gauge::shows(cfg, unit, inputs, mbar));
+}
+
+/// Brings a gauge up once for each configuration and unit, and follows the pressure through the range of each sensor.
+fn reads_the_pressure(master: Master, cases: impl IntoIterator<Item = (&'static Cfg, &'static UnitString)>) {
+    let folder = Folder::new();
+    let mut simulator = simulator(&folder);
+    for case in cases {
+        let master = master(&folder.path("line"), case.0, case.1);
+        for mbar in gauge::PRESSURES {
+            follow(&mut simulator, &master, case, mbar);
+        }
+    }
+}
+
+#[test]
+fn pyprofibus_reads_every_configuration_in_every_unit() {
+    reads_the_pressure(PYPROFIBUS, CONFIGURATIONS.iter().flat_map(|cfg| UNITS.iter().map(move |unit| (cfg, unit))));
+}
+
+/// With units by turns: profirust takes half a second to claim the token each time.
+#[test]
+fn profirust_reads_every_configuration() {
+    reads_the_pressure(PROFIRUST, CONFIGURATIONS.iter().zip(UNITS.iter().cycle()));
+}
+
+fn comes_back_after_a_restart_of_the_gauge(master: Master) {
+    let folder = Folder::new();
+    let mut simulator = simulator(&folder);
+    let master = master(&folder.path("line"), USUAL.0, USUAL.1);
+    follow(&mut simulator, &master, USUAL, 5e-6);
+    order(&mut simulator, "power 5 off");
+    master.until_lost();
+    order(&mut simulator, "power 5 on");
+    master.until_exchanging();
+    follow(&mut simulator, &master, USUAL, 7e-2);
+}
+
+#[test]
+fn pyprofibus_comes_back_after_a_restart_of_the_gauge() {
+    comes_back_after_a_restart_of_the_gauge(PYPROFIBUS);
+}
+
+#[test]
+fn profirust_comes_back_after_a_restart_of_the_gauge() {
+    comes_back_after_a_restart_of_the_gauge(PROFIRUST);
+}
+
+/// A gauge behind a hub, and the master that loses its answers for 0.7 s.
+fn muted(folder: &Folder, master: Master) -> (Program, Program, Watched) {
+    let (line, tap) = (folder.name("line"), folder.name("tap"));
+    let mut hub = Program::start(&["hub", "--pty", &line, "--pty", &tap]);
+    hub.ready();
+    let mut simulator = Program::start(&["simulate", "--serial", &tap, "bcg450@5"]);
+    simulator.ready();
+    let master = master(&folder.path("line"), USUAL.0, USUAL.1);
+    follow(&mut simulator, &master, USUAL, 5e-6);
+    order(&mut hub, &format!("mute {tap} 0.7"));
+    master.until_lost();
+    (hub, simulator, master)
+}
+
+#[test]
+fn pyprofibus_comes_back_after_muted_answers() {
+    let folder = Folder::new();
+    let (_hub, mut simulator, master) = muted(&folder, PYPROFIBUS);
+    master.until_exchanging();
+    follow(&mut simulator, &master, USUAL, 7e-2);
+}
+
+/// profirust never begins its frame count bit anew. A slave that holds its last answer, as it must, repeats it to every
+/// further request, and profirust takes none of them for a diagnosis: it stays offline until the slave has forgotten.
+#[test]
+fn profirust_stays_offline_after_muted_answers_until_the_gauge_restarts() {
+    let folder = Folder::new();
+    let (_hub, mut simulator, master) = muted(&folder, PROFIRUST);
+    master.until_unheeded(20);
+    order(&mut simulator, "power 5 off");
+    order(&mut simulator, "power 5 on");
+    master.until_exchanging();
+    follow(&mut simulator, &master, USUAL, 7e-2);
+}

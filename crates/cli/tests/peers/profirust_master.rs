@@ -1,0 +1,142 @@
+//! profirust in a thread. Its own ports refuse a pty and its clock is the wall clock, so it is given a port and a time.
+
+use crate::ADDRESS;
+use crate::common::octets;
+use crate::gauge::{Cfg, IDENT, UnitString};
+use crate::watched::{Event, Watched};
+use profirust::Baudrate;
+use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralOptions};
+use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+use profirust::phy::ProfibusPhy;
+use profirust::time::Instant;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::{self, JoinHandle};
+
+const MASTER: u8 = 2;
+
+/// A slot time that a loaded machine keeps: 52 ms.
+const SLOT_TBIT: u16 = 1000;
+
+/// Seven requests without an answer take 0.4 s: longer than a machine stands still, shorter than the tests mute.
+const RETRIES: u8 = 6;
+
+/// How long to wait for octets before time is looked at again: 1 ms.
+const TICK: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
+
+/// A pty as profirust wants to see a port.
+struct PtyPhy {
+    pty: File,
+    heard: Vec<u8>,
+}
+
+impl PtyPhy {
+    fn open(path: &Path) -> Self {
+        Self { pty: File::options().read(true).write(true).open(path).unwrap(), heard: Vec::new() }
+    }
+
+    /// Waits for octets, but not long. Whether any came.
+    fn wait(&mut self) -> bool {
+        if poll(&mut [PollFd::new(&self.pty, PollFlags::IN)], Some(&TICK)).unwrap() == 0 {
+            return false;
+        }
+        let mut buffer = [0; 512];
+        let length = self.pty.read(&mut buffer).unwrap();
+        self.heard.extend_from_slice(&buffer[..length]);
+        true
+    }
+}
+
+impl ProfibusPhy for PtyPhy {
+    fn poll_transmission(&mut self, _now: Instant) -> bool {
+        false
+    }
+
+    fn transmit_data<F: FnOnce(&mut [u8]) -> (usize, R), R>(&mut self, _now: Instant, fill: F) -> R {
+        let mut buffer = [0; 256];
+        let (length, result) = fill(&mut buffer);
+        self.pty.write_all(&buffer[..length]).unwrap();
+        result
+    }
+
+    fn receive_data<F: FnOnce(&[u8]) -> (usize, R), R>(&mut self, _now: Instant, take: F) -> R {
+        let (taken, result) = take(&self.heard);
+        self.heard.drain(..taken);
+        result
+    }
+}
+
+/// A master in a thread. The thread ends when this goes.
+struct Running {
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.stop = None;
+        self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Brings the gauge to Data_Exchange.
+pub fn start(line: &Path, cfg: &Cfg, unit: &UnitString) -> Watched {
+    let phy = PtyPhy::open(line);
+    let (cfg_octets, user) = (octets(cfg.octets), octets(unit.octets));
+    let images = (vec![0; cfg.inputs], vec![0; cfg.outputs]);
+    Watched::start(|events| {
+        let (stop, stopped) = channel();
+        let thread = thread::spawn(move || run(phy, &cfg_octets, &user, images, &events, &stopped));
+        Running { stop: Some(stop), thread: Some(thread) }
+    })
+}
+
+/// Exchanges data and tells what changes, until it is stopped.
+fn run(
+    mut phy: PtyPhy,
+    cfg: &[u8],
+    user: &[u8],
+    (inputs, outputs): (Vec<u8>, Vec<u8>),
+    events: &Sender<Event>,
+    stopped: &Receiver<()>,
+) {
+    let options = PeripheralOptions {
+        ident_number: IDENT,
+        user_parameters: Some(user),
+        config: Some(cfg),
+        max_tsdr: 60,
+        ..PeripheralOptions::default()
+    };
+    let mut master = DpMaster::new(Vec::new());
+    let gauge = master.add(Peripheral::new(ADDRESS, options, inputs, outputs));
+    let mut parameters = ParametersBuilder::new(MASTER, Baudrate::B19200);
+    let parameters = parameters.slot_bits(SLOT_TBIT).max_retry_limit(RETRIES).build_verified(&master);
+    let mut station = FdlActiveStation::new(parameters);
+    station.set_online();
+    master.enter_operate();
+    let begin = std::time::Instant::now();
+    let mut told = Vec::new();
+    // Nobody listens any more when the test has what it wanted.
+    let tell = |event| events.send(event).unwrap_or(());
+    while stopped.try_recv() == Err(TryRecvError::Empty) {
+        let answered = phy.wait();
+        let now = Instant::from_micros(i64::try_from(begin.elapsed().as_micros()).unwrap());
+        station.poll(now, &mut phy, &mut master);
+        match master.take_last_events().peripheral {
+            Some((_, PeripheralEvent::Configured)) => tell(Event::Exchanging(true)),
+            Some((_, PeripheralEvent::Offline)) => tell(Event::Exchanging(false)),
+            _ => {}
+        }
+        let gauge = master.get_mut(gauge);
+        if answered && !gauge.is_live() {
+            tell(Event::Unheeded);
+        }
+        if gauge.is_running() && gauge.pi_i() != told {
+            told = gauge.pi_i().to_vec();
+            tell(Event::Inputs(told.clone()));
+        }
+    }
+}

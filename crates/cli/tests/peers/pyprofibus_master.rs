@@ -1,0 +1,69 @@
+//! pyprofibus as a process: `pyprofibus_master.py` tells what it sees, line by line.
+
+use crate::ADDRESS;
+use crate::gauge::{Cfg, IDENT, UnitString};
+use crate::watched::{Event, Watched};
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::Sender;
+
+/// The Python of the environment with pyprofibus in it.
+pub fn python() -> PathBuf {
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
+    assert!(python.exists(), "there is no {}: ./test makes it", python.display());
+    python
+}
+
+/// A program in this folder.
+pub fn program(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers").join(name)
+}
+
+/// Brings the gauge to Data_Exchange.
+pub fn start(line: &Path, cfg: &Cfg, unit: &UnitString) -> Watched {
+    Watched::start(|events| {
+        let mut child = Command::new(python())
+            .arg(program("pyprofibus_master.py"))
+            .arg(line)
+            .args([ADDRESS.to_string(), IDENT.to_string(), cfg.octets.to_owned(), unit.octets.to_owned()])
+            .args([cfg.outputs.to_string(), cfg.inputs.to_string()])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let told = BufReader::new(child.stdout.take().unwrap());
+        std::thread::spawn(move || pass_on(told, &events));
+        Process(child)
+    })
+}
+
+/// Ends with the test.
+struct Process(Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
+    }
+}
+
+/// Turns lines into events, until either side ends. What pyprofibus itself prints is not for us.
+fn pass_on(told: impl BufRead, events: &Sender<Event>) {
+    for line in told.lines().map_while(Result::ok) {
+        let Ok(said) = serde_json::from_str::<Value>(&line) else { continue };
+        let event = match (&said["state"], &said["inputs"]) {
+            (Value::String(state), _) => Event::Exchanging(state == "Data_Exchange"),
+            (_, Value::String(inputs)) => Event::Inputs(octets(inputs)),
+            _ => panic!("{line}"),
+        };
+        if events.send(event).is_err() {
+            return;
+        }
+    }
+}
+
+fn octets(hex: &str) -> Vec<u8> {
+    (0..hex.len() / 2).map(|at| u8::from_str_radix(&hex[2 * at..2 * at + 2], 16).unwrap()).collect()
+}
