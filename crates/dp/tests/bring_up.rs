@@ -198,6 +198,7 @@ fn what_the_second_diagnosis_says_decides() {
         ("42 05 00 FF 12 34", Trouble::PrmFault),
         ("06 05 00 FF 12 34", Trouble::CfgFault),
         ("02 05 00 FF 12 34", Trouble::PrmReq),
+        ("00 0C 00 FF 12 34", Trouble::PrmReq),
         ("00 0C 00 03 12 34", Trouble::Owned { master: 3 }),
         ("00 0C 00 02 12", Trouble::Length { expected: 6, received: 5 }),
     ] {
@@ -230,6 +231,33 @@ fn a_slave_that_is_not_ready_is_asked_again_but_not_for_ever() {
     desk.hears(&checking);
     desk.dialogue(&format!("M 68 05 05 68 88 82 7D 3C 3E 01 16\nS {READY}\nM 68 07 07 68 FF 82 46 3A 3E 00 00 3F 16"));
     assert_eq!(desk.asks().octets[6], 0x5D, "Data_Exchange");
+}
+
+#[test]
+fn single_lost_diagnoses_do_not_add_up() {
+    let mut desk = desk_in_diag2();
+    for _ in 0..5 {
+        desk.hears(&diag("02 0C 00 02 12 34"));
+        // With its repetition and the first contact after it, two failures in a row.
+        (0..4).for_each(|_| drop(desk.asks()));
+    }
+    assert!(matches!(desk.station.user.state(8), Some(State::Diag2 { .. })));
+    assert_eq!(desk.station.user.counters(8).unwrap().lost, 10);
+}
+
+#[test]
+fn a_slave_taken_up_again_does_not_wait_for_the_end_of_its_pause() {
+    let mut desk = desk_in_diag1();
+    for _ in 0..5 {
+        desk.hears(&diag("00 0C 00 05 12 34"));
+        desk.asks();
+    }
+    desk.hears(&diag("00 0C 00 05 12 34"));
+    desk.station.user.restart(8);
+    let begin = desk.now;
+    assert_eq!(desk.asks().octets, hex("10 08 02 49 53 16"));
+    assert!(desk.now - begin < 1_000);
+    assert_eq!(desk.station.user.trouble(8), None);
 }
 
 #[test]

@@ -312,6 +312,31 @@ fn an_answer_to_something_else_is_no_answer() {
 }
 
 #[test]
+fn the_failure_is_that_of_the_last_try() {
+    const WRONG_FCS: &str = "68 05 05 68 02 08 08 01 02 16 16";
+    const WRONG_SOURCE: &str = "68 05 05 68 02 09 08 01 02 16 16";
+    let mismatch = Failure::Mismatch(Mismatch::Source(9));
+    for (tries, failure) in [
+        (["", ""], Failure::Silence),
+        ([WRONG_FCS, WRONG_FCS], Failure::Damaged),
+        ([WRONG_FCS, ""], Failure::Silence),
+        ([WRONG_SOURCE, ""], Failure::Silence),
+        ([WRONG_SOURCE, WRONG_FCS], Failure::Damaged),
+        (["", WRONG_SOURCE], mismatch),
+    ] {
+        let mut desk = desk(&[EXCHANGE, EXCHANGE]);
+        desk.asks();
+        desk.hears("E5");
+        for answer in tries {
+            desk.says();
+            desk.hears(answer);
+        }
+        desk.says();
+        assert_eq!(desk.station.user.told[1], Told::Failed(failure), "{tries:?}");
+    }
+}
+
+#[test]
 fn an_answer_may_be_faster_than_the_news_that_the_request_has_left() {
     let mut desk = desk(&[EXCHANGE, EXCHANGE]);
     desk.says();

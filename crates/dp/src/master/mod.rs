@@ -300,7 +300,6 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
     #[inline]
     fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
         if self.mode == Mode::Stop {
-            self.turn = None;
             return None;
         }
         let turn = match self.turn {

@@ -254,7 +254,8 @@ impl<R: Requests> Active<R> {
             self.listen(now);
             return None;
         }
-        let idle_tbit = self.slot_tbit().max(self.bus.id1_tbit());
+        // T_SL is longer than T_ID1: BusParameters::check.
+        let idle_tbit = self.slot_tbit();
         let not_before = self.busy + idle_tbit;
         if cycle.retries_left > 0 {
             cycle.retries_left = cycle.retries_left.saturating_sub(1);
@@ -295,7 +296,7 @@ impl<R: Requests> Active<R> {
         // second must not fall into the next message cycle: it comes within two slot times.
         let idle_tbit = match cycle.retries {
             0 => self.bus.id1_tbit(),
-            _ => self.slot_tbit().saturating_mul(2).max(self.bus.id1_tbit()),
+            _ => self.slot_tbit().saturating_mul(2),
         };
         self.state = State::Holding { idle_tbit };
         if cycle.from_user {
@@ -356,7 +357,7 @@ impl<R: Requests> Station for Active<R> {
     fn sent(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
         match &mut self.state {
-            State::Waiting(cycle) => cycle.left = cycle.left.or(Some(end)),
+            State::Waiting(cycle) => cycle.left = Some(end),
             State::Leaving(Departure::Claim) => self.state = State::Claiming,
             State::Leaving(Departure::Token) => self.begin_visit(end),
             State::Leaving(Departure::Unconfirmed) => {
