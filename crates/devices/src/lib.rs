@@ -8,7 +8,7 @@
 //! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
 //! | [`store`] | nonvolatile memory as a device sees it |
 //! | [`profile`] | what all block devices share |
-//! | [`bcg450`], [`pxg55x`], [`tpg`] | one device or family: its tables beside its behaviour |
+//! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`] | one device or family: its tables beside its behaviour |
 //!
 //! Modules depend upwards in this table only. A gauge on the bench:
 //!
@@ -73,4 +73,5 @@ pub mod tpg;
 pub use instrument::{Action, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Unknown};
 
 /// The tables of every device.
-pub static MODELS: &[&model::Model] = &[&bcg450::table::MODEL];
+pub static MODELS: &[&model::Model] =
+    &[&bcg450::table::MODEL, &tpg::table::TPG300, &tpg::table::TPG500, &img400::table::MODEL];
