@@ -17,8 +17,11 @@ impl Blocks for Controller {
         true
     }
 
-    fn format(&self, _at: &At<Parameter>) -> Format {
-        self.format()
+    fn format(&self, at: &At<Parameter>) -> Format {
+        match (at.parameter, self.trip(at.address.slot)) {
+            (Parameter::Trip(TripPoint::Hysteresis), Some(trip)) => trip.hysteresis_format(self.format()),
+            _ => self.format(),
+        }
     }
 
     fn get(&self, at: &At<Parameter>) -> Value {
@@ -153,7 +156,7 @@ impl Controller {
             TripPoint::LowTripPoint => Value::Pressure(trip.low_pa()),
             TripPoint::LowTripEnable => trip.enabled.into(),
             TripPoint::Status => u8::from(trip.is_closed()).into(),
-            TripPoint::Hysteresis => Value::Pressure(trip.hysteresis_pa(&self.format())),
+            TripPoint::Hysteresis => Value::Pressure(trip.hysteresis_pa()),
             TripPoint::Channel => trip.channel().into(),
             TripPoint::DataUnits => self.presentation.unit.code.into(),
             TripPoint::DataType => self.presentation.number.code().into(),
@@ -217,12 +220,15 @@ impl Controller {
         let format = self.format();
         let trip = self.trip_mut(slot).ok_or(Refusal::Slot)?;
         match row {
-            TripPoint::LowTripPoint => trip.set_low(value.pressure()?, &format),
+            TripPoint::LowTripPoint => trip.set_low(value.pressure()?, format),
             TripPoint::LowTripEnable => {
                 trip.enabled = value.boolean()?;
                 Ok(())
             }
-            TripPoint::Hysteresis => trip.set_hysteresis(value.pressure()?, &format),
+            TripPoint::Hysteresis => {
+                trip.set_hysteresis(value.pressure()?);
+                Ok(())
+            }
             TripPoint::Channel => trip.set_channel(value.integer()?),
             TripPoint::UpperThreshold => trip.set_upper(value.pressure()?),
             TripPoint::BlockType | TripPoint::Status | TripPoint::DataUnits | TripPoint::DataType => {

@@ -187,8 +187,15 @@ const DPV1_STATUS: u8 = 0x80 | 0x40 | 0x04;
 pub(super) const FACTORY_UNIT: &Unit = &UNITS[3];
 
 /// 4.4.2: COUNTS = 4000 x (log10(p / hPa) + 12.5), an unsigned word (15, 134).
-pub(super) const COUNTS: Counts = Counts::Log { per_decade: 4000.0, at_1_mbar: 50_000.0 };
+pub(super) const COUNTS: Counts = Counts::Log { per_decade: PER_DECADE, at_1_mbar: AT_1_MBAR };
+const PER_DECADE: f64 = 4000.0;
+const AT_1_MBAR: f64 = 50_000.0;
 pub(super) const HIGHEST_COUNT: u16 = u16::MAX;
+
+/// COUNTS of a hysteresis above a trip point (32).
+pub(super) const fn hysteresis_counts(from_pa: f64) -> Counts {
+    Counts::Distance { per_decade: PER_DECADE, at_1_mbar: AT_1_MBAR, from_mbar: from_pa / mbar(1.0), upwards: true }
+}
 
 // free choice: the ranges of the gauges stand in another manual (133).
 const BAG: Limits = Limits { under_pa: mbar(1e-10), over_pa: mbar(1e-2), full_scale_pa: mbar(1e-2) };

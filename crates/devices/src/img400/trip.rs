@@ -1,6 +1,8 @@
 //! A trip point: the relay closes below a pressure and opens above another. BG 5530 4.4.3, errata-pxg55x-img400 137 to 144.
 
+use super::table;
 use crate::model::{Format, Refusal, mbar};
+use crate::profile::switched;
 
 /// A relay and its trip point.
 #[derive(Clone, Debug)]
@@ -35,33 +37,28 @@ impl Trip {
         self.upper_pa
     }
 
-    /// Hysteresis as a pressure: the number between the two switching points, which is no difference of pressures in COUNTS
-    /// (32, 138).
-    pub fn hysteresis_pa(&self, format: &Format) -> f64 {
-        format.pa_of(self.hysteresis(format)).unwrap_or_default()
+    /// Hysteresis, in Pa (138).
+    pub const fn hysteresis_pa(&self) -> f64 {
+        self.upper_pa - self.low_pa
     }
 
-    fn hysteresis(&self, format: &Format) -> f64 {
-        format.number_of(self.upper_pa) - format.number_of(self.low_pa)
+    /// How Hysteresis looks on the wire: in COUNTS it is a distance from the trip point (32).
+    pub const fn hysteresis_format(&self, format: Format) -> Format {
+        Format { counts: table::hysteresis_counts(self.low_pa), ..format }
     }
 
-    /// Low Trip Point. Hysteresis stays, the upper threshold moves along (140).
-    pub fn set_low(&mut self, pa: f64, format: &Format) -> Result<(), Refusal> {
-        let moved = Self { low_pa: pa, ..self.clone() }.with_hysteresis(self.hysteresis(format), format)?;
-        *self = moved;
+    /// Low Trip Point. The number of Hysteresis stays, the upper threshold moves along (140).
+    pub fn set_low(&mut self, pa: f64, format: Format) -> Result<(), Refusal> {
+        let number = self.hysteresis_format(format).number_of(self.hysteresis_pa());
+        let moved = Self { low_pa: pa, ..self.clone() };
+        let hysteresis_pa = moved.hysteresis_format(format).pa_of(number).ok_or(Refusal::Range)?;
+        *self = Self { upper_pa: pa + hysteresis_pa, ..moved };
         Ok(())
     }
 
     /// Hysteresis: the upper threshold follows (4.4.3, ID 201).
-    pub fn set_hysteresis(&mut self, pa: f64, format: &Format) -> Result<(), Refusal> {
-        *self = self.clone().with_hysteresis(format.number_of(pa), format)?;
-        Ok(())
-    }
-
-    /// Rounding of the unit must not put the upper threshold below the trip point.
-    fn with_hysteresis(self, number: f64, format: &Format) -> Result<Self, Refusal> {
-        let upper_pa = format.pa_of(format.number_of(self.low_pa) + number).ok_or(Refusal::Range)?;
-        Ok(Self { upper_pa: upper_pa.max(self.low_pa), ..self })
+    pub const fn set_hysteresis(&mut self, pa: f64) {
+        self.upper_pa = self.low_pa + pa;
     }
 
     /// Low Trip Upper Threshold: not below the trip point (141).
@@ -89,31 +86,6 @@ impl Trip {
     /// Compares a reading in Pa: closes below the trip point, opens above the upper threshold (137). No reading, no
     /// condition (144).
     pub fn follow(&mut self, reading: Option<f64>) {
-        self.closed = match reading.filter(|_| self.enabled) {
-            None => false,
-            Some(pa) if pa < self.low_pa => true,
-            Some(pa) if pa > self.upper_pa => false,
-            Some(_) => self.closed,
-        };
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::img400::table::{COUNTS, HIGHEST_COUNT, MODEL};
-    use crate::model::NumberType;
-
-    #[test]
-    fn rounding_never_puts_the_upper_threshold_below_the_trip_point() {
-        for unit in MODEL.units {
-            let format = Format { unit, number: NumberType::Float, counts: COUNTS, highest: HIGHEST_COUNT };
-            let mut trip = Trip::FACTORY;
-            assert_eq!(trip.set_hysteresis(0.0, &format), Ok(()));
-            for step in 1..1000 {
-                assert_eq!(trip.set_low(libm::exp10(f64::from(step) / 90.0 - 6.0), &format), Ok(()));
-                assert!(trip.upper_pa() >= trip.low_pa(), "{} {}", unit.name, trip.low_pa());
-            }
-        }
+        self.closed = switched(reading.filter(|_| self.enabled), self.low_pa, self.upper_pa, self.closed);
     }
 }

@@ -11,6 +11,7 @@
 //! | `exceptions` | Exception Status and its records |
 //! | `fitted` | which channels of a controller have a gauge |
 //! | `presentation` | unit and number type |
+//! | `hysteresis` | a switch with two thresholds |
 //! | `part` | a measuring part: sensor, validity, safe state |
 //! | `cathode` | emission and degas of a hot cathode |
 //! | `set_point` | a relay with a potentiometer |
@@ -24,6 +25,7 @@ mod channel;
 mod device;
 mod exceptions;
 mod fitted;
+mod hysteresis;
 mod machine;
 mod parameters;
 mod part;
@@ -36,6 +38,7 @@ pub use cathode::{Cathode, Conditions, Current, Thresholds};
 pub use device::{BlockDevice, Serial, Setup};
 pub use exceptions::{Common, Details, ExceptionStatus, exception_status};
 pub use fitted::Fitted;
+pub use hysteresis::switched;
 pub use machine::{Event, Health, Machine, State, TRANSITIONS, Transition};
 pub use part::{Condition, MeasuringPart, SafeState, Sensor, StatusExtension};
 pub use presentation::Presentation;

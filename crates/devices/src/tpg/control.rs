@@ -3,6 +3,7 @@
 use super::Controller;
 use super::settings::FIRST_CHANNEL;
 use super::table::Switch;
+use crate::profile::switched;
 
 /// The positions of the blocks: relays 1 to 4, then one cold cathode block for each board, with the slots of its channels.
 pub(super) const RELAYS: core::ops::Range<usize> = 0..4;
@@ -25,7 +26,7 @@ impl Controller {
     /// Compares a pressure with the thresholds of a block.
     fn compare(&mut self, block: usize, pressure: Option<f64>) {
         if let (Some(limits), Some(threshold)) = (self.settings.limits.get(block), self.thresholds.get_mut(block)) {
-            threshold.activated = limits.compare(pressure, threshold.activated);
+            threshold.activated = switched(pressure, limits.lower_pa, limits.upper_pa, threshold.activated);
         }
     }
 

@@ -1,0 +1,33 @@
+//! A switch with two thresholds.
+
+/// Whether a switch is on that goes on below one pressure and off above another, after it `was` on or not. All in Pa; without
+/// a pressure it is off.
+#[must_use]
+pub fn switched(pressure: Option<f64>, on_below_pa: f64, off_above_pa: f64, was: bool) -> bool {
+    match pressure {
+        None => false,
+        Some(pa) if pa < on_below_pa => true,
+        Some(pa) if pa > off_above_pa => false,
+        Some(_) => was,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_the_thresholds_nothing_changes() {
+        for (pa, was, is) in [
+            (0.9, false, true),
+            (1.0, false, false),
+            (1.5, false, false),
+            (1.5, true, true),
+            (2.0, true, true),
+            (2.1, true, false),
+        ] {
+            assert_eq!(switched(Some(pa), 1.0, 2.0, was), is, "{pa} {was}");
+        }
+        assert!(!switched(None, 1.0, 2.0, true));
+    }
+}
