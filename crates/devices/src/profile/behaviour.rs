@@ -3,6 +3,7 @@
 use super::blocks::Blocks;
 use crate::instrument::{Action, Part, Report, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm};
+use profivac_wire::acyclic::call::IM_RECORD;
 
 /// The part of a device that no other has. [`BlockDevice`](super::BlockDevice) puts a bus and a memory around it.
 ///
@@ -39,6 +40,11 @@ pub trait Behaviour: Blocks {
 
     /// A field of the inputs other than the parameter channel.
     fn input(&self, field: Field) -> Octets;
+
+    /// As [`Device::im0`](profivac_dp::slave::Device::im0).
+    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+        None
+    }
 
     /// Power returns: everything as from the factory, until the memory is recalled. Sensors, switches and faults stay.
     fn start(&mut self);

@@ -6,6 +6,7 @@ use super::channel::{self, Channel, Task};
 use crate::model::{Configuration, Field, Octets, Refusal, Telegram, Unit, Value, Via};
 use crate::store::Store;
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Refusal as Negative, Relation};
+use profivac_wire::acyclic::call::IM_RECORD;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 
@@ -231,6 +232,10 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
 
     fn set_address(&mut self, request: &SetSlaveAdd<'_>) -> Option<u8> {
         self.address.set(&mut self.store, request)
+    }
+
+    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+        self.behaviour.im0()
     }
 
     fn read(&mut self, via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Negative> {
