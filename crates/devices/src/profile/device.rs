@@ -43,6 +43,12 @@ impl Serial {
         Self(Octets::new(text.as_bytes().get(..Self::LENGTH).unwrap_or(text.as_bytes())))
     }
 
+    /// Its characters.
+    #[must_use]
+    pub fn as_slice(&self) -> &[u8] {
+        self.0.as_slice()
+    }
+
     /// As a parameter.
     #[must_use]
     pub const fn value(&self) -> Value {

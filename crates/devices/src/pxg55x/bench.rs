@@ -4,6 +4,8 @@ use super::{Gauge, table, ttr};
 use crate::instrument::{Action, Part, Report, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm, faults};
 use crate::profile::Behaviour;
+use profivac_wire::acyclic::Im0;
+use profivac_wire::acyclic::call::IM_RECORD;
 
 faults! {
     /// What can be broken. The effect is a bit of the exception details (7.1.12). The list ends with what is particular to an
@@ -69,6 +71,15 @@ impl Behaviour for Gauge {
         }
     }
 
+    /// ORDER_ID is the part number; a serial number that is longer than the field is cut.
+    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+        let serial = self.serial.as_slice();
+        let serial_number = serial.get(..16).unwrap_or(serial);
+        let im0 = Im0 { order_id: self.version.number.as_bytes(), serial_number, ..table::IM0 };
+        let mut record = [0; IM_RECORD];
+        im0.emit(&mut record).ok().map(|_| record)
+    }
+
     fn start(&mut self) {
         *self = self.as_new();
     }
@@ -94,6 +105,11 @@ impl Behaviour for Gauge {
 
     fn settle(&mut self) {
         self.machine.settle(self.health());
+    }
+
+    /// The parameter is the switch as it stands (7.1.22); the address is polled at power-up only.
+    fn address_switch(&mut self, setting: u8) {
+        self.address_switch = setting;
     }
 
     fn operate(&mut self, action: Action<'_>) -> Result<(), Unknown> {

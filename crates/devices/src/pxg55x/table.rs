@@ -9,6 +9,7 @@ use crate::model::{
     NumberType, Parameters, Place, Refusal, Row, Scale, Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
 use profivac_dp::slave::Features;
+use profivac_wire::acyclic::Im0;
 
 block! {
     /// Identity, state and exceptions of a PCG55x.
@@ -431,6 +432,21 @@ static DIALECT: Dialect = Dialect {
 pub const FIRMWARE: &str = "010100";
 /// Revision of the PROFIBUS adapter's hardware, likewise.
 pub const HARDWARE: &str = "010000";
+
+/// I&M0 without what tells one gauge from another (5.1, 110). The revisions are those of the PROFIBUS board.
+pub const IM0: Im0<'static> = Im0 {
+    header: [0; 10],
+    manufacturer_id: 0x017A,
+    order_id: &[],
+    serial_number: &[],
+    hardware_revision: 0x0100,
+    software_revision: [b'V', 1, 1, 0],
+    rev_counter: 0,
+    profile_id: 0x5A00,
+    profile_specific_type: 0,
+    im_version: [1, 1],
+    im_supported: 0,
+};
 
 /// What the gauges of a family have in them.
 #[derive(Debug)]

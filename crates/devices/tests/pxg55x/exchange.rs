@@ -125,13 +125,12 @@ fn there_are_nine_gauges_of_six_names() {
 #[test]
 fn a_string_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
-    let kind = Kind::named("pcg550", None).unwrap();
+    let mut desk = desk(Kind::named("pcg550", None).unwrap());
     for string in strings.iter().chain([&hex(TTR_CONFIGURATION)]) {
         for position in 0..string.len() {
             for octet in 0..=255 {
                 let mut other = string.clone();
                 other[position] = octet;
-                let mut desk = desk(kind);
                 desk.set_prm(&hex(MBAR));
                 desk.chk_cfg(&other);
                 assert_eq!(desk.is_exchanging(), strings.contains(&other), "{other:02X?}");
@@ -155,8 +154,8 @@ fn ttr_compatibility_excludes_all_other_configurations() {
 
 #[test]
 fn only_the_printed_strings_are_accepted() {
-    let accepts = |user: &[u8]| {
-        let mut desk = desk(Kind::named("pcg554", None).unwrap());
+    let mut desk = desk(Kind::named("pcg554", None).unwrap());
+    let mut accepts = |user: &[u8]| {
         desk.set_prm(user);
         // Prm_Fault (40)
         desk.diag()[0] & 0x40 == 0

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod exchange;
+mod identity;
 mod rows;
 #[path = "../support/mod.rs"]
 mod support;
@@ -11,9 +12,22 @@ mod support;
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::{Kind, Pxg55x};
 use profivac_devices::store::RamStore;
-use support::Desk;
+use support::{Desk, hex};
 
 type Gauge = Pxg55x<RamStore>;
+
+/// A PCG550 with and without its atmosphere sensor, and a PSG550.
+fn pcg() -> Kind {
+    Kind::named("pcg550", Some(true)).unwrap()
+}
+
+fn pcg_without_atm() -> Kind {
+    Kind::named("pcg550", Some(false)).unwrap()
+}
+
+fn psg() -> Kind {
+    Kind::named("psg550", None).unwrap()
+}
 
 /// As bought, with the address switch at 5.
 fn gauge(kind: Kind) -> Gauge {
@@ -31,3 +45,48 @@ const TORR: &str = "00 00 00 13 01";
 const MBAR: &str = "00 00 00 13 08";
 const PASCAL: &str = "00 00 00 13 09";
 const TTR: &str = "00 00 00 00 00";
+
+/// Telegrams 4, 10 and 202: floats, floats with parameter channel, floats with relays.
+const FLOATS: &str = "44 86 05 05 05 08";
+const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
+const RELAYS: &str = "44 87 05 08 05 0A";
+
+/// In cyclic exchange in mbar at this pressure, and so in EXECUTING.
+fn exchanging(kind: Kind, cfg: &str, mbar: f64) -> Desk<Gauge> {
+    let mut desk = desk(kind);
+    desk.pressure_mbar(mbar);
+    desk.bring_up(&hex(MBAR), &hex(cfg));
+    desk
+}
+
+/// In EXECUTING without cyclic exchange.
+fn executing(kind: Kind, mbar: f64) -> Desk<Gauge> {
+    let mut desk = desk(kind);
+    desk.pressure_mbar(mbar);
+    desk.command(4).unwrap();
+    desk
+}
+
+/// Switches power off and on again, and lets the gauge start.
+fn restart(desk: &mut Desk<Gauge>) {
+    use profivac_devices::Instrument;
+    desk.device().power(false);
+    desk.device().power(true);
+    desk.slave.power_up(5);
+    desk.device().settle();
+}
+
+/// What slot 1 has for an instance.
+fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
+    desk.put(1, 46, &[instance]).unwrap();
+    desk.get(1, index)
+}
+
+fn float_of(octets: &[u8]) -> f32 {
+    f32::from_be_bytes(octets.try_into().unwrap())
+}
+
+/// A float at slot 1 for an instance.
+fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
+    float_of(&of_instance(desk, instance, index))
+}

@@ -1,0 +1,164 @@
+//! What a gauge says of itself: 7.1.1 to 7.1.9, 7.1.15, 7.1.22, chapter 5; and its station address, 3.3.
+
+use crate::support::Desk;
+use crate::{Gauge, desk, gauge, pcg, pcg_without_atm, psg};
+use profivac_devices::profile::{Serial, Setup};
+use profivac_devices::pxg55x::Kind;
+use profivac_devices::store::RamStore;
+use profivac_devices::{Action, Instrument, Unknown};
+use profivac_dp::slave::{Device, Refusal, Relation};
+use profivac_wire::Sap;
+use profivac_wire::acyclic::{Call, Im0, call};
+
+/// A visible string, without the blanks it is filled up with (60).
+fn text(desk: &mut Desk<Gauge>, index: u8) -> String {
+    String::from_utf8(desk.get(0, index)).unwrap().trim_end().to_owned()
+}
+
+#[test]
+fn the_strings_of_each_family() {
+    for (kind, device_type, number, configuration) in [
+        // The example of 7.1.9.
+        (pcg(), "CVG", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
+        (pcg_without_atm(), "CVG", "3PC1-001-2121", "DS9 SP WO PB CDG AO0 PIR"),
+        (psg(), "VPG", "3PI1-001-2121", "DS9 SP WO PB AO0 PIR"),
+    ] {
+        let mut desk = desk(kind);
+        let strings = [17, 18, 19, 20, 23, 24].map(|index| text(&mut desk, index));
+        assert_eq!(strings, [device_type, "E54-0997", "INFICON AG", number, "100", configuration]);
+        // xxyyzz (59)
+        for index in [21, 22, 202] {
+            let revision = text(&mut desk, index);
+            assert!(revision.len() == 6 && revision.bytes().all(|digit| digit.is_ascii_digit()), "{revision}");
+        }
+    }
+}
+
+#[test]
+fn the_models_of_a_family_differ_in_part_number_and_filament() {
+    let of = |name| {
+        let mut desk = desk(Kind::named(name, None).unwrap());
+        (text(&mut desk, 20), text(&mut desk, 24))
+    };
+    // Filament digit 1, 2, 3 (61); WO and NI, a ceramic coating has no abbreviation (7.1.9).
+    let pcg = ["pcg550", "pcg552", "pcg554"].map(of);
+    assert_eq!(pcg.each_ref().map(|(number, _)| &number[2..4]), ["C1", "C2", "C3"]);
+    let psg = ["psg550", "psg552", "psg554"].map(of);
+    assert_eq!(psg.each_ref().map(|(number, _)| &number[2..4]), ["I1", "I2", "I3"]);
+    for models in [pcg, psg] {
+        let has = |token| models.each_ref().map(|(_, configuration)| configuration.split(' ').any(|it| it == token));
+        assert_eq!((has("WO"), has("NI")), ([true, false, false], [false, true, false]));
+        assert_eq!((has("PB"), has("PIR"), has("SP")), ([true; 3], [true; 3], [true; 3]));
+    }
+}
+
+#[test]
+fn block_types_are_words_before_two_zeros() {
+    let mut desk = desk(pcg());
+    assert_eq!(desk.get(0, 16), [0, 1, 0, 0]);
+    for slot in [2, 3] {
+        assert_eq!(desk.get(slot, 16), [0, 17, 0, 0]);
+    }
+    for slot in [4, 5] {
+        // Four octets (92).
+        assert_eq!(desk.get(slot, 16), [0, 7, 0, 0]);
+    }
+    // The selected blocks have the indices (70).
+    for (instance, transducer) in [(1, [0, 14, 0, 0]), (2, [0, 13, 0, 0]), (3, [1, 0, 0, 0])] {
+        assert_eq!(crate::of_instance(&mut desk, instance, 16), [0, 2, 0, 0]);
+        assert_eq!(crate::of_instance(&mut desk, instance, 101), transducer, "instance {instance}");
+    }
+    assert_eq!(crate::of_instance(&mut crate::desk(psg()), 1, 101), [0, 13, 0, 0]);
+}
+
+#[test]
+fn i_and_m0_has_the_fields_of_chapter_5() {
+    let mut setup = Setup::new(5);
+    setup.serial = Serial::new("12345678901234567890");
+    for kind in Kind::all() {
+        let gauge = Gauge::new(RamStore::default(), kind, setup);
+        let record = gauge.im0().unwrap();
+        assert_eq!((&record[..10], &record[10..12]), (&[0; 10][..], &[0x01, 0x7A][..]));
+        let im0 = Im0::parse(&record).unwrap();
+        assert_eq!(im0.order_id, kind.version().number.as_bytes());
+        // Longer than the field: cut.
+        assert_eq!(im0.serial_number, b"1234567890123456");
+        assert_eq!(im0.software_revision[0], b'V');
+        assert_eq!(record[56..], [0x5A, 0x00, 0x00, 0x00, 0x01, 0x01, 0x00, 0x00]);
+    }
+}
+
+#[test]
+fn i_and_m0_is_no_parameter() {
+    let mut gauge = gauge(psg());
+    // The call is the slave's business; the device has no such index (111).
+    assert_eq!(gauge.read(Relation::Ms2(0), 0, call::CALL_INDEX, &mut [0; 240]), Err(Refusal::INVALID_INDEX.with(3)));
+    let mut octets = [0; 240];
+    let length = Call::new(call::IM0, &[]).emit(&mut octets).unwrap();
+    let refused = gauge.write(Relation::Ms2(0), 0, call::CALL_INDEX, &octets[..length]);
+    assert_eq!(refused, Err(Refusal::INVALID_INDEX.with(3)));
+}
+
+/// 3.3: up to 7D hex the switch is the address.
+#[test]
+fn the_address_switch_is_readable_and_polled_at_power_up() {
+    let mut desk = desk(pcg());
+    assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![5], 5));
+    desk.device().operate(Action::Switch { name: "address", value: "125" }).unwrap();
+    // The parameter is the switch, the address what was polled.
+    assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![125], 5));
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!(desk.device().station_address(), 125);
+    for value in ["256", "-1", "7D hex", ""] {
+        assert!(desk.device().operate(Action::Switch { name: "address", value }).is_err(), "{value}");
+    }
+    assert_eq!(desk.get(0, 211), [125]);
+}
+
+#[test]
+fn set_slave_add_works_only_above_7d() {
+    let set = |desk: &mut Desk<Gauge>, address: u8, lock: u8| {
+        desk.request(Sap::SetSlaveAdd, &[address, 0x0C, 0x85, lock]);
+    };
+    // At or below, the service is closed and the switch wins (55).
+    let mut desk = desk(psg());
+    set(&mut desk, 9, 0);
+    assert_eq!((desk.device().station_address(), desk.slave.address()), (5, 5));
+    // Above, the stored address holds, and is stored.
+    desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!(desk.device().station_address(), 5);
+    set(&mut desk, 9, 0);
+    assert_eq!(desk.device().station_address(), 9);
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!((desk.device().station_address(), desk.get(0, 211)), (9, vec![126]));
+}
+
+#[test]
+fn a_gauge_has_two_buttons_one_switch_and_no_potentiometer() {
+    let mut gauge = gauge(pcg());
+    assert_eq!(gauge.operate(Action::Button(3)), Err(Unknown { expected: &["1", "2"] }));
+    assert_eq!(gauge.operate(Action::Button(0)), Err(Unknown { expected: &["1", "2"] }));
+    assert_eq!(gauge.operate(Action::Switch { name: "degas", value: "on" }), Err(Unknown { expected: &["address"] }));
+    assert_eq!(gauge.operate(Action::Pot { which: 'a', volts: 1.0 }), Err(Unknown { expected: &[] }));
+}
+
+#[test]
+fn a_gauge_has_the_faults_of_its_instances() {
+    for (kind, instances) in [(pcg(), 3), (pcg_without_atm(), 2), (psg(), 1)] {
+        let mut gauge = gauge(kind);
+        let mut names = vec!["eeprom".to_owned(), "ram".into(), "eprom".into(), "comm".into()];
+        for instance in 1..=instances {
+            names.extend([format!("sensor{instance}"), format!("electronics{instance}")]);
+        }
+        assert_eq!(gauge.faults(), names);
+        let expected = gauge.faults();
+        for name in ["sensor4", "unplugged1", "power", if instances < 3 { "sensor3" } else { "sensor0" }] {
+            let result = gauge.operate(Action::Fault { name, present: true });
+            assert_eq!(result, Err(Unknown { expected }), "{name}");
+        }
+    }
+}
