@@ -3,9 +3,12 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
+mod exceptions;
 mod exchange;
 mod identity;
 mod rows;
+mod safe;
+mod states;
 #[path = "../support/mod.rs"]
 mod support;
 

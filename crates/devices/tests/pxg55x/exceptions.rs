@@ -1,0 +1,155 @@
+//! Exception Status, its two records and their copies. 7.1.11 to 7.1.13, 7.1.16 to 7.1.21, (71) to (75).
+
+use crate::support::{Desk, hex};
+use crate::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
+use profivac_devices::pxg55x::Kind;
+
+/// A fault; Exception Status in EXECUTING at 100 mbar, ID 27 and ID 28.
+type Row = (&'static str, u8, &'static str, &'static str);
+
+const COMMON: [Row; 4] = [
+    ("eprom", 0x91, "02 04 00 04 00 00 00 00 01 00", "02 04 00 05 00 00 00 00 00 01 00"),
+    ("eeprom", 0x91, "02 08 00 04 00 00 00 00 01 00", "02 08 00 05 00 00 00 00 00 01 00"),
+    ("ram", 0x91, "02 10 00 04 00 00 00 00 01 00", "02 10 00 05 00 00 00 00 00 01 00"),
+    // The manufacturer's group makes readings invalid as well (88).
+    ("comm", 0xE4, "02 00 00 04 00 00 00 00 01 01", "02 00 00 05 01 00 00 00 00 01 01"),
+];
+
+/// The diaphragm is active.
+const PCG: [Row; 5] = [
+    ("", 0x80, "02 00 00 04 00 00 00 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
+    ("sensor1", 0xA2, "02 00 00 04 01 00 00 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
+    ("electronics1", 0xA2, "02 00 00 04 00 02 00 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
+    ("sensor2", 0x82, "02 00 00 04 00 00 01 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
+    ("electronics2", 0x82, "02 00 00 04 00 00 00 02 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
+];
+
+/// (74)
+const ATM: [Row; 2] = [
+    ("sensor3", 0x80, "02 00 00 04 00 00 00 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
+    ("electronics3", 0x80, "02 00 00 04 00 00 00 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
+];
+
+/// 8 and 9 octets.
+const PSG: [Row; 7] = [
+    ("", 0x80, "02 00 00 02 00 00 01 00", "02 00 00 03 00 00 00 01 00"),
+    ("eprom", 0x91, "02 04 00 02 00 00 01 00", "02 04 00 03 00 00 00 01 00"),
+    ("eeprom", 0x91, "02 08 00 02 00 00 01 00", "02 08 00 03 00 00 00 01 00"),
+    ("ram", 0x91, "02 10 00 02 00 00 01 00", "02 10 00 03 00 00 00 01 00"),
+    ("comm", 0xE4, "02 00 00 02 00 00 01 01", "02 00 00 03 01 00 00 01 01"),
+    ("sensor1", 0xA2, "02 00 00 02 01 00 01 00", "02 00 00 03 01 00 00 01 00"),
+    ("electronics1", 0xA2, "02 00 00 02 00 02 01 00", "02 00 00 03 01 00 00 01 00"),
+];
+
+/// Every fault of every kind of gauge.
+fn rows() -> Vec<(Kind, Row)> {
+    let pcg_rows = || COMMON.iter().chain(&PCG).copied();
+    let mut rows: Vec<(Kind, Row)> = pcg_rows().chain(ATM).map(|row| (pcg(), row)).collect();
+    rows.extend(pcg_rows().map(|row| (pcg_without_atm(), row)));
+    rows.extend(PSG.map(|row| (psg(), row)));
+    rows
+}
+
+#[test]
+fn every_fault_sets_its_bits_and_leaves_no_trace() {
+    for (kind, (fault, status, alarm, warning)) in rows() {
+        let mut desk = exchanging(kind, FLOATS, 100.0);
+        if !fault.is_empty() {
+            desk.fault(fault, true);
+        }
+        assert_eq!(desk.get(0, 26), [status], "{fault}");
+        assert_eq!(desk.exchange(&[])[0], status, "{fault}");
+        assert_eq!(desk.report().exception_status, status, "{fault}");
+        assert_eq!(desk.get(0, 27), hex(alarm), "{fault}");
+        assert_eq!(desk.get(0, 28), hex(warning), "{fault}");
+        copies_are_equal(&mut desk);
+        if !fault.is_empty() {
+            desk.fault(fault, false);
+        }
+        assert_eq!(desk.get(0, 26), [0x80], "{fault} gone");
+    }
+}
+
+/// 7.1.16 to 7.1.21, and the blocks the details come from.
+pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
+    let [alarm, warning] = [27, 28].map(|index| desk.get(0, index));
+    // 4 on a PCG55x, 2 on a PSG55x.
+    let sensors = usize::from(alarm[3]);
+    assert_eq!((alarm.len(), warning.len(), usize::from(warning[3])), (6 + sensors, 7 + sensors, 1 + sensors));
+    let parts = [
+        (204, &alarm[1..3]),
+        (205, &alarm[4..4 + sensors]),
+        (206, &alarm[5 + sensors..]),
+        (207, &warning[1..3]),
+        (208, &warning[4..5]),
+        (209, &warning[5..5 + sensors]),
+        (210, &warning[6 + sensors..]),
+    ];
+    for (index, part) in parts {
+        assert_eq!(desk.get(0, index), part, "copy {index}");
+    }
+    assert_eq!(desk.get(1, 120), warning[4..5], "(71)");
+    let selected = desk.get(1, 46);
+    for (instance, place) in (1u8..).zip(alarm[4..4 + sensors].chunks(2)) {
+        assert_eq!(of_instance(desk, instance, 103), place, "alarm of {instance}");
+        assert_eq!(of_instance(desk, instance, 104), [0, 0], "warning of {instance}");
+    }
+    let instances = u8::try_from(desk.report().indicated.iter().count()).unwrap();
+    for instance in 1..=instances {
+        let valid = of_instance(desk, instance, 23)[0];
+        // "The logical inversion" (12.1.2).
+        assert_eq!(of_instance(desk, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
+    }
+    let active = desk.get(1, 47)[0];
+    assert_eq!(of_instance(desk, active, 102), warning[4..5], "the gauge's is that of the active instance");
+    desk.put(1, 46, &selected).unwrap();
+    let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
+    let groups = |record: &[u8], device: usize| {
+        any(&record[1..3]) | any(&record[4..4 + device]) << 1 | any(&record[5 + device..]) << 2
+    };
+    let status = 0x80 | groups(&alarm, sensors) | groups(&warning, sensors + 1) << 4;
+    assert_eq!(desk.get(0, 26), [status], "each group bit is the OR of its details");
+}
+
+#[test]
+fn an_alarm_invalidates_its_own_instance_only() {
+    for (fault, failed) in [("sensor1", 1), ("electronics1", 1), ("sensor2", 2), ("electronics2", 2), ("sensor3", 3)] {
+        let mut desk = exchanging(pcg(), FLOATS, 100.0);
+        desk.fault(fault, true);
+        for instance in 1..=3 {
+            let valid = u8::from(instance != failed);
+            assert_eq!(of_instance(&mut desk, instance, 23), [valid], "{fault}: instance {instance}");
+        }
+    }
+}
+
+/// 13.1.1, (36): outside EXECUTING the reading is invalid, and that is a warning.
+#[test]
+fn idle_without_a_fault_is_a0() {
+    for kind in Kind::all() {
+        let mut desk = crate::desk(kind);
+        desk.pressure_mbar(100.0);
+        assert_eq!((desk.get(0, 26), desk.get(1, 120), desk.get(1, 23)), (vec![0xA0], vec![1], vec![0]));
+        copies_are_equal(&mut desk);
+    }
+}
+
+/// A range is no error, but a warning: 13.1.1, (87).
+#[test]
+fn out_of_range_sets_its_bit_and_invalid() {
+    for (kind, mbar, selector, extension) in [
+        (pcg(), 4.9e-5, 2, 0x05),
+        (pcg(), 5.1e-5, 2, 0x00),
+        (pcg(), 1500.0, 1, 0x00),
+        (pcg(), 1501.0, 1, 0x03),
+        (psg(), 4.9e-5, 1, 0x05),
+        (psg(), 5e-5, 1, 0x00),
+        (psg(), 1200.0, 1, 0x00),
+        (psg(), 1201.0, 1, 0x03),
+    ] {
+        let mut desk = exchanging(kind, FLOATS, mbar);
+        let status = if extension == 0 { 0x80 } else { 0xA0 };
+        assert_eq!(desk.exchange(&[])[..3], [status, extension, selector], "{mbar} mbar");
+        copies_are_equal(&mut desk);
+    }
+}

@@ -1,0 +1,157 @@
+//! The device state machine, as far as it is particular here, and the NET LED. 7.2, 3.4.
+
+use crate::support::{Desk, hex};
+use crate::{FLOATS, Gauge, MBAR, RELAYS, desk, exchanging, gauge, pcg, psg};
+use profivac_devices::pxg55x::Kind;
+use profivac_devices::{Action, Instrument};
+
+const INIT: u8 = 0;
+const IDLE: u8 = 2;
+const SELF_TEST_EXCEPTION: u8 = 3;
+const EXECUTING: u8 = 4;
+const ABORT: u8 = 5;
+const CRITICAL_FAULT: u8 = 6;
+
+/// 7.2.2
+const FACTORY_RESET: u8 = 128;
+const RESET: u8 = 129;
+
+fn led(desk: &mut Desk<Gauge>) -> &'static str {
+    desk.report().led
+}
+
+#[test]
+fn the_manufacturers_resets_are_resets() {
+    for kind in Kind::all() {
+        for command in [1, FACTORY_RESET, RESET] {
+            let mut desk = desk(kind);
+            for (to, commands) in [(IDLE, &[][..]), (EXECUTING, &[4]), (ABORT, &[2])] {
+                commands.iter().for_each(|command| desk.command(*command).unwrap());
+                assert_eq!(desk.state(), to);
+                desk.command(command).unwrap();
+                assert_eq!(desk.state(), INIT);
+                // Already there; and nothing else begins.
+                assert_eq!(desk.command(command), Err(201));
+                assert_eq!(desk.command(4), Err(202));
+                desk.device().settle();
+                assert_eq!((desk.state(), desk.get(0, 15)), (IDLE, vec![0]));
+            }
+        }
+        for command in (7..128).chain(130..=255) {
+            assert_eq!(desk(kind).command(command), Err(2), "command {command}");
+        }
+    }
+}
+
+#[test]
+fn resets_lead_out_of_faults_that_are_gone() {
+    for command in [1, FACTORY_RESET, RESET] {
+        for (fault, state) in [("ram", SELF_TEST_EXCEPTION), ("eprom", CRITICAL_FAULT)] {
+            let mut desk = desk(psg());
+            desk.fault(fault, true);
+            desk.command(RESET).unwrap();
+            desk.device().settle();
+            assert_eq!(desk.state(), state, "{fault}");
+            desk.fault(fault, false);
+            desk.command(command).unwrap();
+            desk.device().settle();
+            assert_eq!(desk.state(), IDLE, "{fault}");
+        }
+    }
+}
+
+/// 7.2: "As soon as cyclic data interchange is taken up, the gauge automatically changes to the EXECUTING status."
+#[test]
+fn exchange_is_executing_and_its_end_is_idle() {
+    for kind in Kind::all() {
+        let mut desk = exchanging(kind, FLOATS, 100.0);
+        assert_eq!(desk.state(), EXECUTING);
+        desk.unlock();
+        assert_eq!(desk.state(), IDLE);
+        // After Abort the exchange runs with safe values, and the state stays (24, 28).
+        desk.command(2).unwrap();
+        desk.bring_up(&hex(MBAR), &hex(FLOATS));
+        assert_eq!((desk.state(), &desk.exchange(&[])[..2]), (ABORT, &[0xA0, 0x01][..]));
+    }
+}
+
+/// 8.1.6: "it is not possible to change the pressure unit while the gauge is cyclically interchanging data", and "only ...
+/// in the IDLE status"; 8.1.5: the data type only "if the device is not in cyclic data transfer" (84).
+#[test]
+fn unit_and_data_type_are_locked_where_the_manual_says() {
+    for (slot, unit, number) in [(1, 22, 21), (2, 28, 29), (3, 28, 29)] {
+        let mut desk = desk(pcg());
+        assert_eq!((desk.put(slot, unit, &hex("13 01")), desk.put(slot, number, &[3])), (Ok(()), Ok(())));
+        desk.command(4).unwrap();
+        assert_eq!((desk.put(slot, unit, &hex("13 08")), desk.put(slot, number, &[8])), (Err(17), Ok(())));
+        desk.command(2).unwrap();
+        assert_eq!((desk.put(slot, unit, &hex("13 08")), desk.put(slot, number, &[3])), (Err(17), Ok(())));
+        desk.command(3).unwrap();
+        assert_eq!((desk.put(slot, unit, &hex("13 08")), desk.put(slot, number, &[8])), (Ok(()), Ok(())));
+        desk.bring_up(&hex(MBAR), &hex(FLOATS));
+        assert_eq!((desk.put(slot, unit, &hex("13 01")), desk.put(slot, number, &[3])), (Err(17), Err(17)));
+        // Also in IDLE, as long as data are exchanged (45).
+        desk.command(5).unwrap();
+        assert_eq!(desk.state(), IDLE);
+        assert_eq!((desk.put(slot, unit, &hex("13 01")), desk.put(slot, number, &[3])), (Err(17), Err(17)));
+    }
+}
+
+/// "A change of one data type parameter changes all others to the same value", and so with the unit.
+#[test]
+fn unit_and_data_type_are_one_for_all_blocks() {
+    for (slot, unit, number) in [(1, 22, 21), (2, 28, 29), (3, 28, 29)] {
+        let mut desk = desk(pcg());
+        desk.put(slot, unit, &hex("10 01")).unwrap();
+        desk.put(slot, number, &[3]).unwrap();
+        for instance in 1..=3 {
+            assert_eq!(crate::of_instance(&mut desk, instance, 22), hex("10 01"));
+            assert_eq!(crate::of_instance(&mut desk, instance, 21), [3]);
+        }
+        for slot in [2, 3] {
+            assert_eq!((desk.get(slot, 28), desk.get(slot, 29)), (hex("10 01"), vec![3]));
+            assert_eq!(desk.get(slot, 17).len(), 2);
+        }
+    }
+}
+
+/// A master's configuration fixes the data type, its user parameters the unit: 8.1.5, 8.1.6.
+#[test]
+fn a_master_overrides_what_was_set_acyclically() {
+    let mut desk = desk(psg());
+    desk.put(1, 22, &hex("13 09")).unwrap();
+    desk.put(1, 21, &[3]).unwrap();
+    desk.bring_up(&hex(MBAR), &hex(FLOATS));
+    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("13 08"), vec![8]));
+    desk.unlock();
+    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("13 08"), vec![8]));
+}
+
+/// 3.4 (112)
+#[test]
+fn the_net_led_has_four_faces() {
+    for kind in Kind::all() {
+        let mut desk = desk(kind);
+        assert_eq!(led(&mut desk), "green flashing");
+        desk.pressure_mbar(100.0);
+        desk.bring_up(&hex(MBAR), &hex(RELAYS));
+        assert_eq!(led(&mut desk), "green");
+        for fault in ["ram", "comm", "sensor1", "electronics1"] {
+            desk.fault(fault, true);
+            assert_eq!(led(&mut desk), "red", "{fault}");
+            desk.fault(fault, false);
+            assert_eq!(led(&mut desk), "green", "{fault}");
+        }
+        // A warning is no error: overrange.
+        desk.pressure_mbar(2000.0);
+        assert_eq!((desk.get(0, 26)[0], led(&mut desk)), (0xA0, "green"));
+        desk.unlock();
+        assert_eq!(led(&mut desk), "green flashing");
+        desk.device().power(false);
+        assert_eq!((led(&mut desk), desk.report().device_state), ("off", "OFF"));
+    }
+    // The atmosphere sensor is in no exception detail (74).
+    let mut gauge = gauge(pcg());
+    gauge.operate(Action::Fault { name: "sensor3", present: true }).unwrap();
+    assert_eq!(gauge.report().led, "green flashing");
+}
