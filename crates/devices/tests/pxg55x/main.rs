@@ -11,6 +11,8 @@ mod safe;
 mod states;
 #[path = "../support/mod.rs"]
 mod support;
+mod ttr;
+mod values;
 
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::{Kind, Pxg55x};
