@@ -12,6 +12,7 @@ mod safe;
 mod states;
 #[path = "../support/mod.rs"]
 mod support;
+mod trip;
 mod ttr;
 mod values;
 
