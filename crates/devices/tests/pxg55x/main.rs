@@ -7,6 +7,7 @@ mod adjust;
 mod exceptions;
 mod exchange;
 mod identity;
+mod memory;
 mod rows;
 mod safe;
 mod states;
