@@ -4,6 +4,7 @@
 pub mod golden;
 pub mod random;
 pub mod rows;
+pub mod walk;
 
 use profivac_devices::{Action, Instrument, Principle, Report};
 use profivac_dp::link::{Baud, BitTime, Station};

@@ -1,0 +1,369 @@
+//! A random walk: whatever masters, people and power do to a gauge, it is in a named state, what it tells in several places
+//! agrees, and nothing stored is lost.
+
+use super::random::Random;
+use super::{Desk, sense_all};
+use profivac_devices::model::{Configuration, DataType, Field, Model, NumberType, Row, Storage, UserPrm};
+use profivac_devices::{Action, Instrument, Report};
+use profivac_dp::slave::Relation;
+use std::collections::BTreeSet;
+
+/// What is particular to a device.
+pub struct Particular<D> {
+    /// Its tables.
+    pub model: &'static Model,
+    /// Device Block State Commands to choose from.
+    pub commands: &'static [u8],
+    /// Whether a configuration is accepted after a user parameter string.
+    pub fits: fn(&UserPrm, &Configuration) -> bool,
+    /// What people do to it.
+    pub action: fn(&mut Random) -> Action<'static>,
+    /// Nonvolatile rows (slot and index) that something else than a master may move.
+    pub moving: &'static [(u8, u8)],
+    /// What must hold besides.
+    pub check: fn(&mut Desk<D>),
+}
+
+/// What the walk has come across, so that it does not stay in one corner.
+#[derive(Default)]
+pub struct Seen {
+    pub states: BTreeSet<&'static str>,
+    pub active: BTreeSet<u8>,
+    pub degas: bool,
+    pub relays: [bool; 2],
+    pub units: usize,
+}
+
+impl Seen {
+    fn note(&mut self, report: &Report) {
+        self.states.insert(report.device_state);
+        self.active.insert(report.active_instance);
+        self.degas |= report.degas.iter().eq([&true]);
+        for (seen, relay) in self.relays.iter_mut().zip(report.relays.iter()) {
+            *seen |= relay;
+        }
+    }
+}
+
+/// A gauge on its way.
+pub struct Walk<D> {
+    pub desk: Desk<D>,
+    pub random: Random,
+    pub seen: Seen,
+    particular: Particular<D>,
+    /// Slot, instance and row of every parameter.
+    rows: Vec<(u8, u8, &'static Row)>,
+}
+
+impl<D: Instrument> Walk<D> {
+    pub fn new(desk: Desk<D>, particular: Particular<D>, seed: u64) -> Self {
+        let places = particular.model.places.iter();
+        let at = places.flat_map(|place| place.addresses.iter().map(move |address| (address, place.block)));
+        let rows = at.flat_map(|(at, block)| block.rows.iter().map(move |row| (at.slot, at.instance, row))).collect();
+        Self { desk, random: Random::new(seed), seen: Seen::default(), particular, rows }
+    }
+
+    /// So many steps, with a look at everything once in a while.
+    pub fn steps(&mut self, steps: usize) {
+        for step in 0..steps {
+            self.step();
+            if step % 200 == 0 {
+                self.check();
+                self.seen.note(&self.desk.report());
+            }
+        }
+    }
+
+    fn step(&mut self) {
+        match self.random.below(20) {
+            0..7 => self.cycle(),
+            7..11 => self.write(),
+            11..13 => self.read(),
+            13..16 => self.pressure(),
+            16 => self.operate(),
+            17 => {
+                let seconds = self.random.unit() * 60.0;
+                self.desk.device().advance(seconds);
+            }
+            18 => drop(self.desk.command(self.random.one_of(self.particular.commands))),
+            _ => self.seldom(),
+        }
+    }
+
+    fn seldom(&mut self) {
+        match self.random.below(40) {
+            0..3 => self.power(),
+            3..8 => self.desk.unlock(),
+            8..13 => self.desk.request_sdn(&[0x02, 0x00]),
+            13 => self.units_there_and_back(),
+            _ => self.desk.device().settle(),
+        }
+    }
+
+    /// What slot 1 has for an instance; what another slot has.
+    fn get(&mut self, slot: u8, instance: u8, index: u8) -> Vec<u8> {
+        if instance != 0 {
+            self.desk.put(1, 46, &[instance]).unwrap();
+        }
+        self.desk.get(slot, index)
+    }
+
+    /// Looks at something without moving the Channel Instance Selector.
+    fn peek<T>(&mut self, look: impl FnOnce(&mut Self) -> T) -> T {
+        let selected = self.desk.get(1, 46);
+        let seen = look(self);
+        self.desk.put(1, 46, &selected).unwrap();
+        seen
+    }
+
+    /// Everything that must be there after any power cut.
+    fn kept(&mut self) -> Vec<Vec<u8>> {
+        let moving = self.particular.moving;
+        let kept = |(slot, _, row): &(u8, u8, &'static Row)| row.is_kept() && !moving.contains(&(*slot, row.id));
+        let rows: Vec<_> = self.rows.iter().copied().filter(kept).collect();
+        self.peek(|walk| walk.read_all(&rows))
+    }
+
+    /// Rows in the order of the tables, so that an instance is seldom selected twice.
+    fn read_all(&mut self, rows: &[(u8, u8, &'static Row)]) -> Vec<Vec<u8>> {
+        let mut selected = 0;
+        let read = |(slot, instance, row): &(u8, u8, &'static Row)| {
+            let again = std::mem::replace(&mut selected, *instance) == *instance;
+            self.get(*slot, if again { 0 } else { *instance }, row.id)
+        };
+        rows.iter().map(read).collect()
+    }
+
+    fn any_row(&mut self) -> (u8, u8, &'static Row) {
+        self.rows[self.random.below(self.rows.len())]
+    }
+
+    /// Octets that a row of this type might take, more often than not.
+    fn any_value(&mut self, row: &Row) -> Vec<u8> {
+        let random = &mut self.random;
+        if random.once_in(20) {
+            let length = random.below(6);
+            return random.octets(length);
+        }
+        match row.data_type {
+            DataType::Boolean | DataType::Uint8 => vec![random.octet() % 8],
+            DataType::Uint16 if row.name.starts_with("Data Unit") => {
+                let units = self.particular.model.units;
+                units[random.below(units.len())].code.to_be_bytes().to_vec()
+            }
+            DataType::Uint16 => (random.below(1500) as u16).to_be_bytes().to_vec(),
+            DataType::Record(2) => vec![random.one_of(&[0, 1, 3, 128]), random.octet() % 2],
+            DataType::ByType if random.once_in(2) => random.octets(2),
+            _ => (10f32.powf(random.unit() as f32 * 12.0 - 8.0)).to_be_bytes().to_vec(),
+        }
+    }
+
+    fn relation(&mut self) -> Relation {
+        self.random.one_of(&[Relation::Ms1, Relation::Ms2(0), Relation::Ms2(1)])
+    }
+
+    /// A write anywhere. What is refused has changed nothing.
+    fn write(&mut self) {
+        let (slot, instance, row) = self.any_row();
+        let (octets, relation) = (self.any_value(row), self.relation());
+        if instance != 0 && !self.random.once_in(10) {
+            self.desk.put(1, 46, &[instance]).unwrap();
+        }
+        let before = self.random.once_in(50).then(|| self.kept());
+        let result = self.desk.write(relation, slot, row.id, &octets);
+        if let (Some(before), Err(refusal)) = (before, result) {
+            assert_eq!(self.kept(), before, "{slot}/{} refused with {refusal:02X?}", row.id);
+        }
+    }
+
+    /// A read anywhere, known or not.
+    fn read(&mut self) {
+        let (slot, _, row) = self.any_row();
+        let index = if self.random.once_in(5) { self.random.octet() } else { row.id };
+        let relation = self.relation();
+        let _ = self.desk.read(relation, slot, index);
+    }
+
+    fn configuration(&mut self) -> &'static Configuration {
+        let octets = self.desk.device().get_cfg().to_vec();
+        self.particular.model.configuration(&octets).unwrap()
+    }
+
+    /// A cycle, if there is an exchange, otherwise the bring-up of one.
+    pub fn cycle(&mut self) {
+        if !self.desk.is_exchanging() {
+            return self.bring_up();
+        }
+        let configuration = self.configuration();
+        let mut outputs = Vec::new();
+        for (_, field) in configuration.outputs.into_iter().flat_map(|telegram| telegram.layout()) {
+            let octets = self.any_output(field);
+            outputs.extend(octets);
+        }
+        if self.random.once_in(50) {
+            outputs.push(0);
+        }
+        let inputs = self.desk.exchange(&outputs);
+        assert_eq!(inputs.len(), configuration.input_octets(), "{inputs:02X?}");
+    }
+
+    /// With any configuration after any user parameters: accepted if they fit together.
+    fn bring_up(&mut self) {
+        let model = self.particular.model;
+        let prm = &model.user_prm[self.random.below(model.user_prm.len())];
+        let configuration = &model.configurations[self.random.below(model.configurations.len())];
+        self.desk.set_prm(prm.octets);
+        self.desk.chk_cfg(configuration.octets);
+        assert_eq!(self.desk.is_exchanging(), (self.particular.fits)(prm, configuration), "{configuration:?}");
+    }
+
+    fn any_output(&mut self, field: Field) -> Vec<u8> {
+        if field != Field::ParameterChannel {
+            return (0..field.octets()).map(|_| self.random.one_of(&[0, 1, 1, 2, 3, 77, 128])).collect();
+        }
+        let (slot, _, row) = self.any_row();
+        let value = self.any_value(row);
+        let mut octets = vec![self.random.one_of(&[0, 0x10, 0x20, 0x30, 0xA0, 0x70]), slot, row.id, 0, 0, 0, 0, 0];
+        let width = value.len().min(4);
+        octets[8 - width..].copy_from_slice(&value[..width]);
+        octets
+    }
+
+    /// Power goes and returns: what was nonvolatile is as before.
+    fn power(&mut self) {
+        let before = (self.desk.get(1, 46), self.kept());
+        self.desk.device().power(false);
+        sense_all(self.desk.device(), 1.0);
+        self.desk.device().power(true);
+        self.desk.slave.power_up(5);
+        if self.random.once_in(2) {
+            self.desk.device().settle();
+        }
+        assert_eq!((self.desk.get(1, 46), self.kept()), before);
+    }
+
+    /// Somebody does something at the gauge.
+    fn operate(&mut self) {
+        let action = if self.random.once_in(2) {
+            Action::Fault {
+                name: self.random.one_of(self.particular.model.faults.names),
+                present: self.random.once_in(8),
+            }
+        } else {
+            (self.particular.action)(&mut self.random)
+        };
+        self.desk.device().operate(action).unwrap();
+    }
+
+    /// The pressure of one part, or of the chamber.
+    fn pressure(&mut self) {
+        let parts = self.desk.device().parts().len();
+        let pa = 10f64.powf(self.random.unit() * 18.0 - 11.0);
+        match self.random.below(parts + 1) {
+            part if part < parts => self.desk.device().sense(part, pa),
+            _ => self.desk.pressure_mbar(pa / 100.0),
+        }
+    }
+
+    /// The bench's view is the bus's view, and the cyclic data are the parameters.
+    pub fn check(&mut self) {
+        let names = ["INIT", "SELFTESTING", "IDLE", "SELFTESTEXCEPTION", "EXECUTING", "ABORT", "CRITICALFAULT"];
+        let report = self.desk.report();
+        assert_eq!(report.device_state, names[usize::from(self.desk.state())]);
+        assert_eq!(report.exception_status & 0x88, 0x80);
+        assert_eq!(self.desk.get(0, 26), [report.exception_status]);
+        assert_eq!(self.desk.get(1, 47), [report.active_instance]);
+        self.check_inputs(&report);
+        self.peek(|walk| (walk.particular.check)(&mut walk.desk));
+        let executing = report.device_state == "EXECUTING";
+        assert!(executing || report.relays.iter().chain(report.emission.iter()).all(|on| !on), "{report:?}");
+        assert!(report.emission.iter().eq([&true]) || report.degas.iter().all(|on| !on), "{report:?}");
+        assert!(report.outputs_safe || executing, "{report:?}");
+    }
+
+    /// Every field of the inputs that is a parameter.
+    fn check_inputs(&mut self, report: &Report) {
+        let Some(outputs) = self.desk.outputs() else { return };
+        let inputs = self.desk.exchange(&vec![0; outputs]);
+        let telegram = self.configuration().inputs.unwrap();
+        for (start, field) in telegram.layout() {
+            let expected = match field {
+                Field::ExceptionStatus => vec![report.exception_status],
+                Field::StatusExtension => self.desk.get(1, 120),
+                Field::PvSelector => vec![report.active_instance],
+                Field::ProcessValue(_) => self.peek(|walk| walk.get(1, report.active_instance, 19)),
+                Field::TripRelays(_) => [self.desk.get(2, 21), self.desk.get(3, 21)].concat(),
+                _ => continue,
+            };
+            assert_eq!(inputs[start..start + field.octets()], expected, "{field:?}");
+        }
+    }
+
+    /// There and back through every unit, in IDLE: no physical value changes beyond the rounding of a float.
+    fn units_there_and_back(&mut self) {
+        self.desk.unlock();
+        self.particular.model.faults.names.iter().for_each(|name| self.desk.fault(name, false));
+        let _ = self.desk.command(1);
+        self.desk.device().settle();
+        assert_eq!(self.desk.state(), 2);
+        self.seen.units += 1;
+        self.peek(|walk| {
+            let [number, unit] = [21, 22].map(|index| walk.get(1, 1, index));
+            walk.desk.put(1, 21, &[NumberType::Float.code()]).unwrap();
+            walk.set_unit("mbar");
+            let before = walk.pressures();
+            walk.particular.model.units.iter().for_each(|unit| walk.round_in(unit.name));
+            walk.set_unit("mbar");
+            for (before, after) in before.into_iter().zip(walk.pressures()) {
+                let slack = f64::from(before) * 2e-5 + f64::from(f32::MIN_POSITIVE);
+                assert!((f64::from(after) - f64::from(before)).abs() <= slack, "{before} became {after}");
+            }
+            walk.get(1, 1, 22);
+            walk.desk.put(1, 22, &unit).unwrap();
+            walk.desk.put(1, 21, &number).unwrap();
+        });
+    }
+
+    fn set_unit(&mut self, name: &str) {
+        let code = self.particular.model.unit_named(name).unwrap().code;
+        self.get(1, 1, 22);
+        self.desk.put(1, 22, &code.to_be_bytes()).unwrap();
+    }
+
+    /// Every Safe Value is written back as it is read, and so is rounded once in this unit. A pressure far below every range
+    /// is no positive number of COUNTS.
+    fn round_in(&mut self, unit: &str) {
+        self.set_unit(unit);
+        let parts: Vec<u8> = self.desk.report().indicated.iter().map(|indicated| indicated.instance).collect();
+        for instance in parts {
+            let octets = self.get(1, instance, 40);
+            if f32::from_be_bytes(octets.clone().try_into().unwrap()) > 0.01 || unit != "COUNTS" {
+                self.desk.put(1, 40, &octets).unwrap();
+            }
+        }
+    }
+
+    /// Every pressure that is no measured value.
+    fn pressures(&mut self) -> Vec<f32> {
+        let fixed = |row: &Row| row.data_type == DataType::ByType && row.storage == Storage::Nonvolatile;
+        let rows: Vec<_> = self.rows.iter().copied().filter(|(_, _, row)| fixed(row)).collect();
+        self.read_all(&rows).into_iter().map(|octets| f32::from_be_bytes(octets.try_into().unwrap())).collect()
+    }
+
+    /// Octets that mean nothing, as parameters and as outputs.
+    pub fn any_octets(&mut self, rounds: usize) {
+        for _ in 0..rounds {
+            let length = self.random.below(12);
+            let octets = self.random.octets(length);
+            let (slot, index, relation) = (self.random.octet() % 7, self.random.octet(), self.relation());
+            let _ = self.desk.write(relation, slot, index, &octets);
+            let _ = self.desk.read(relation, slot, index);
+            self.cycle();
+            if let Some(length) = self.desk.outputs() {
+                let outputs = self.random.octets(length);
+                self.desk.exchange(&outputs);
+            }
+        }
+        self.check();
+    }
+}
