@@ -8,6 +8,7 @@ mod exceptions;
 mod exchange;
 mod identity;
 mod memory;
+mod property;
 mod rows;
 mod safe;
 mod states;

@@ -65,7 +65,7 @@ fn the_safe_state_is_the_instances_own() {
 fn a_safe_value_is_converted_but_zero_stays_zero() {
     let mut desk = crate::desk(psg());
     desk.put(1, 40, &1000f32.to_be_bytes()).unwrap();
-    for (unit, value) in [([0x13, 0x01], 750.061_68), ([0x13, 0x09], 100_000.0), ([0x10, 0x01], 31_672.326)] {
+    for (unit, value) in [([0x13, 0x01], 750.061_7), ([0x13, 0x09], 100_000.0), ([0x10, 0x01], 31_672.326)] {
         desk.put(1, 22, &unit).unwrap();
         let found = float(&mut desk, 1, 40);
         assert!((found / value - 1.0).abs() < 1e-6, "{found} instead of {value}");

@@ -15,17 +15,16 @@ fn log_counts(mbar: f64) -> f64 {
     3511.0 * (mbar * 1_048_576.0).log10() + 1.0
 }
 
-/// Full Scale, Overrange and Underrange of each instance in mbar (86).
-const LIMITS: [(fn() -> Kind, u8, [f64; 3]); 4] = [
-    (pcg, 1, [1500.0, 1500.0, 1.0]),
-    (pcg, 2, [1000.0, 1200.0, 5e-5]),
-    (pcg, 3, [1200.0, 1200.0, 300.0]),
-    (psg, 1, [1000.0, 1200.0, 5e-5]),
-];
+/// Instance, and its Full Scale, Overrange and Underrange in mbar (86).
+const PCG_LIMITS: [(u8, [f64; 3]); 3] =
+    [(1, [1500.0, 1500.0, 1.0]), (2, [1000.0, 1200.0, 5e-5]), (3, [1200.0, 1200.0, 300.0])];
+const PSG_LIMITS: [(u8, [f64; 3]); 1] = [(1, [1000.0, 1200.0, 5e-5])];
 
 #[test]
 fn the_limits_of_every_instance_in_every_unit_and_type() {
-    for (kind, instance, limits) in LIMITS {
+    let of_kind = |kind: Kind, limits: &[(u8, [f64; 3])]| limits.iter().map(move |it| (kind, it.0, it.1)).collect();
+    let limits: [Vec<_>; 2] = [of_kind(pcg(), &PCG_LIMITS), of_kind(psg(), &PSG_LIMITS)];
+    for (kind, instance, limits) in limits.concat() {
         let is_atm = instance == 3;
         for (user, convert) in [
             (MBAR, (|mbar, _| mbar) as fn(f64, bool) -> f64),
@@ -34,7 +33,7 @@ fn the_limits_of_every_instance_in_every_unit_and_type() {
             // The atmosphere sensor counts linearly (82).
             (COUNTS, |mbar, is_atm| if is_atm { mbar * 16.0 } else { log_counts(mbar) }),
         ] {
-            let mut desk = desk(kind());
+            let mut desk = desk(kind);
             set_unit(&mut desk, user);
             for (index, mbar) in [24, 44, 45].into_iter().zip(limits) {
                 let expected = convert(mbar, is_atm);
