@@ -121,7 +121,17 @@ impl<D: Instrument> Walk<D> {
         let moving = self.particular.moving;
         let kept = |(slot, _, row): &(u8, u8, &'static Row)| row.is_kept() && !moving.contains(&(*slot, row.id));
         let rows: Vec<_> = self.rows.iter().copied().filter(kept).collect();
-        self.peek(|walk| rows.iter().map(|(slot, instance, row)| walk.get(*slot, *instance, row.id)).collect())
+        self.peek(|walk| walk.read_all(&rows))
+    }
+
+    /// Rows in the order of the tables, so that an instance is seldom selected twice.
+    fn read_all(&mut self, rows: &[(u8, u8, &'static Row)]) -> Vec<Vec<u8>> {
+        let mut selected = 0;
+        let read = |(slot, instance, row): &(u8, u8, &'static Row)| {
+            let again = std::mem::replace(&mut selected, *instance) == *instance;
+            self.get(*slot, if again { 0 } else { *instance }, row.id)
+        };
+        rows.iter().map(read).collect()
     }
 
     fn any_row(&mut self) -> (u8, u8, &'static Row) {
@@ -337,8 +347,7 @@ impl<D: Instrument> Walk<D> {
     fn pressures(&mut self) -> Vec<f32> {
         let fixed = |row: &Row| row.data_type == DataType::ByType && row.storage == Storage::Nonvolatile;
         let rows: Vec<_> = self.rows.iter().copied().filter(|(_, _, row)| fixed(row)).collect();
-        let float = |octets: Vec<u8>| f32::from_be_bytes(octets.try_into().unwrap());
-        rows.iter().map(|(slot, instance, row)| float(self.get(*slot, *instance, row.id))).collect()
+        self.read_all(&rows).into_iter().map(|octets| f32::from_be_bytes(octets.try_into().unwrap())).collect()
     }
 
     /// Octets that mean nothing, as parameters and as outputs.
