@@ -38,15 +38,18 @@ pub struct Mangle {
 }
 
 impl Mangle {
-    /// What happens to a telegram of `length` octets that begins at `now`.
-    pub(crate) fn draw(&self, now: BitTime, length: usize, tampers: &mut Vec<Tamper>) {
+    /// What happens to a telegram that begins at `now`.
+    pub(crate) fn draw(&self, now: BitTime, octets: &[u8], tampers: &mut Vec<Tamper>) {
         let mut random = Random::new(self.seed ^ now.0.wrapping_mul(0xA076_1D64_78BD_642F));
-        for place in (0..length).rev() {
+        for (place, present) in octets.iter().enumerate().rev() {
             if random.fraction() < self.lose {
                 tampers.push(Tamper::Lose(place));
             }
             if random.fraction() < self.add {
-                tampers.push(Tamper::Add(place, random.octet()));
+                // Not the octet that follows anyway: before the last one it would complete the telegram an octet early, and
+                // the answer to it would be called too early.
+                let added = random.octet();
+                tampers.push(Tamper::Add(place, if added == *present { !added } else { added }));
             }
         }
     }

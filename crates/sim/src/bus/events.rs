@@ -142,7 +142,7 @@ impl Bus {
         let mut tampers = std::mem::take(&mut driver.tampers);
         let paused = tampers.iter().any(|tamper| matches!(tamper, Tamper::Stutter(..)));
         if let Some(mangle) = &self.mangle {
-            mangle.draw(self.now, octets.len(), &mut tampers);
+            mangle.draw(self.now, &octets, &mut tampers);
         }
         let telegram = Telegram::parse(&octets).ok();
         let signal = match tampers.as_slice() {
