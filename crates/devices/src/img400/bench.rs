@@ -24,8 +24,8 @@ impl Behaviour for Controller {
         self.machine.exchanging(running);
     }
 
-    /// The transition command acts on both cathodes (116) when it changes to something (117); a refusal is reported nowhere
-    /// (118).
+    /// The transition command acts on both cathodes (116) when it changes to something (117); a refusal is reported
+    /// nowhere (118).
     fn output(&mut self, field: Field, octets: &[u8]) {
         let (Field::TransitionCommand, [command, value]) = (field, octets) else { return };
         if self.command != [*command, *value] {

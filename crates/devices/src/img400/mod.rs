@@ -1,8 +1,8 @@
 //! IMG 400 with IF 400 P: a controller for two hot cathode gauges and two others. BG 5530 BEN/A.
 //!
 //! [`table`] is the manual's tables; the rest is what they do: `gauges` says what can be plugged in, `ion` switches the
-//! cathodes, `trip` the relays, `errors` remembers failed supplies, `parameters` leads every row to its value, `bench` has
-//! bus and people.
+//! cathodes, `trip` the relays, `errors` remembers failed supplies, `parameters` leads every row to its value, `bench`
+//! has bus and people.
 
 mod bench;
 mod errors;

@@ -1,5 +1,5 @@
-//! The tables of BG 5530 BEN/A (IF 400 P for IMG 400), row by row. Where a row departs from the print, a comment says why.
-//! Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
+//! The tables of BG 5530 BEN/A (IF 400 P for IMG 400), row by row. Where a row departs from the print, a comment says
+//! why. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
 
 use crate::instrument::{Part, Principle};
 use crate::model::block::{block, blocks};
@@ -13,89 +13,89 @@ use profivac_dp::slave::Features;
 block! {
     /// The controller as a whole. Identity and exception details are promised in the text and do not exist (120).
     pub DeviceBlock = "Device Block", type 1;
-    // ID  parameter              name as printed                                 data type    access                  store  section
+    // ID parameter         name as printed                               data type  access            store, section
     // Table 1 leaves the store class blank: a command is never kept (26).
-    15 StateCommand               "Device Block State"                            UINT8        [1_R/W 2_R/W]           -  "4.4.1";
-    16 BlockType                  "Block Type ID"                                 OSTRING(4)   [1_R 2_R]               N  "4.4.1";
-    25 DeviceState                "Device State"                                  UINT8        [1_R 2_R]               V  "4.4.1";
-    26 ExceptionStatus            "Exception Status"                              UINT8        [0_XI 1_R 2_R]          V  "4.4.1";
-    203 KeyLock                   "Key Lock"                                      UINT8        [1_R/W 2_R/W]           V  "4.4.1";
-    204 ChannelStatus             "Channel Status"                                OSTRING(2)   [0_XI 1_R 2_R]          V  "4.4.1";
-    205 ResetErrorCondition       "Reset Error Condition"                         UINT8        [1_W 2_W]               V  "4.4.1";
+    15 StateCommand         "Device Block State"                          UINT8      [1_R/W 2_R/W]     - "4.4.1";
+    16 BlockType            "Block Type ID"                               OSTRING(4) [1_R 2_R]         N "4.4.1";
+    25 DeviceState          "Device State"                                UINT8      [1_R 2_R]         V "4.4.1";
+    26 ExceptionStatus      "Exception Status"                            UINT8      [0_XI 1_R 2_R]    V "4.4.1";
+    203 KeyLock             "Key Lock"                                    UINT8      [1_R/W 2_R/W]     V "4.4.1";
+    204 ChannelStatus       "Channel Status"                              OSTRING(2) [0_XI 1_R 2_R]    V "4.4.1";
+    205 ResetErrorCondition "Reset Error Condition"                       UINT8      [1_W 2_W]         V "4.4.1";
 }
 
 block! {
     /// The pressure of one channel.
     pub AnalogInput = "Sensor Analog Input Function Block", type 2;
     // 2R/W without a length in table 3, both classes and two octets in the record table (130).
-    15 BlockAdjustCommand         "Block Adjust Command"                          RECORD(2)    [1/2_R/W]               -  "4.4.2";
+    15 BlockAdjustCommand   "Block Adjust Command"                        RECORD(2)  [1/2_R/W]         - "4.4.2";
     // A record without a length in print (132).
-    16 BlockType                  "Block Type ID"                                 OSTRING(4)   [2R]                    N  "4.4.2";
-    19 ProcessValue               "ProcessValue (PV)"                             BY_TYPE      [0_XI 1_R 2_R]          D  "4.4.2";
-    20 Status                     "Status"                                        UINT8        [1_R 2_R]               D  "4.4.2";
-    21 DataType                   "Data Type"                                     UINT8        [2_R 2_W]               N  "4.4.2";
+    16 BlockType            "Block Type ID"                               OSTRING(4) [2R]              N "4.4.2";
+    19 ProcessValue         "ProcessValue (PV)"                           BY_TYPE    [0_XI 1_R 2_R]    D "4.4.2";
+    20 Status               "Status"                                      UINT8      [1_R 2_R]         D "4.4.2";
+    21 DataType             "Data Type"                                   UINT8      [2_R 2_W]         N "4.4.2";
     // Only the user parameters change it (143).
-    22 DataUnits                  "Data Units"                                    UINT16       [2_R prm]               N  "4.4.2";
-    23 ReadingValid               "Reading Valid"                                 BOOLEAN      [1_R 2_R]               D  "4.4.2";
-    24 FullScale                  "Full Scale"                                    BY_TYPE      [1_R 2_R]               N  "4.4.2";
-    39 SafeState                  "Safe State"                                    UINT8        [1_R 1_W 2_R 2_W]       N  "4.4.2";
-    40 SafeValue                  "Safe Value"                                    BY_TYPE      [1_R 1_W 2_R 2_W]       N  "4.4.2";
-    44 Overrange                  "Overrange"                                     BY_TYPE      [1_R 2_R]               N  "4.4.2";
-    45 Underrange                 "Underrange"                                    BY_TYPE      [1_R 2_R]               N  "4.4.2";
+    22 DataUnits            "Data Units"                                  UINT16     [2_R prm]         N "4.4.2";
+    23 ReadingValid         "Reading Valid"                               BOOLEAN    [1_R 2_R]         D "4.4.2";
+    24 FullScale            "Full Scale"                                  BY_TYPE    [1_R 2_R]         N "4.4.2";
+    39 SafeState            "Safe State"                                  UINT8      [1_R 1_W 2_R 2_W] N "4.4.2";
+    40 SafeValue            "Safe Value"                                  BY_TYPE    [1_R 1_W 2_R 2_W] N "4.4.2";
+    44 Overrange            "Overrange"                                   BY_TYPE    [1_R 2_R]         N "4.4.2";
+    45 Underrange           "Underrange"                                  BY_TYPE    [1_R 2_R]         N "4.4.2";
 }
 
 block! {
     /// A relay that closes below a pressure. There is no high trip point (146).
     pub TripPoint = "Trip Function Block", type 17;
     // A record without a length in print (132).
-    16 BlockType                  "Block Type ID"                                 OSTRING(4)   [2R]                    -  "4.4.3";
-    19 LowTripPoint               "Low Trip Point"                                BY_TYPE      [1_R/W 2_R/W]           N  "4.4.3";
-    20 LowTripEnable              "Low Trip Enable"                               BOOLEAN      [1_R/W 2_R/W]           N  "4.4.3";
-    21 Status                     "Status"                                        UINT8        [0_XI 1_R 2_R]          V  "4.4.3";
-    24 Hysteresis                 "Hysteresis"                                    BY_TYPE      [1_R/W 2_R/W]           N  "4.4.3";
-    27 Channel                    "Analog Input Sensor Function Block Instance"   UINT8        [1_R/W 2_R/W]           N  "4.4.3";
-    28 DataUnits                  "Data Unit"                                     UINT16       [2_R]                   N  "4.4.3";
-    29 DataType                   "Data Type"                                     UINT8        [2_R]                   N  "4.4.3";
+    16 BlockType            "Block Type ID"                               OSTRING(4) [2R]              - "4.4.3";
+    19 LowTripPoint         "Low Trip Point"                              BY_TYPE    [1_R/W 2_R/W]     N "4.4.3";
+    20 LowTripEnable        "Low Trip Enable"                             BOOLEAN    [1_R/W 2_R/W]     N "4.4.3";
+    21 Status               "Status"                                      UINT8      [0_XI 1_R 2_R]    V "4.4.3";
+    24 Hysteresis           "Hysteresis"                                  BY_TYPE    [1_R/W 2_R/W]     N "4.4.3";
+    27 Channel              "Analog Input Sensor Function Block Instance" UINT8      [1_R/W 2_R/W]     N "4.4.3";
+    28 DataUnits            "Data Unit"                                   UINT16     [2_R]             N "4.4.3";
+    29 DataType             "Data Type"                                   UINT8      [2_R]             N "4.4.3";
     // 1 byte in print (139).
-    201 UpperThreshold            "Low Trip Upper Threshold"                      BY_TYPE      [1_R/W 2_R/W]           N  "4.4.3";
+    201 UpperThreshold      "Low Trip Upper Threshold"                    BY_TYPE    [1_R/W 2_R/W]     N "4.4.3";
 }
 
 block! {
     /// Channel 1 or 2: a Bayard-Alpert or extractor gauge, or none.
     pub HotCathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
     // Store N in the second table only: a command is never kept (150).
-    14 StateCommand               "Hot Cathode Block State Command"               RECORD(2)    [1_R/W 2_R/W]           -  "4.4.4";
-    101 BlockType                 "Block-Type"                                    OSTRING(4)   [2_R]                   -  "4.4.4";
-    102 StatusExtension           "Status Extension"                              UINT8        [1_R 2_R]               V  "4.4.4";
-    103 SensorAlarm               "Sensor Alarm"                                  ARRAY(2)     [1_R 2_R]               V  "4.4.4";
-    104 SensorWarning             "Sensor Warning"                                ARRAY(2)     [1_R 2_R]               V  "4.4.4";
-    105 EmissionStatus            "Emission Status"                               BOOLEAN      [1_R/W 2_R/W]           V  "4.4.4";
+    14 StateCommand         "Hot Cathode Block State Command"             RECORD(2)  [1_R/W 2_R/W]     - "4.4.4";
+    101 BlockType           "Block-Type"                                  OSTRING(4) [2_R]             - "4.4.4";
+    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.4";
+    103 SensorAlarm         "Sensor Alarm"                                ARRAY(2)   [1_R 2_R]         V "4.4.4";
+    104 SensorWarning       "Sensor Warning"                              ARRAY(2)   [1_R 2_R]         V "4.4.4";
+    105 EmissionStatus      "Emission Status"                             BOOLEAN    [1_R/W 2_R/W]     V "4.4.4";
     // A float that holds one of seven codes (147); NV in print (153).
-    107 EmissionCurrent           "Emission Current"                              FLOAT        [1_R/W 2_R/W]           N  "4.4.4";
-    110 DegasStatus               "Degas Status"                                  BOOLEAN      [1_R 2_R]               V  "4.4.4";
+    107 EmissionCurrent     "Emission Current"                            FLOAT      [1_R/W 2_R/W]     N "4.4.4";
+    110 DegasStatus         "Degas Status"                                BOOLEAN    [1_R 2_R]         V "4.4.4";
 }
 
 block! {
     /// Channel 3 or 4 with a Pirani gauge, or none.
     pub HeatTransfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
-    101 BlockType                 "Block Type"                                    OSTRING(4)   [2_R]                   -  "4.4.5";
-    102 StatusExtension           "Status Extension"                              UINT8        [1_R 2_R]               V  "4.4.5";
-    103 SensorAlarm               "Sensor Alarm"                                  ARRAY(2)     [1_R 2_R]               V  "4.4.5";
-    104 SensorWarning             "Sensor Warning"                                ARRAY(2)     [1_R 2_R]               V  "4.4.5";
+    101 BlockType           "Block Type"                                  OSTRING(4) [2_R]             - "4.4.5";
+    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.5";
+    103 SensorAlarm         "Sensor Alarm"                                ARRAY(2)   [1_R 2_R]         V "4.4.5";
+    104 SensorWarning       "Sensor Warning"                              ARRAY(2)   [1_R 2_R]         V "4.4.5";
 }
 
 block! {
     /// Channel 3 or 4 with a capacitance diaphragm gauge.
     pub Diaphragm = "Diaphragm Gauge Transducer Block", type 14;
-    101 BlockType                 "Block Type"                                    OSTRING(4)   [2_R]                   -  "4.4.6";
-    102 StatusExtension           "Status Extension"                              UINT8        [1_R 2_R]               V  "4.4.6";
-    103 SensorAlarm               "Sensor Alarm"                                  ARRAY(2)     [1_R 2_R]               V  "4.4.6";
-    104 SensorWarning             "Sensor Warning"                                ARRAY(2)     [1_R 2_R]               V  "4.4.6";
+    101 BlockType           "Block Type"                                  OSTRING(4) [2_R]             - "4.4.6";
+    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.6";
+    103 SensorAlarm         "Sensor Alarm"                                ARRAY(2)   [1_R 2_R]         V "4.4.6";
+    104 SensorWarning       "Sensor Warning"                              ARRAY(2)   [1_R 2_R]         V "4.4.6";
 }
 
 blocks! {
-    /// All parameters of the IMG 400 (145, 162). In slots 3 and 4 two blocks with the same rows stand at the same place; which
-    /// of them it is the gauge decides (154), and only Block Type differs.
+    /// All parameters of the IMG 400 (145, 162). In slots 3 and 4 two blocks with the same rows stand at the same
+    /// place; the gauge decides which of them it is (154), and only Block Type differs.
     pub Parameter;
     Device(DeviceBlock)              [0 "Device"];
     Input(AnalogInput)               [1 "Channel 1", 2 "Channel 2", 3 "Channel 3", 4 "Channel 4"];
@@ -216,7 +216,8 @@ pub(super) static CMR_3: Facts = facts(3, Principle::Diaphragm, CMR);
 pub(super) static TPR_4: Facts = facts(4, Principle::Pirani, TPR);
 pub(super) static CMR_4: Facts = facts(4, Principle::Diaphragm, CMR);
 
-/// 4.4.4: emission goes off above p_max, degas starts below 1e-4 hPa and 1e-5 hPa. It may be switched on at any pressure.
+/// 4.4.4: emission goes off above p_max, degas starts below 1e-4 hPa and 1e-5 hPa. It may be switched on at any
+/// pressure.
 // free choice: p_max stands in another manual; it lies above the range, so that overrange can be seen.
 pub(super) static BAG_CATHODE: Thresholds =
     Thresholds { off_pa: mbar(2e-2), on_pa: f64::INFINITY, degas_pa: mbar(1e-4) };
@@ -229,7 +230,7 @@ faults! {
     eeprom         "eeprom"        "common alarm and warning";
     ram            "ram"           "common alarm and warning";
     eprom          "eprom"         "common alarm and warning; found while starting: CRITICAL FAULT";
-    comm           "comm"          "wrong settings of the internal serial interface (3.2): common alarm and warning; stays in INIT";
+    comm           "comm"          "internal serial interface set wrong (3.2): common alarm and warning; stays in INIT";
     power          "power"         "general power supply: manufacturer alarm and warning, channels 3 and 4 off until reset";
     overpressure   "overpressure"  "channels 1 and 2 see more than p_max: emission goes off until acknowledged";
     sensor_1       "sensor1"       "hot cathode supply of channel 1: manufacturer alarm and warning until reset";

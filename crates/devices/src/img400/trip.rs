@@ -1,4 +1,5 @@
-//! A trip point: the relay closes below a pressure and opens above another. BG 5530 4.4.3, errata-pxg55x-img400 137 to 144.
+//! A trip point: the relay closes below a pressure and opens above another. BG 5530 4.4.3, errata-pxg55x-img400 137 to
+//! 144.
 
 use super::table;
 use crate::model::{Format, Refusal, mbar};

@@ -1,7 +1,7 @@
 //! A switch with two thresholds.
 
-/// Whether a switch is on that goes on below one pressure and off above another, after it `was` on or not. All in Pa; without
-/// a pressure it is off.
+/// Whether a switch is on that goes on below one pressure and off above another, after it `was` on or not. All in Pa;
+/// without a pressure it is off.
 #[must_use]
 pub fn switched(pressure: Option<f64>, on_below_pa: f64, off_above_pa: f64, was: bool) -> bool {
     match pressure {

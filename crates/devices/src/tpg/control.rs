@@ -5,7 +5,8 @@ use super::settings::FIRST_CHANNEL;
 use super::table::Switch;
 use crate::profile::switched;
 
-/// The positions of the blocks: relays 1 to 4, then one cold cathode block for each board, with the slots of its channels.
+/// The positions of the blocks: relays 1 to 4, then one cold cathode block for each board, with the slots of its
+/// channels.
 pub(super) const RELAYS: core::ops::Range<usize> = 0..4;
 const BOARDS: [(usize, [u8; 2]); 2] = [(4, [1, 2]), (5, [3, 4])];
 
@@ -40,16 +41,16 @@ impl Controller {
         self.channel(slot)?.compared_pa()
     }
 
-    /// The pressure that a relay compares. With underrange control a cold cathode must have measured for ten seconds; from
-    /// then on underrange is a low pressure like any other. 3.2.3.2.
+    /// The pressure that a relay compares. With underrange control a cold cathode must have measured for ten seconds;
+    /// from then on underrange is a low pressure like any other. 3.2.3.2.
     fn relay_pa(&self, slot: u8) -> Option<f64> {
         let channel = self.channel(slot)?;
         let waits = self.settings.waits_for_trust && channel.is_cold_cathode() && !channel.is_trusted();
         if waits { None } else { channel.compared_pa() }
     }
 
-    /// Under automatic control a cold cathode follows the block of its board. A block whose source is the cathode itself
-    /// monitors it: it only switches off, and a new command is needed to switch on again.
+    /// Under automatic control a cold cathode follows the block of its board. A block whose source is the cathode
+    /// itself monitors it: it only switches off, and a new command is needed to switch on again.
     // free choice: the manual names one block per board and leaves open what it does to two cathodes on the board
     fn control_cathode(&mut self, block: usize, slot: u8) {
         let (Some(limits), Some(threshold)) = (self.settings.limits.get(block), self.thresholds.get(block)) else {

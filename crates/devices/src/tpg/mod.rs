@@ -1,12 +1,12 @@
 //! TPG300 and TPG500, total pressure gauge controllers with the interface board IF300P or IF301P. i9973ber/a.
 //!
-//! No block device in the sense of the gauges: DP-V0 only, no device state, no exceptions. Two slots take measuring boards
-//! with up to two channels each, four relays compare their values with thresholds, and two more pairs of thresholds switch
-//! the cold cathodes of the boards.
+//! No block device in the sense of the gauges: DP-V0 only, no device state, no exceptions. Two slots take measuring
+//! boards with up to two channels each, four relays compare their values with thresholds, and two more pairs of
+//! thresholds switch the cold cathodes of the boards.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `channel` measures, `threshold` compares, `control` switches
-//! relays and cathodes, `settings` is what a master sets, `parameters` leads every row to its value, `bench` has what
-//! people do to it.
+//! [`table`] is the manual's tables; the rest is what they do: `channel` measures, `control` compares with thresholds
+//! and switches relays and cathodes, `settings` and `threshold` are what a master sets, `parameters` leads every row to
+//! its value, `bench` has bus and people.
 
 mod bench;
 mod channel;
@@ -33,8 +33,8 @@ pub type Tpg<S> = BlockDevice<Controller, S>;
 pub const CHANNELS: usize = 4;
 
 impl<S: Store> Tpg<S> {
-    /// A controller that has just been switched on: one of [`table::TPG300`] and [`table::TPG500`], with the gauges of A1,
-    /// A2, B1 and B2.
+    /// A controller that has just been switched on: one of [`table::TPG300`] and [`table::TPG500`], with the gauges of
+    /// A1, A2, B1 and B2.
     #[must_use]
     pub fn new(model: &'static Model, store: S, setup: Setup, gauges: [Option<Gauge>; CHANNELS]) -> Self {
         Self::with(Controller::new(model, gauges), store, &setup)
@@ -108,7 +108,8 @@ impl Controller {
     }
 
     /// Sensor On_Off: a channel whose field has changed is switched. IF300P/IF301P manual 3.2.3.2.
-    // free choice: the command travels in every cycle, and acting on changes alone lets self monitoring have the last word
+    // free choice: the command travels in every cycle, and acting on changes alone lets self monitoring have the last
+    // word
     fn command(&mut self, octet: u8) {
         let changed = octet ^ core::mem::replace(&mut self.sensor_on_off, octet);
         self.switch(octet, changed);

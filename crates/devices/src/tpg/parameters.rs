@@ -34,8 +34,8 @@ impl Blocks for Controller {
         value.or_else(|| self.shown().get(at)).unwrap_or(Value::NONE)
     }
 
-    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and nothing reaches a
-    /// controller whose link is lost (156).
+    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and nothing reaches
+    /// a controller whose link is lost (156).
     fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
         use ThresholdControl::{LowerThreshold, Source, UpperThreshold};
         let is_valid = || self.threshold(at).is_some_and(|threshold| threshold.open.is_none());
@@ -164,8 +164,8 @@ fn get_threshold(threshold: &Threshold, row: ThresholdControl) -> Option<Value> 
     })
 }
 
-/// Program version: a nibble for each digit of the software version, a zero for its hyphen and one for the number of its
-/// letter. 3.2.3.2, errata-bpg-bcg-tpg 131.
+/// Program version: a nibble for each digit of the software version, a zero for its hyphen and one for the number of
+/// its letter. 3.2.3.2, errata-bpg-bcg-tpg 131.
 fn program_version(software: &str) -> u32 {
     software.bytes().fold(0, |coded, character| match character {
         b'0'..=b'9' => coded << 4 | u32::from(character & 0x0F),

@@ -28,8 +28,8 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold cathodes
-    // of both boards are on below 1e-3 mbar on channel A1.
+    // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
+    // cathodes of both boards are on below 1e-3 mbar on channel A1.
     pub const FACTORY: Self = Self {
         unit: &MBAR,
         access_code: 0,

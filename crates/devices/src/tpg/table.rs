@@ -153,7 +153,7 @@ static DIALECT: Dialect = Dialect {
 faults! {
     /// What can be broken; the numbers are those of the channels.
     pub Faults;
-    comm           "comm"         "the link to the controller is lost: every channel shows an error, nothing can be written (156)";
+    comm           "comm"         "no link to the controller: error on every channel, nothing can be written (156)";
     sensor_1       "sensor1"      "error on channel A1";
     sensor_2       "sensor2"      "error on channel A2";
     sensor_3       "sensor3"      "error on channel B1";

@@ -1,5 +1,5 @@
-//! Emission and degas of channels 1 (BAG) and 2 (EXT). BG 5530 4.4.4, Appendix E; errata-pxg55x-img400 116 to 118, 147 to
-//! 152.
+//! Emission and degas of channels 1 (BAG) and 2 (EXT). BG 5530 4.4.4, Appendix E; errata-pxg55x-img400 116 to 118, 147
+//! to 152.
 
 use crate::support::{Desk, hex};
 use crate::{COMMANDS, Controller, FLOATS, HPA, controller, exchanging};

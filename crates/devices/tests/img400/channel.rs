@@ -1,4 +1,5 @@
-//! The parameter channel: the walk-throughs of BG 5530 appendices D and E, with errata-pxg55x-img400 158 and 159 applied.
+//! The parameter channel: the walk-throughs of BG 5530 appendices D and E, with errata-pxg55x-img400 158 and 159
+//! applied.
 
 use crate::support::{Desk, hex};
 use crate::{CHANNEL, Controller, exchanging};
@@ -64,7 +65,8 @@ fn an_instruction_begins_with_ak_0() {
 fn every_refusal_has_its_code() {
     let mut desk = exchanging(CHANNEL, 1e-5);
     for (request, answer) in [
-        // No such slot, no such index: no identity, no high trip point, no channel 106 and 109, no I&M (120, 146, 148, 160).
+        // No such slot, no such index: no identity, no high trip point, no channel 106 and 109, no I&M (120, 146, 148,
+        // 160).
         ("10 0C 13 00 00 00 00 00 00 00", "70 0C 13 00 00 00 00 00"),
         ("10 00 11 00 00 00 00 00 00 00", "70 00 11 00 00 00 00 03"),
         ("10 00 1B 00 00 00 00 00 00 00", "70 00 1B 00 00 00 00 03"),

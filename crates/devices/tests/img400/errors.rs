@@ -1,4 +1,5 @@
-//! Exception Status, Channel Status and Reset Error Condition. BG 5530 4.4.1; errata-pxg55x-img400 35 to 38, 121 to 128.
+//! Exception Status, Channel Status and Reset Error Condition. BG 5530 4.4.1; errata-pxg55x-img400 35 to 38, 121 to
+//! 128.
 
 use crate::support::Desk;
 use crate::{COMMANDS, Controller, FLOATS, exchanging};

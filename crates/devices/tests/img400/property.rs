@@ -1,4 +1,5 @@
-//! Whatever masters, people and power do: the controller is in a named state, its copies are equal, nothing stored is lost.
+//! Whatever masters, people and power do: the controller is in a named state, its copies are equal, nothing stored is
+//! lost.
 
 use crate::support::random::Random;
 use crate::support::{Desk, sense_all};

@@ -1,5 +1,5 @@
-//! The device state machine where the IMG 400 differs, and Safe State. BG 5530 4.4.1, 4.4.2; errata-pxg55x-img400 19 to 28,
-//! 32 to 36.
+//! The device state machine where the IMG 400 differs, and Safe State. BG 5530 4.4.1, 4.4.2; errata-pxg55x-img400 19 to
+//! 28, 32 to 36.
 
 use crate::support::Desk;
 use crate::support::hex;

@@ -1,5 +1,5 @@
-//! Every row of the manual by the parameter channel, and the tables as a text to hold beside it. The rows have no mark for
-//! MS1 and MS2, which are refused (150).
+//! Every row of the manual by the parameter channel, and the tables as a text to hold beside it. The rows have no mark
+//! for MS1 and MS2, which are refused (150).
 
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
