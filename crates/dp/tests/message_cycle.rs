@@ -66,10 +66,10 @@ fn desk_with(bus: BusParameters, requests: &[Request<'static>]) -> Desk<List> {
 #[test]
 fn a_silent_line_is_claimed_after_t_to_with_two_tokens() {
     let mut desk = desk(&[]);
-    // T_TO = 6 T_SL + 2 x 2 T_SL, with T_SL = 300; three characters per token, T_ID2 = 150 after each.
+    // T_TO = 6 T_SL + 2 x 2 T_SL, with T_SL = 300; three characters per token, T_ID1 = 37 after each.
     assert_eq!(desk.station.wake_at(), Some(BitTime(3000)));
     assert_eq!(desk.station.poll(BitTime(2999)), None);
-    for start in [3000, 3000 + 33 + 150, 3000 + 2 * (33 + 150)] {
+    for start in [3000, 3000 + 33 + 37, 3000 + 2 * (33 + 37)] {
         let said = desk.says();
         assert_eq!((said.start, said.text().as_str()), (BitTime(start), "DC 02 02"));
     }
@@ -364,7 +364,7 @@ fn another_master_is_left_the_line() {
         assert_eq!((claim.start, claim.text().as_str()), (heard + 3000, "DC 02 02"), "{foreign}");
 
         // While it is about to speak.
-        desk.hears_after(36, foreign);
+        desk.hears_after(20, foreign);
         let heard = desk.now;
         assert_eq!(desk.says().start, heard + 3000, "{foreign}");
         // Alone again: it goes on where it was.
@@ -383,7 +383,7 @@ fn impossible_addresses_in_a_token_are_noise() {
     }
     let heard = desk.now;
     let second = desk.says();
-    assert_eq!((second.start, second.text().as_str()), (heard + 150, "DC 02 02"));
+    assert_eq!((second.start, second.text().as_str()), (heard + 37, "DC 02 02"));
 }
 
 #[test]

@@ -6,13 +6,13 @@
 //! `Departure::Token`.
 //!
 //! ```text
-//! Listening ── silence T_TO ── token ── Claiming ── T_ID2 ── token ──┐
+//! Listening ── silence T_TO ── token ── Claiming ── T_ID1 ── token ──┐
 //!     ▲                                                              ▼
 //!     │  another master                             ┌──────── Holding ◄───────────────┐
 //!     └─────────────────────────────────────────────┤   asks the layer above for work │
 //!                                                   │                                 │
 //!                              request ── Waiting ──┴── answer T_ID1, silence T_SL ───┤
-//!                              SDN, token ── Leaving ── T_ID2 ────────────────────────┘
+//!                              SDN, token ── Leaving ── T_ID2 or T_ID1 ───────────────┘
 //! ```
 
 mod answer;
@@ -172,7 +172,7 @@ impl<R: Requests> Active<R> {
     }
 
     fn token_idle_tbit(&self) -> u64 {
-        self.bus.token_idle_tbit.map_or_else(|| self.bus.id2_tbit(), u64::from)
+        self.bus.token_idle_tbit.map_or_else(|| self.bus.id1_tbit(), u64::from)
     }
 
     /// Holds the token and may speak.

@@ -32,8 +32,8 @@ pub struct BusParameters {
     pub hsa: u8,
     /// T_TR, the target token rotation time.
     pub rotation_tbit: u32,
-    /// The idle line after a token to oneself, T_ID2 if nothing is said. profibus-wire 1.12 counts such a token among the
-    /// unconfirmed telegrams; 8.2 lets the next request follow after T_ID1, since the token was received as well.
+    /// The idle line after a token to oneself, T_ID1 if nothing is said: who passes the token to himself has received it.
+    /// profibus-wire 8.2 and 1.13 count like that, 1.12 and 8.1 have T_ID2 as after other unconfirmed telegrams.
     pub token_idle_tbit: Option<u32>,
 }
 
