@@ -21,7 +21,7 @@ use profivac_wire::cfg::Lengths;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::global::{ControlCommand, GlobalControl};
-use profivac_wire::{Frame, MAX_DU, Sap, Telegram};
+use profivac_wire::{MAX_DU, Sap, Telegram};
 
 /// The earliest start of an answer that a station may be told. profibus-wire 1.12.
 const MIN_TSDR_TBIT: u8 = 11;
@@ -162,7 +162,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
     }
 
-    /// profibus-wire 2.8
+    /// profibus-wire 2.8: the input image, DH instead of DL while a diagnosis is pending.
     fn data_exchange(&mut self, request: &Indication<'_>) -> Reply {
         let State::DataExch(owner, exchange) = self.state else { return CLOSED };
         if owner.master != request.sa {
@@ -183,25 +183,15 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if !exchange.freeze {
             self.sample_inputs(exchange);
         }
-        let reply = self.exchange_reply(exchange);
+        let reply = match (self.diagnosis_is_pending(exchange), exchange.lengths.inputs) {
+            (true, length) => Reply::High(usize::from(length)),
+            (false, length) => image_reply(length),
+        };
         if !fits {
             // Answered as usual, then the slave leaves: profibus-wire 10, points 9 and 10.
             self.leave(Fault::None);
         }
         reply
-    }
-
-    /// The input image, DH instead of DL while a diagnosis is pending, SC where there are no inputs.
-    fn exchange_reply(&mut self, exchange: Exchange) -> Reply {
-        let length = usize::from(exchange.lengths.inputs);
-        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.inputs.get(..length)) {
-            place.copy_from_slice(image);
-        }
-        match (self.diagnosis_is_pending(exchange), length) {
-            (true, _) => Reply::High(length),
-            (false, 0) => Reply::ShortAck,
-            (false, _) => Reply::Low(length),
-        }
     }
 
     /// The diagnosis flag stays as long as the device has a static diagnosis. profibus-wire 3.3.
@@ -332,11 +322,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if !exchange.freeze {
             self.sample_inputs(exchange);
         }
-        let length = usize::from(exchange.lengths.inputs);
-        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.inputs.get(..length)) {
-            place.copy_from_slice(image);
-        }
-        if length == 0 { Reply::ShortAck } else { Reply::Low(length) }
+        image_reply(exchange.lengths.inputs)
     }
 
     /// profibus-wire 2.10: what the process sees, not what Sync holds back.
@@ -345,11 +331,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if !request.du.is_empty() {
             return NO_ROOM;
         }
-        let length = usize::from(exchange.lengths.outputs);
-        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.outputs.get(..length)) {
-            place.copy_from_slice(image);
-        }
-        if length == 0 { Reply::ShortAck } else { Reply::Low(length) }
+        image_reply(exchange.lengths.outputs)
     }
 
     /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (section 10, point 15). The acknowledgement
@@ -466,6 +448,11 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     }
 }
 
+/// An image of so many octets, SC where there are none.
+const fn image_reply(length: u8) -> Reply {
+    if length == 0 { Reply::ShortAck } else { Reply::Low(length as usize) }
+}
+
 const CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
 const NO_ROOM: Reply = Reply::Status(Status::NoResource);
 
@@ -485,14 +472,20 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 None
             }
             Accepted::Repetition => Some(self.responder.repeat(not_before)),
-            Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
+            Accepted::Own(status) => self.responder.answer(frame, Reply::Status(status), &[], not_before),
             Accepted::Ident => {
                 let reply = self.ident();
-                self.reply(frame, reply, not_before)
+                self.responder.answer(frame, reply, &self.du, not_before)
             }
             Accepted::Confirmed(request) => {
                 let reply = self.serve(&request);
-                self.reply(frame, reply, not_before)
+                // The images are sent from where they lie.
+                let du = match request.sap {
+                    Sap::Default | Sap::RdInp => &self.inputs,
+                    Sap::RdOutp => &self.outputs,
+                    _ => &self.du,
+                };
+                self.responder.answer(frame, reply, du, not_before)
             }
         }
     }
@@ -509,11 +502,5 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
 
     fn listening(&self) -> Listening {
         Listening::Own(self.responder.address())
-    }
-}
-
-impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
-    fn reply(&mut self, frame: &Frame<'_>, reply: Reply, not_before: BitTime) -> Option<Transmit<'_>> {
-        self.responder.answer(frame, reply, &self.du, not_before)
     }
 }
