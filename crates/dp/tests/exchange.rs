@@ -248,6 +248,8 @@ fn a_command_concerns_the_owners_group_in_data_exchange() {
     let mut bench = exchanging();
     control(&mut bench, OTHER, 127, 0x46, "28 00");
     assert_eq!(bench.diag(MASTER), "00 04 00 02", "from another master");
+    control(&mut bench, MASTER, 9, 0x46, "28 00");
+    assert_eq!(bench.diag(MASTER), "00 04 00 02", "to another station");
     everybody(&mut bench, "28");
     assert_eq!(bench.diag(MASTER), "00 04 00 02", "cut");
 }

@@ -3,8 +3,11 @@
 //! [`Slave`] joins the link layer's [`Responder`] to a [`Device`]. A request travels down as arguments, its reply comes back
 //! as a return value, and nothing in between waits: what takes time is answered by the state of things now.
 
+mod cfg;
 mod channel;
 mod device;
+mod diag;
+mod exchange;
 mod ms1;
 mod ms2;
 mod prm;
@@ -17,11 +20,8 @@ use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Respond
 use channel::Channel;
 use ms2::Connection;
 use profivac_wire::address::SetSlaveAdd;
-use profivac_wire::cfg::Lengths;
 use profivac_wire::control::Status;
-use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
-use profivac_wire::global::{ControlCommand, GlobalControl};
-use profivac_wire::{Frame, MAX_DU, Sap, Telegram};
+use profivac_wire::{MAX_DU, Sap, Telegram};
 
 /// The earliest start of an answer that a station may be told. profibus-wire 1.12.
 const MIN_TSDR_TBIT: u8 = 11;
@@ -162,196 +162,6 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
     }
 
-    /// profibus-wire 2.8
-    fn data_exchange(&mut self, request: &Indication<'_>) -> Reply {
-        let State::DataExch(owner, exchange) = self.state else { return CLOSED };
-        if owner.master != request.sa {
-            return CLOSED;
-        }
-        let expected = usize::from(exchange.lengths.outputs);
-        let fits = match request.du.len() {
-            length if length == expected => {
-                self.take_outputs(request.du, exchange.sync);
-                true
-            }
-            0 if owner.fail_safe => {
-                self.outputs_safe();
-                true
-            }
-            _ => false,
-        };
-        if !exchange.freeze {
-            self.sample_inputs(exchange);
-        }
-        let reply = self.exchange_reply(exchange);
-        if !fits {
-            // Answered as usual, then the slave leaves: profibus-wire 10, points 9 and 10.
-            self.leave(Fault::None);
-        }
-        reply
-    }
-
-    /// The input image, DH instead of DL while a diagnosis is pending, SC where there are no inputs.
-    fn exchange_reply(&mut self, exchange: Exchange) -> Reply {
-        let length = usize::from(exchange.lengths.inputs);
-        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.inputs.get(..length)) {
-            place.copy_from_slice(image);
-        }
-        match (self.diagnosis_is_pending(exchange), length) {
-            (true, _) => Reply::High(length),
-            (false, 0) => Reply::ShortAck,
-            (false, _) => Reply::Low(length),
-        }
-    }
-
-    /// The diagnosis flag stays as long as the device has a static diagnosis. profibus-wire 3.3.
-    fn diagnosis_is_pending(&mut self, exchange: Exchange) -> bool {
-        exchange.diag_flag || self.device.diagnosis().static_diag
-    }
-
-    fn sample_inputs(&mut self, exchange: Exchange) {
-        if let Some(image) = self.inputs.get_mut(..usize::from(exchange.lengths.inputs)) {
-            self.device.inputs(image);
-        }
-    }
-
-    fn take_outputs(&mut self, du: &[u8], sync: bool) {
-        let image = if sync { &mut self.held } else { &mut self.outputs };
-        if let Some(place) = image.get_mut(..du.len()) {
-            place.copy_from_slice(du);
-        }
-        if sync {
-            self.held_valid = true;
-        } else {
-            self.device.outputs(Outputs::Data(du));
-        }
-    }
-
-    fn outputs_safe(&mut self) {
-        self.outputs = [0; MAX_DU];
-        self.held_valid = false;
-        self.device.outputs(Outputs::Safe);
-    }
-
-    /// profibus-wire 2.3; a request with data is refused, section 10, point 8.
-    fn slave_diag(&mut self, request: &Indication<'_>) -> Reply {
-        if !request.du.is_empty() {
-            return NO_ROOM;
-        }
-        let diagnosis = self.device.diagnosis();
-        let mut status = StationStatus::ALWAYS_ONE | self.state_bits();
-        status.set(StationStatus::EXT_DIAG, diagnosis.event);
-        status.set(StationStatus::STAT_DIAG, diagnosis.static_diag);
-        let diag = SlaveDiag {
-            status,
-            master_add: self.state.owner().map_or(NO_MASTER, |owner| owner.master),
-            ident: self.device.ident_number(),
-            ext_diag: diagnosis.blocks,
-        };
-        let reply = diag.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low);
-        // Fetched by the master that owns the slave: profibus-wire 3.3.
-        if let State::DataExch(owner, exchange) = &mut self.state
-            && owner.master == request.sa
-        {
-            exchange.diag_flag = false;
-        }
-        reply
-    }
-
-    /// The bits of the diagnosis that follow from the state alone.
-    fn state_bits(&self) -> StationStatus {
-        let mut status = match self.state {
-            State::WaitPrm(fault) => {
-                StationStatus::STATION_NOT_READY
-                    | StationStatus::PRM_REQ
-                    | match fault {
-                        Fault::None => StationStatus::empty(),
-                        Fault::Prm => StationStatus::PRM_FAULT,
-                        Fault::Cfg => StationStatus::CFG_FAULT,
-                    }
-            }
-            State::WaitCfg(_) => StationStatus::STATION_NOT_READY,
-            State::DataExch(_, exchange) => {
-                let mut status = StationStatus::empty();
-                status.set(StationStatus::SYNC_MODE, exchange.sync);
-                status.set(StationStatus::FREEZE_MODE, exchange.freeze);
-                status
-            }
-        };
-        if let Some(owner) = self.state.owner() {
-            status.set(StationStatus::WD_ON, owner.watchdog.is_some());
-            status.set(StationStatus::NOT_SUPPORTED, owner.not_supported);
-        }
-        status
-    }
-
-    /// profibus-wire 2.6 and transitions 8 to 11. In WAIT-PRM, and from a foreign master, it is acknowledged and ignored
-    /// (section 10, point 7).
-    fn chk_cfg(&mut self, request: &Indication<'_>) -> Reply {
-        let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
-            return Reply::ShortAck;
-        };
-        let repeated = self.device.get_cfg() == request.du && matches!(self.state, State::DataExch(..));
-        match self.device.chk_cfg(request.du) {
-            Err(CfgFault) => self.leave(Fault::Cfg),
-            Ok(_) if repeated => {}
-            Ok(lengths) => self.begin_exchange(owner, lengths),
-        }
-        Reply::ShortAck
-    }
-
-    /// Outputs are safe until the first exchange, also where another configuration replaces the present one: the images of
-    /// before mean nothing in it.
-    fn begin_exchange(&mut self, owner: Owner, lengths: Lengths) {
-        // free choice: an event that is already there is announced, for a master that does not read the diagnosis first.
-        let diag_flag = self.device.diagnosis().event;
-        self.enter(State::DataExch(owner, Exchange { lengths, sync: false, freeze: false, diag_flag }));
-    }
-
-    /// profibus-wire 2.7
-    fn get_cfg(&mut self, request: &Indication<'_>) -> Reply {
-        if !request.du.is_empty() {
-            return NO_ROOM;
-        }
-        let cfg = self.device.get_cfg();
-        match self.du.get_mut(..cfg.len()) {
-            Some(place) => {
-                place.copy_from_slice(cfg);
-                Reply::Low(cfg.len())
-            }
-            None => Reply::Status(Status::UserError),
-        }
-    }
-
-    /// profibus-wire 2.10: the image as Data_Exchange would return it.
-    fn rd_inp(&mut self, request: &Indication<'_>) -> Reply {
-        let State::DataExch(_, exchange) = self.state else { return CLOSED };
-        if !request.du.is_empty() {
-            return NO_ROOM;
-        }
-        if !exchange.freeze {
-            self.sample_inputs(exchange);
-        }
-        let length = usize::from(exchange.lengths.inputs);
-        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.inputs.get(..length)) {
-            place.copy_from_slice(image);
-        }
-        if length == 0 { Reply::ShortAck } else { Reply::Low(length) }
-    }
-
-    /// profibus-wire 2.10: what the process sees, not what Sync holds back.
-    fn rd_outp(&mut self, request: &Indication<'_>) -> Reply {
-        let State::DataExch(_, exchange) = self.state else { return CLOSED };
-        if !request.du.is_empty() {
-            return NO_ROOM;
-        }
-        let length = usize::from(exchange.lengths.outputs);
-        if let (Some(place), Some(image)) = (self.du.get_mut(..length), self.outputs.get(..length)) {
-            place.copy_from_slice(image);
-        }
-        if length == 0 { Reply::ShortAck } else { Reply::Low(length) }
-    }
-
     /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (section 10, point 15). The acknowledgement
     /// carries no address, so the new one may hold at once.
     fn set_slave_add(&mut self, request: &Indication<'_>) -> Reply {
@@ -372,50 +182,6 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     fn set_address(&mut self, address: u8) {
         self.responder.set_address(address);
         self.ms2.iter_mut().for_each(Connection::close);
-    }
-
-    /// SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
-    fn unconfirmed(&mut self, request: &Indication<'_>) {
-        let State::DataExch(owner, mut exchange) = self.state else { return };
-        let Ok(control) = GlobalControl::parse(request.du) else { return };
-        if request.sap != Sap::GlobalControl || owner.master != request.sa || !control.concerns(owner.group) {
-            return;
-        }
-        self.heard_owner(request.sa);
-        let command = control.command;
-        let features = self.device.features();
-        let sync = command.intersects(ControlCommand::SYNC | ControlCommand::UNSYNC);
-        let freeze = command.intersects(ControlCommand::FREEZE | ControlCommand::UNFREEZE);
-        let unsupported = (sync && !features.sync)
-            || (freeze && !features.freeze)
-            // section 10, point 14
-            || command.intersects(ControlCommand::RESERVED);
-        if unsupported && let Some(owner) = self.state.owner_mut() {
-            owner.not_supported = true;
-        }
-        if command.contains(ControlCommand::CLEAR_DATA) {
-            self.outputs_safe();
-        }
-        if sync && features.sync {
-            self.transfer_held(exchange);
-            exchange.sync = !command.contains(ControlCommand::UNSYNC);
-        }
-        if freeze && features.freeze {
-            exchange.freeze = !command.contains(ControlCommand::UNFREEZE);
-            self.sample_inputs(exchange);
-        }
-        if let State::DataExch(_, present) = &mut self.state {
-            *present = Exchange { diag_flag: present.diag_flag || unsupported, ..exchange };
-        }
-    }
-
-    /// The outputs that Sync holds back reach the process.
-    fn transfer_held(&mut self, exchange: Exchange) {
-        if core::mem::take(&mut self.held_valid) {
-            self.outputs = self.held;
-            let image = self.outputs.get(..usize::from(exchange.lengths.outputs)).unwrap_or_default();
-            self.device.outputs(Outputs::Data(image));
-        }
     }
 
     /// Every error-free request of the owner to this station restarts the watchdog, whatever the service, and so does a
@@ -485,14 +251,20 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 None
             }
             Accepted::Repetition => Some(self.responder.repeat(not_before)),
-            Accepted::Own(status) => self.reply(frame, Reply::Status(status), not_before),
+            Accepted::Own(status) => self.responder.answer(frame, Reply::Status(status), &[], not_before),
             Accepted::Ident => {
                 let reply = self.ident();
-                self.reply(frame, reply, not_before)
+                self.responder.answer(frame, reply, &self.du, not_before)
             }
             Accepted::Confirmed(request) => {
                 let reply = self.serve(&request);
-                self.reply(frame, reply, not_before)
+                // The images are sent from where they lie.
+                let du = match request.sap {
+                    Sap::Default | Sap::RdInp => &self.inputs,
+                    Sap::RdOutp => &self.outputs,
+                    _ => &self.du,
+                };
+                self.responder.answer(frame, reply, du, not_before)
             }
         }
     }
@@ -509,11 +281,5 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
 
     fn listening(&self) -> Listening {
         Listening::Own(self.responder.address())
-    }
-}
-
-impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
-    fn reply(&mut self, frame: &Frame<'_>, reply: Reply, not_before: BitTime) -> Option<Transmit<'_>> {
-        self.responder.answer(frame, reply, &self.du, not_before)
     }
 }

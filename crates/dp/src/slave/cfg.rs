@@ -1,0 +1,46 @@
+//! Chk_Cfg and Get_Cfg: what is exchanged. profibus-wire 2.6 and 2.7.
+
+use super::{CfgFault, Device, Exchange, Fault, NO_ROOM, Owner, Slave, State};
+use crate::link::{Indication, Reply};
+use profivac_wire::cfg::Lengths;
+use profivac_wire::control::Status;
+
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+    /// profibus-wire 2.6 and transitions 8 to 11. In WAIT-PRM, and from a foreign master, it is acknowledged and ignored
+    /// (section 10, point 7).
+    pub(super) fn chk_cfg(&mut self, request: &Indication<'_>) -> Reply {
+        let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
+            return Reply::ShortAck;
+        };
+        let repeated = self.device.get_cfg() == request.du && matches!(self.state, State::DataExch(..));
+        match self.device.chk_cfg(request.du) {
+            Err(CfgFault) => self.leave(Fault::Cfg),
+            Ok(_) if repeated => {}
+            Ok(lengths) => self.begin_exchange(owner, lengths),
+        }
+        Reply::ShortAck
+    }
+
+    /// Outputs are safe until the first exchange, also where another configuration replaces the present one: the images of
+    /// before mean nothing in it.
+    fn begin_exchange(&mut self, owner: Owner, lengths: Lengths) {
+        // free choice: an event that is already there is announced, for a master that does not read the diagnosis first.
+        let diag_flag = self.device.diagnosis().event;
+        self.enter(State::DataExch(owner, Exchange { lengths, sync: false, freeze: false, diag_flag }));
+    }
+
+    /// profibus-wire 2.7
+    pub(super) fn get_cfg(&mut self, request: &Indication<'_>) -> Reply {
+        if !request.du.is_empty() {
+            return NO_ROOM;
+        }
+        let cfg = self.device.get_cfg();
+        match self.du.get_mut(..cfg.len()) {
+            Some(place) => {
+                place.copy_from_slice(cfg);
+                Reply::Low(cfg.len())
+            }
+            None => Reply::Status(Status::UserError),
+        }
+    }
+}

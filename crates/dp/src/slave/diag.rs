@@ -1,0 +1,60 @@
+//! Slave_Diag: what a slave tells about itself. profibus-wire 2.3 and 3.3.
+
+use super::{Device, Fault, NO_ROOM, Slave, State};
+use crate::link::{Indication, Reply};
+use profivac_wire::control::Status;
+use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+    /// profibus-wire 2.3; a request with data is refused, section 10, point 8.
+    pub(super) fn slave_diag(&mut self, request: &Indication<'_>) -> Reply {
+        if !request.du.is_empty() {
+            return NO_ROOM;
+        }
+        let diagnosis = self.device.diagnosis();
+        let mut status = StationStatus::ALWAYS_ONE | self.state_bits();
+        status.set(StationStatus::EXT_DIAG, diagnosis.event);
+        status.set(StationStatus::STAT_DIAG, diagnosis.static_diag);
+        let diag = SlaveDiag {
+            status,
+            master_add: self.state.owner().map_or(NO_MASTER, |owner| owner.master),
+            ident: self.device.ident_number(),
+            ext_diag: diagnosis.blocks,
+        };
+        let reply = diag.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low);
+        // Fetched by the master that owns the slave: profibus-wire 3.3.
+        if let State::DataExch(owner, exchange) = &mut self.state
+            && owner.master == request.sa
+        {
+            exchange.diag_flag = false;
+        }
+        reply
+    }
+
+    /// The bits of the diagnosis that follow from the state alone.
+    fn state_bits(&self) -> StationStatus {
+        let mut status = match self.state {
+            State::WaitPrm(fault) => {
+                StationStatus::STATION_NOT_READY
+                    | StationStatus::PRM_REQ
+                    | match fault {
+                        Fault::None => StationStatus::empty(),
+                        Fault::Prm => StationStatus::PRM_FAULT,
+                        Fault::Cfg => StationStatus::CFG_FAULT,
+                    }
+            }
+            State::WaitCfg(_) => StationStatus::STATION_NOT_READY,
+            State::DataExch(_, exchange) => {
+                let mut status = StationStatus::empty();
+                status.set(StationStatus::SYNC_MODE, exchange.sync);
+                status.set(StationStatus::FREEZE_MODE, exchange.freeze);
+                status
+            }
+        };
+        if let Some(owner) = self.state.owner() {
+            status.set(StationStatus::WD_ON, owner.watchdog.is_some());
+            status.set(StationStatus::NOT_SUPPORTED, owner.not_supported);
+        }
+        status
+    }
+}

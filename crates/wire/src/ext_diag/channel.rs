@@ -1,0 +1,96 @@
+//! Channel-related blocks: what is wrong with one channel of a module. profibus-wire 2.3.1.
+
+use super::{CHANNEL, LENGTH};
+use crate::octets::{Full, Reader, TooShort, Writer};
+
+/// A channel-related block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// The configuration identifier the channel belongs to, 0 to 63.
+    pub identifier: u8,
+    /// The channel is an input.
+    pub input: bool,
+    /// The channel is an output.
+    pub output: bool,
+    /// Its number, 0 to 63.
+    pub number: u8,
+    /// How wide it is.
+    pub organisation: Organisation,
+    /// What is wrong, 0 to 31: see [`channel_error`].
+    pub error: u8,
+}
+
+impl Channel {
+    pub(super) fn parse(identifier: u8, reader: &mut Reader<'_>) -> Result<Self, TooShort> {
+        let (channel, kind) = (reader.octet()?, reader.octet()?);
+        Ok(Self {
+            identifier,
+            input: channel & 0x40 != 0,
+            output: channel & 0x80 != 0,
+            number: channel & LENGTH,
+            organisation: Organisation::from_bits(kind >> 5),
+            error: kind & 0x1F,
+        })
+    }
+
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+        let direction = if self.input { 0x40 } else { 0 } | if self.output { 0x80 } else { 0 };
+        let kind = (self.organisation as u8) << 5 | self.error & 0x1F;
+        writer.octets(&[CHANNEL | self.identifier & LENGTH, direction | self.number & LENGTH, kind])
+    }
+}
+
+/// How many bits a channel has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Organisation {
+    /// Reserved code 0.
+    Unknown = 0,
+    /// One bit.
+    Bit = 1,
+    /// Two bits.
+    TwoBits = 2,
+    /// Four bits.
+    FourBits = 3,
+    /// Eight bits.
+    Byte = 4,
+    /// 16 bits.
+    Word = 5,
+    /// 32 bits.
+    TwoWords = 6,
+    /// Reserved code 7.
+    Reserved = 7,
+}
+
+impl Organisation {
+    const fn from_bits(bits: u8) -> Self {
+        match bits & 7 {
+            0 => Self::Unknown,
+            1 => Self::Bit,
+            2 => Self::TwoBits,
+            3 => Self::FourBits,
+            4 => Self::Byte,
+            5 => Self::Word,
+            6 => Self::TwoWords,
+            _ => Self::Reserved,
+        }
+    }
+}
+
+/// The name of an error type in a channel-related block.
+#[must_use]
+pub const fn channel_error(error: u8) -> &'static str {
+    match error {
+        1 => "short circuit",
+        2 => "undervoltage",
+        3 => "overvoltage",
+        4 => "overload",
+        5 => "overtemperature",
+        6 => "line break",
+        7 => "upper limit exceeded",
+        8 => "lower limit exceeded",
+        9 => "error",
+        16..=31 => "manufacturer specific",
+        _ => "reserved",
+    }
+}

@@ -1,0 +1,156 @@
+//! Alarms and statuses: device-related blocks of a DP-V1 device. profibus-wire 2.3.2.
+
+use crate::octets::{Full, Reader, TooShort, Writer};
+
+/// The content of a device-related block of a DP-V1 device: an alarm to be acknowledged, or a status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Message<'a> {
+    /// Alarm or status, and of which type.
+    pub kind: MessageKind,
+    /// Slot_Number.
+    pub slot: u8,
+    /// Sequence number and change.
+    pub specifier: Specifier,
+    /// Diagnosis_User_Data, at most 59 octets.
+    pub data: &'a [u8],
+}
+
+impl<'a> Message<'a> {
+    /// Reads the content of a device-related block.
+    ///
+    /// # Errors
+    /// [`TooShort`] when type, slot and specifier are not all there.
+    pub fn parse(content: &'a [u8]) -> Result<Self, TooShort> {
+        let mut reader = Reader::new(content);
+        Ok(Self {
+            kind: MessageKind::from_octet(reader.octet()?),
+            slot: reader.octet()?,
+            specifier: Specifier(reader.octet()?),
+            data: reader.rest(),
+        })
+    }
+
+    /// Writes the content of a device-related block to the front of `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Full`] when `out` is too small.
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+        let mut writer = Writer::new(out);
+        writer.octets(&[self.kind.to_octet(), self.slot, self.specifier.0])?;
+        writer.octets(self.data)?;
+        Ok(writer.written())
+    }
+}
+
+/// Alarm_Type or Status_Type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MessageKind {
+    /// Alarm_Type, 0 to 127.
+    Alarm(u8),
+    /// Status_Type, 0 to 127.
+    Status(u8),
+}
+
+impl MessageKind {
+    /// Module_Status: two bits of [`ModuleState`] per module.
+    pub const MODULE_STATUS: Self = Self::Status(2);
+
+    pub(super) const fn from_octet(octet: u8) -> Self {
+        if octet & 0x80 == 0 { Self::Alarm(octet) } else { Self::Status(octet & 0x7F) }
+    }
+
+    const fn to_octet(self) -> u8 {
+        match self {
+            Self::Alarm(kind) => kind & 0x7F,
+            Self::Status(kind) => kind | 0x80,
+        }
+    }
+
+    /// What the type is called.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Alarm(1) => "diagnostic alarm",
+            Self::Alarm(2) => "process alarm",
+            Self::Alarm(3) => "pull alarm",
+            Self::Alarm(4) => "plug alarm",
+            Self::Alarm(5) => "status alarm",
+            Self::Alarm(6) => "update alarm",
+            Self::Alarm(32..=126) => "manufacturer specific alarm",
+            Self::Alarm(_) => "reserved alarm",
+            Self::Status(1) => "status message",
+            Self::Status(2) => "module status",
+            Self::Status(3) => "DXB link status",
+            Self::Status(30) => "PrmCmdAck",
+            Self::Status(31) => "Red_State",
+            Self::Status(32..=126) => "manufacturer specific status",
+            Self::Status(_) => "reserved status",
+        }
+    }
+}
+
+/// The specifier of an alarm or a status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Specifier(pub u8);
+
+impl Specifier {
+    /// Seq_Nr of an alarm, 0 to 31.
+    #[must_use]
+    pub const fn seq_nr(self) -> u8 {
+        self.0 >> 3
+    }
+
+    /// Add_Ack: beside Alarm_Ack the application waits for an acknowledgement of its own.
+    #[must_use]
+    pub const fn add_ack(self) -> bool {
+        self.0 & 4 != 0
+    }
+
+    /// What happened to the cause.
+    #[must_use]
+    pub const fn change(self) -> Change {
+        match self.0 & 3 {
+            0 => Change::None,
+            1 => Change::Appears,
+            2 => Change::Disappears,
+            _ => Change::DisappearsOthersRemain,
+        }
+    }
+}
+
+/// What happened to the cause of an alarm or a status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Nothing is said.
+    None,
+    /// It appeared; the slot is disturbed.
+    Appears,
+    /// It disappeared; the slot is well.
+    Disappears,
+    /// It disappeared, but the slot is still disturbed. Alarms only.
+    DisappearsOthersRemain,
+}
+
+/// How a module is, two bits of Module_Status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModuleState {
+    /// Valid data.
+    Valid,
+    /// Invalid data: the module is faulty.
+    Invalid,
+    /// Another module than configured.
+    Wrong,
+    /// No module.
+    Missing,
+}
+
+/// The modules of Module_Status, the first in bits 1 and 0 of the first octet. The last octet may hold more than there are.
+pub fn module_states(data: &[u8]) -> impl Iterator<Item = ModuleState> {
+    let pairs = data.iter().flat_map(|octet| [0, 2, 4, 6].map(|shift| octet >> shift & 3));
+    pairs.map(|pair| match pair {
+        0 => ModuleState::Valid,
+        1 => ModuleState::Invalid,
+        2 => ModuleState::Wrong,
+        _ => ModuleState::Missing,
+    })
+}
