@@ -8,7 +8,7 @@
 //! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
 //! | [`store`] | nonvolatile memory as a device sees it |
 //! | [`profile`] | what all block devices share |
-//! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`] | one device or family: its tables beside its behaviour |
+//! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`], [`xpg400`] | one device or family: its tables beside its behaviour |
 //!
 //! Modules depend upwards in this table only. A gauge on the bench:
 //!
@@ -69,5 +69,6 @@ pub mod profile;
 pub mod pxg55x;
 pub mod store;
 pub mod tpg;
+pub mod xpg400;
 
 pub use instrument::{Action, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Unknown};

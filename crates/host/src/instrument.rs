@@ -12,6 +12,7 @@ use profivac_devices::profile::{Serial, Setup};
 use profivac_devices::pxg55x::table::VERSIONS;
 use profivac_devices::pxg55x::{Kind, Pxg55x};
 use profivac_devices::tpg::{self, Tpg};
+use profivac_devices::xpg400::{self, Xpg400};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 use std::collections::BTreeSet;
@@ -42,13 +43,23 @@ pub struct Entry {
 type Made = Result<Box<dyn Unit>, SpecError>;
 
 /// All devices there are, in the order of their manuals.
-pub static DEVICES: [Entry; 10] = [
+pub static DEVICES: [Entry; 12] = [
     pcg(0),
     pcg(1),
     pcg(2),
     psg(6),
     psg(7),
     psg(8),
+    Entry {
+        model: &xpg400::table::BPG400.model,
+        keys: &[],
+        build: |_, setup, memory, baud| Ok(slave(Xpg400::new(memory, xpg400::Kind::Bpg, setup), baud)),
+    },
+    Entry {
+        model: &xpg400::table::HPG400.model,
+        keys: &[],
+        build: |_, setup, memory, baud| Ok(slave(Xpg400::new(memory, xpg400::Kind::Hpg, setup), baud)),
+    },
     Entry {
         model: &bcg450::table::MODEL,
         keys: &[],

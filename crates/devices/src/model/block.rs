@@ -210,12 +210,12 @@ pub trait Parameters: Copy + 'static {
 }
 
 /// The blocks of a device: the variant for the parameters of a block, then its addresses as `slot "name"` or
-/// `slot:instance "name"`.
+/// `slot:instance "name"`; none where only another kind of the device has the block.
 macro_rules! blocks {
     (
         $(#[$doc:meta])*
         pub $parameters:ident;
-        $($variant:ident($block:ident) [$($slot:literal $(: $instance:literal)? $name:literal),+];)+
+        $($variant:ident($block:ident) [$($slot:literal $(: $instance:literal)? $name:literal),*];)+
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,7 +230,7 @@ macro_rules! blocks {
                     slot: $slot,
                     instance: 0 $(+ $instance)?,
                     name: $name,
-                },)+],
+                },)*],
             },)+];
 
             fn of(place: usize, id: u8) -> Option<Self> {

@@ -76,6 +76,11 @@ impl Cathode {
         Self { thresholds, on: false, automatic: true, held_off: false, degas_s: 0.0, degas_refused: false }
     }
 
+    /// Somebody has moved a switch on the gauge.
+    pub const fn set_thresholds(&mut self, thresholds: &'static Thresholds) {
+        self.thresholds = thresholds;
+    }
+
     /// Whether there is emission.
     #[must_use]
     pub const fn is_on(&self) -> bool {

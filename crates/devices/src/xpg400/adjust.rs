@@ -1,0 +1,65 @@
+//! The adjustment of the Pirani at atmospheric pressure. tira36e1 3.2.1.1 and 3.3.2.5, errata-bpg-bcg-tpg 103.
+
+use super::Gauge;
+use crate::model::Refusal;
+
+/// free choice: the manual does not say how long the adjustment runs.
+const ADJUST_S: f64 = 10.0;
+
+impl Gauge {
+    /// AI Block Adjust Command: 1 starts the full scale adjustment. That the pressure is right is up to the user.
+    pub(super) fn adjust(&mut self, command: u8) -> Result<(), Refusal> {
+        match command {
+            0 => Ok(()),
+            1 => self.start_adjustment(),
+            _ => Err(Refusal::Range),
+        }
+    }
+
+    /// Full Scale State.
+    pub(super) fn is_adjusting(&self) -> bool {
+        self.adjusting_s > 0.0
+    }
+
+    fn start_adjustment(&mut self) -> Result<(), Refusal> {
+        if self.is_adjusting() {
+            return Err(Refusal::AlreadyThere);
+        }
+        if !self.is_adjustable() {
+            return Err(Refusal::Conflict);
+        }
+        self.adjusting_s = ADJUST_S;
+        Ok(())
+    }
+
+    /// free choice: a Pirani that has failed is not adjusted.
+    fn is_adjustable(&self) -> bool {
+        self.machine.is_executing() && !self.pirani.failed
+    }
+
+    /// free choice: an adjustment that cannot go on leaves everything as it was.
+    pub(super) fn follow_adjustment(&mut self) {
+        if !self.is_adjustable() {
+            self.adjusting_s = 0.0;
+        }
+    }
+
+    /// Time passes, and at its end the Pirani reads full scale.
+    pub(super) fn advance_adjustment(&mut self, seconds: f64) {
+        if !self.is_adjusting() {
+            return;
+        }
+        self.adjusting_s -= seconds;
+        if !self.is_adjusting() {
+            self.stretch_pirani();
+        }
+    }
+
+    /// A Pirani that reads nothing cannot be stretched.
+    fn stretch_pirani(&mut self) {
+        let gain = self.pirani.facts.limits.full_scale_pa / self.pirani.sensor.sensed_pa;
+        if gain.is_finite() {
+            self.pirani.sensor.gain = gain;
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! BPG400-SP and HPG400-SP: a Pirani with a Bayard-Alpert or a High Pressure ionisation gauge. tira36e1.
+//!
+//! [`table`] is the manual's tables; the rest is what they do: `adjust` moves the Pirani, `parameters` leads every row to its
+//! value, `bench` has bus and people. Numbers in brackets are those of errata-bpg-bcg-tpg.
+
+mod adjust;
+mod bench;
+mod parameters;
+pub mod table;
+
+use crate::model::Refusal;
+use crate::profile::{
+    BlockDevice, Cathode, Common, Condition, Conditions, Details, ExceptionStatus, Health, Machine, MeasuringPart,
+    Presentation, Serial, SetPoint, Setup, StatusExtension, exception_status,
+};
+use crate::store::Store;
+use bench::Faults;
+use table::{Switchover, Version};
+
+/// A BPG400-SP or HPG400-SP with its nonvolatile memory.
+pub type Xpg400<S> = BlockDevice<Gauge, S>;
+
+impl<S: Store> Xpg400<S> {
+    /// A gauge that has just been switched on.
+    #[must_use]
+    pub fn new(store: S, kind: Kind, setup: Setup) -> Self {
+        Self::with(Gauge::new(kind, setup.serial), store, &setup)
+    }
+}
+
+/// Which of the two gauges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// BPG400-SP.
+    Bpg,
+    /// HPG400-SP.
+    Hpg,
+}
+
+impl Kind {
+    /// Its tables.
+    #[must_use]
+    pub const fn version(self) -> &'static Version {
+        match self {
+            Self::Bpg => &table::BPG400,
+            Self::Hpg => &table::HPG400,
+        }
+    }
+
+    /// Where its parts take over from each other; on the HPG400-SP as LOW-HIGH says (66).
+    const fn switchover(self, low_high: u8) -> &'static Switchover {
+        match self {
+            Self::Bpg => &table::BPG_SWITCHOVER,
+            Self::Hpg => table::hpg_switchover(low_high),
+        }
+    }
+}
+
+/// What is particular to the two gauges.
+#[derive(Clone, Debug)]
+pub struct Gauge {
+    kind: Kind,
+    serial: Serial,
+    machine: Machine,
+    presentation: Presentation,
+    /// Channel Instance Selector.
+    selector: u8,
+    pirani: MeasuringPart,
+    ion: MeasuringPart,
+    /// The ionisation part measures, not the Pirani.
+    ion_is_active: bool,
+    cathode: Cathode,
+    set_points: [SetPoint; 2],
+    side: SideSwitches,
+    /// What is left of the full scale adjustment.
+    adjusting_s: f64,
+    faults: Faults,
+    /// What concerns all readings.
+    condition: Condition,
+    /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
+    one_of_n: StatusExtension,
+    seconds: f64,
+}
+
+/// The positions of the rotary switches on the side of the HPG400-SP, 0 to 9; on the BPG400-SP they stay where they are.
+#[derive(Clone, Copy, Debug)]
+struct SideSwitches {
+    /// LOW-HIGH: the switchover.
+    low_high: u8,
+    /// CAL ADJ: the sensitivity. free choice: the manual gives no factors, and an ideal gauge needs none.
+    cal_adj: u8,
+}
+
+impl SideSwitches {
+    /// 0 for LOW-HIGH (82). free choice: 0 for CAL ADJ too.
+    const FACTORY: Self = Self { low_high: 0, cal_adj: 0 };
+}
+
+impl Gauge {
+    fn new(kind: Kind, serial: Serial) -> Self {
+        let version = kind.version();
+        Self {
+            kind,
+            serial,
+            machine: Machine::power_up(),
+            presentation: Presentation::new(table::FACTORY_UNIT),
+            selector: 1,
+            pirani: MeasuringPart::new(version.pirani),
+            ion: MeasuringPart::new(version.ion),
+            ion_is_active: false,
+            cathode: Cathode::new(&kind.switchover(SideSwitches::FACTORY.low_high).emission),
+            set_points: [SetPoint::new(version.potentiometer), SetPoint::new(version.potentiometer)],
+            side: SideSwitches::FACTORY,
+            adjusting_s: 0.0,
+            faults: Faults::NONE,
+            condition: Condition { executing: false, disturbed: false, alarmed: false },
+            one_of_n: StatusExtension::INVALID,
+            seconds: 0.0,
+        }
+    }
+
+    /// The measuring part with this instance.
+    const fn part(&self, instance: u8) -> Option<&MeasuringPart> {
+        match instance {
+            1 => Some(&self.pirani),
+            2 => Some(&self.ion),
+            _ => None,
+        }
+    }
+
+    const fn part_mut(&mut self, instance: u8) -> Option<&mut MeasuringPart> {
+        match instance {
+            1 => Some(&mut self.pirani),
+            2 => Some(&mut self.ion),
+            _ => None,
+        }
+    }
+
+    /// The part that measures: its instance is the PV Selector.
+    const fn active(&self) -> &MeasuringPart {
+        if self.ion_is_active { &self.ion } else { &self.pirani }
+    }
+
+    /// Instances 3 and 4.
+    fn set_point(&self, instance: u8) -> Option<&SetPoint> {
+        self.set_points.get(usize::from(instance).checked_sub(3)?)
+    }
+
+    /// Where the parts take over from each other.
+    const fn switchover(&self) -> &'static Switchover {
+        self.kind.switchover(self.side.low_high)
+    }
+
+    /// A Device Block State Command. Reset brings the volatile values back to what they are after power-up.
+    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+        if self.machine.command(number)? {
+            self.cathode = Cathode::new(&self.switchover().emission);
+            self.set_points.iter_mut().for_each(SetPoint::open);
+        }
+        Ok(())
+    }
+
+    /// What the self test would find.
+    fn health(&self) -> Health {
+        match () {
+            // free choice: a gauge whose program cannot be read does not start at all.
+            () if self.faults.eprom => Health::Critical,
+            () if self.exception_status().intersects(ExceptionStatus::ALARM) => Health::Faulty,
+            () => Health::Good,
+        }
+    }
+
+    /// Memory faults, alike in both records (48, 49).
+    fn common(&self) -> Common {
+        let mut common = Common::empty();
+        common.set(Common::EPROM, self.faults.eprom);
+        common.set(Common::EEPROM, self.faults.eeprom);
+        common.set(Common::RAM, self.faults.ram);
+        common
+    }
+
+    /// Exception Detail Alarm: Pirani, ionisation (46).
+    fn alarm(&self) -> Details<4> {
+        let [p0, p1] = self.pirani.sensor_alarm();
+        let [i0, i1] = self.ion.sensor_alarm();
+        Details { common: self.common(), device: [p0, p1, i0, i1], manufacturer: self.faults.comm.into() }
+    }
+
+    /// Exception Detail Warning: the status extension, then Pirani, ionisation.
+    fn warning(&self) -> Details<5> {
+        let mut warning = self.defects();
+        let [extension, ..] = &mut warning.device;
+        *extension = self.one_of_n.bits();
+        warning
+    }
+
+    /// The same without the status extension: what warns of a defect (54). Memory and internal communication as in the alarm
+    /// (49).
+    fn defects(&self) -> Details<5> {
+        let [p0, p1] = self.pirani_warning();
+        let [i0, i1] = Self::ION_WARNING;
+        Details { common: self.common(), device: [0, p0, p1, i0, i1], manufacturer: self.faults.comm.into() }
+    }
+
+    /// Sensor Warning of the Pirani: badly adjusted (105).
+    fn pirani_warning(&self) -> [u8; 2] {
+        [0, u8::from(self.faults.pirani_adjust) << 1]
+    }
+
+    /// Sensor Warning of the ionisation part: the manual has a bit and no condition for it (3.3.3.4).
+    const ION_WARNING: [u8; 2] = [0; 2];
+
+    fn exception_status(&self) -> ExceptionStatus {
+        exception_status(&self.alarm(), &self.warning())
+    }
+
+    /// Alarms make every reading invalid, and so do the warnings of defects (54).
+    fn judge(&mut self) {
+        let alarm = self.alarm();
+        self.condition = Condition {
+            executing: self.machine.is_executing(),
+            disturbed: alarm.is_any() || self.defects().is_any(),
+            alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
+        };
+        let range = self.kind.version().range.judge(self.active().indicated_pa());
+        self.one_of_n = StatusExtension::new(range, self.active().is_valid(&self.condition));
+    }
+
+    /// What the cathode depends on; the Pirani controls it.
+    fn conditions(&self) -> Conditions {
+        Conditions {
+            able: self.machine.is_executing() && !self.pirani.failed && !self.ion.failed,
+            control_pa: self.pirani.sensor.indicated_pa(),
+            gauge_pa: self.active().indicated_pa(),
+        }
+    }
+
+    /// Everything that follows at once: adjustment, emission, readings, relays, validity, last valid values.
+    fn follow(&mut self) {
+        self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
+        self.ion.failed = self.faults.sensor_2 || self.faults.electronics_2;
+        self.follow_adjustment();
+        self.cathode.set_thresholds(&self.switchover().emission);
+        self.cathode.switch(&self.conditions());
+        self.measure();
+        self.follow_set_points();
+        self.judge();
+        self.pirani.remember(&self.condition);
+        self.ion.remember(&self.condition);
+    }
+
+    /// Each part reads for itself; without emission the Pirani measures (80).
+    fn measure(&mut self) {
+        let pirani_pa = self.pirani.sensor.indicated_pa();
+        self.pirani.reading_pa = Some(pirani_pa);
+        self.ion.reading_pa = self.cathode.is_on().then(|| self.ion.sensor.indicated_pa());
+        self.ion_is_active = self.cathode.is_on() && pirani_pa < self.switchover().pa;
+        self.cathode.forget_refused_degas(self.active().indicated_pa());
+    }
+
+    /// free choice: as on the sister gauge, only in EXECUTING and not with any sensor alarm (112).
+    fn follow_set_points(&mut self) {
+        let allowed = self.machine.is_executing() && !self.pirani.failed && !self.ion.failed;
+        let pa = self.active().indicated_pa();
+        self.set_points.iter_mut().for_each(|point| point.follow(allowed, pa));
+    }
+}
