@@ -4,6 +4,7 @@ mod bus;
 mod console;
 mod demo;
 mod failure;
+mod gsd;
 mod hub;
 mod monitor;
 mod output;
@@ -37,6 +38,7 @@ enum Command {
     Hub(hub::Arguments),
     Scan(scan::Arguments),
     Monitor(monitor::Arguments),
+    Gsd(gsd::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Gsd(arguments) => gsd::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

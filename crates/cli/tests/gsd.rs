@@ -1,0 +1,101 @@
+//! The GSD file of every device is taken by two parsers that nobody here wrote, and they read what the tables say.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Folder, run};
+use gsd_parser::GenericStationDescription;
+use profivac_devices::model::Model;
+use profivac_host::instrument::DEVICES;
+use std::path::Path;
+use std::process::Command;
+
+fn printed(device: &str) -> String {
+    let output = run(&["gsd", device]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What a configuration tool would send: one module of the file, and its user parameters.
+fn agrees(file: &GenericStationDescription, model: &Model) {
+    assert_eq!((file.ident_number, file.model.as_str()), (model.ident, model.title));
+    let modules: Vec<_> = file.available_modules.iter().map(|module| module.config.as_slice()).collect();
+    let configurations: Vec<_> = model.configurations.iter().map(|configuration| configuration.octets).collect();
+    assert_eq!(modules, configurations, "{}", model.name);
+    let user = gsd_parser::PrmBuilder::new(&file.user_prm_data).into_bytes();
+    assert!(model.user_prm(&user).is_some(), "{}: {user:02X?}", model.name);
+    for unit in file.user_prm_data.data_ref.iter().flat_map(|(_, definition)| &definition.text_ref) {
+        for name in unit.keys() {
+            let user =
+                gsd_parser::PrmBuilder::new(&file.user_prm_data).set_prm_from_text("Unit", name).as_bytes().to_vec();
+            assert_eq!(model.user_prm(&user).unwrap().name, name, "{}", model.name);
+        }
+    }
+}
+
+#[test]
+fn gsd_parser_reads_what_the_tables_say() {
+    for entry in &DEVICES {
+        let model = entry.model;
+        let file = gsd_parser::parser::parse(Path::new(model.name), &printed(model.name))
+            .unwrap_or_else(|error| panic!("{}: {error}", model.name));
+        agrees(&file, model);
+    }
+}
+
+/// pyprofibus in its debug mode, where it names every line it does not know.
+const PYTHON: &str = "
+import sys
+from pyprofibus.gsd.interp import GsdInterp
+for path in sys.argv[1:]:
+    gsd = GsdInterp.fromFile(path, debug=True)
+    names = [module.name for module in gsd.getField('Module')]
+    configurations = []
+    for name in names:
+        gsd.clearConfiguredModules()
+        gsd.setConfiguredModule(name)
+        configurations.append(b''.join(bytes(part.getDU()) for part in gsd.getCfgDataElements()).hex())
+    print('read', '%04x' % gsd.getIdentNumber(), bytes(gsd.getUserPrmData()).hex(), ','.join(configurations))
+";
+
+/// Keywords of DP-V1, which pyprofibus does not have, FMS, and the types of user parameters, which it ignores.
+const NEW: [&str; 6] = ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16"];
+
+#[test]
+fn pyprofibus_reads_what_the_tables_say() {
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
+    assert!(python.exists(), "there is no {}: ./test makes it", python.display());
+    let folder = Folder::new();
+    let paths = DEVICES.iter().map(|entry| {
+        let path = folder.path(entry.model.name);
+        std::fs::write(&path, printed(entry.model.name)).unwrap();
+        path
+    });
+    let output = Command::new(python).args(["-c", PYTHON]).args(paths).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let warned = said.lines().zip(said.lines().skip(1)).filter(|(line, _)| line.starts_with("GSD parser warning"));
+    for (_, line) in warned {
+        assert!(NEW.iter().any(|keyword| line.starts_with(keyword)), "pyprofibus does not know: {line}");
+    }
+    let read = said.lines().filter_map(|line| line.strip_prefix("read "));
+    let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
+    assert_eq!(read.clone().count(), DEVICES.len(), "{said}");
+    for (line, entry) in read.zip(&DEVICES) {
+        let model = entry.model;
+        let configurations: Vec<_> = model.configurations.iter().map(|one| hex(one.octets)).collect();
+        let fields: Vec<_> = line.split(' ').collect();
+        let [ident, user, read] = fields[..] else { panic!("{line}") };
+        assert_eq!((ident, read), (format!("{:04x}", model.ident).as_str(), configurations.join(",").as_str()));
+        assert!(model.user_prm.iter().any(|prm| hex(prm.octets).get(2..) == user.get(2..)), "{line}");
+    }
+}
+
+#[test]
+fn an_unknown_device_is_refused_with_the_known_ones() {
+    let failed = run(&["gsd", "bcg451"]);
+    assert_eq!(failed.status.code(), Some(2));
+    let said = String::from_utf8(failed.stderr).unwrap();
+    assert!(said.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{said}");
+}
