@@ -1,5 +1,6 @@
 //! A gauge of the series as it stands on bus and bench.
 
+use super::trip::TripPoint;
 use super::{Gauge, table, ttr};
 use crate::instrument::{Action, Part, Report, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm, faults};
@@ -129,7 +130,8 @@ impl Behaviour for Gauge {
         Report {
             device_state: self.machine.state().name(),
             led: self.led(),
-            relays: self.relays().collect(),
+            // A relay is what its trip point says (93).
+            relays: self.trips.iter().map(TripPoint::status).collect(),
             indicated: self.measuring_parts().map(|part| part.indicated(&self.condition(part))).collect(),
             active_instance: active.part().instance,
             exception_status: self.exception_status().bits(),

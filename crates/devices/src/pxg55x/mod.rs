@@ -150,27 +150,16 @@ impl Gauge {
         self.cdg.as_ref().filter(|_| self.cdg_is_active).unwrap_or(&self.pirani)
     }
 
-    /// A Device Block State Command.
+    /// A Device Block State Command. Nothing that a Reset brings back outlives the end of EXECUTING; that the basic device
+    /// starts anew with 129 cannot be seen apart.
     fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
-        /// The manufacturer's commands (7.2.2).
+        /// The manufacturer's commands (7.2.2), and the one they are like.
         const FACTORY_RESET: u8 = 128;
-        const RESET: u8 = 129;
-        match number {
-            FACTORY_RESET => {
-                self.machine.command(1)?;
-                self.factory_reset();
-            }
-            // The basic device starts anew as well; nothing of it can be seen apart.
-            RESET => self.restart_if(1)?,
-            _ => self.restart_if(number)?,
-        }
-        Ok(())
-    }
-
-    /// Reset brings the volatile values back to what they are after power-up.
-    fn restart_if(&mut self, command: u8) -> Result<(), Refusal> {
-        if self.machine.command(command)? {
-            self.trips.iter_mut().for_each(TripPoint::forget);
+        const RESET_ALL: u8 = 129;
+        const RESET: u8 = 1;
+        self.machine.command(if matches!(number, FACTORY_RESET | RESET_ALL) { RESET } else { number })?;
+        if number == FACTORY_RESET {
+            self.factory_reset();
         }
         Ok(())
     }
@@ -313,10 +302,10 @@ impl Gauge {
         self.cdg_is_active = pa >= from_pa || !self.heating.is_on();
     }
 
-    /// They watch the process value of the telegrams (96), whatever it is (104).
+    /// They watch the process value of the telegrams (96), also a safe value, but in EXECUTING only (104).
     fn follow_trip_points(&mut self) {
         let atmosphere_pa = self.atm.as_ref().filter(|atm| !atm.failed).and_then(|atm| atm.reading_pa);
-        let pa = self.output_pa();
+        let pa = self.machine.is_executing().then(|| self.output_pa());
         for trip in &mut self.trips {
             if let Some(atmosphere_pa) = atmosphere_pa {
                 trip.follow_atmosphere(atmosphere_pa);
@@ -325,11 +314,12 @@ impl Gauge {
         }
     }
 
-    /// For Hold Last Value.
+    /// For Hold Last Value: the last valid value that was shown. A common alarm leaves the reading valid (88), but shows the
+    /// safe value.
     fn remember(&mut self) {
         for instance in 1..=3 {
             let Some(condition) = self.part(instance).map(|part| self.condition(part)) else { continue };
-            if let Some(part) = self.part_mut(instance) {
+            if let Some(part) = self.part_mut(instance).filter(|part| !part.is_safe(&condition)) {
                 part.remember(&condition);
             }
         }
@@ -346,11 +336,6 @@ impl Gauge {
         {
             trip.limit_mut(side).point_pa = pa;
         }
-    }
-
-    /// A relay is off outside EXECUTING, whatever its trip point says (94, 104).
-    fn relays(&self) -> impl Iterator<Item = bool> {
-        self.trips.iter().map(|trip| self.machine.is_executing() && trip.status())
     }
 
     /// NET LED (3.4, 112).

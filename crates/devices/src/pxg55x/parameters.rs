@@ -225,9 +225,9 @@ impl Gauge {
         match row {
             Row::BlockType => block_type(&Row::BLOCK),
             Row::HighTripPoint => Value::Pressure(high.point_pa),
-            Row::HighTripEnable => high.enabled().into(),
+            Row::HighTripEnable => high.enabled.into(),
             Row::LowTripPoint => Value::Pressure(low.point_pa),
-            Row::LowTripEnable => low.enabled().into(),
+            Row::LowTripEnable => low.enabled.into(),
             Row::Status => u8::from(trip.status()).into(),
             // Always the only instance in the slot of the relay (95).
             Row::DiscreteOutputInstance => Value::Integer(1),
@@ -302,9 +302,9 @@ impl Gauge {
         let trip = self.trip_mut(at)?;
         match row {
             Row::HighTripPoint => trip.limit_mut(Side::High).point_pa = value.pressure()?,
-            Row::HighTripEnable => trip.limit_mut(Side::High).enable(value.boolean()?),
+            Row::HighTripEnable => trip.limit_mut(Side::High).enabled = value.boolean()?,
             Row::LowTripPoint => trip.limit_mut(Side::Low).point_pa = value.pressure()?,
-            Row::LowTripEnable => trip.limit_mut(Side::Low).enable(value.boolean()?),
+            Row::LowTripEnable => trip.limit_mut(Side::Low).enabled = value.boolean()?,
             Row::HighTripPointHysteresis => trip.limit_mut(Side::High).hysteresis_pa = value.pressure()?,
             Row::LowTripPointHysteresis => trip.limit_mut(Side::Low).hysteresis_pa = value.pressure()?,
             Row::FactorOfAtm => trip.factor = factor(value)?,

@@ -49,7 +49,7 @@ pub enum Side {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// ID 18, ID 20
-    enabled: bool,
+    pub enabled: bool,
     /// ID 17, ID 19
     pub point_pa: f64,
     /// ID 31, ID 32: a difference of pressures.
@@ -63,17 +63,6 @@ impl Limit {
         Self { enabled, point_pa, hysteresis_pa, tripped: false }
     }
 
-    /// ID 18, ID 20
-    pub const fn enabled(&self) -> bool {
-        self.enabled
-    }
-
-    /// A point that was off has no memory: errata-pxg55x-img400 98.
-    pub const fn enable(&mut self, enabled: bool) {
-        self.tripped &= self.enabled & enabled;
-        self.enabled = enabled;
-    }
-
     /// Where the condition ends.
     const fn release_pa(&self, side: Side) -> f64 {
         match side {
@@ -82,14 +71,19 @@ impl Limit {
         }
     }
 
-    /// Compares in the precision of the bus, so that a pressure that reads like the point is at the point: §11.1.1.
-    fn compare(&mut self, side: Side, pa: f64) {
+    /// Compares in the precision of the bus, so that a pressure that reads like the point is at the point: §11.1.1. Whatever is
+    /// not compared leaves no memory: errata-pxg55x-img400 98.
+    fn compare(&mut self, side: Side, pa: Option<f64>) {
+        let Some(pa) = pa.filter(|_| self.enabled) else {
+            self.tripped = false;
+            return;
+        };
         let (pa, point, release) = (pa as f32, self.point_pa as f32, self.release_pa(side) as f32);
         let (reached, held) = match side {
             Side::Low => (pa <= point, pa <= release),
             Side::High => (pa >= point, pa >= release),
         };
-        self.tripped = self.enabled && (reached || (self.tripped && held));
+        self.tripped = reached || (self.tripped && held);
     }
 }
 
@@ -145,14 +139,8 @@ impl TripPoint {
         }
     }
 
-    /// The device starts anew.
-    pub const fn forget(&mut self) {
-        self.low.tripped = false;
-        self.high.tripped = false;
-    }
-
-    /// The process value is `pa` now.
-    pub fn evaluate(&mut self, pa: f64) {
+    /// The process value is this now; `None` while nothing is measured.
+    pub fn evaluate(&mut self, pa: Option<f64>) {
         self.low.compare(Side::Low, pa);
         self.high.compare(Side::High, pa);
     }
@@ -184,7 +172,7 @@ mod tests {
 
     fn walk(trip: &mut TripPoint, steps: &[(f64, bool)]) {
         for (mbar, status) in steps {
-            trip.evaluate(mbar * MBAR);
+            trip.evaluate(Some(mbar * MBAR));
             assert_eq!(trip.status(), *status, "at {mbar} mbar");
         }
     }
@@ -210,10 +198,19 @@ mod tests {
     fn a_point_that_is_switched_off_and_on_starts_inside_its_hysteresis_with_no_condition() {
         let mut trip = at(Some(100.0), None, 2.0);
         walk(&mut trip, &[(99.0, true), (101.0, true)]);
-        trip.limit_mut(Side::Low).enable(false);
+        trip.limit_mut(Side::Low).enabled = false;
         walk(&mut trip, &[(50.0, false)]);
-        trip.limit_mut(Side::Low).enable(true);
+        trip.limit_mut(Side::Low).enabled = true;
         walk(&mut trip, &[(101.0, false), (100.0, true)]);
+    }
+
+    #[test]
+    fn what_is_not_measured_leaves_no_memory() {
+        let mut trip = at(Some(100.0), None, 2.0);
+        walk(&mut trip, &[(99.0, true)]);
+        trip.evaluate(None);
+        assert!(!trip.status());
+        walk(&mut trip, &[(101.0, false)]);
     }
 
     #[test]

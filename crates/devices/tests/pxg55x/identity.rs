@@ -83,7 +83,12 @@ fn i_and_m0_has_the_fields_of_chapter_5() {
         assert_eq!(im0.order_id, kind.version().number.as_bytes());
         // Longer than the field: cut.
         assert_eq!(im0.serial_number, b"1234567890123456");
-        assert_eq!(im0.software_revision[0], b'V');
+        // The revisions of the PROFIBUS board, as ID 21 and ID 22 have them.
+        let mut desk = desk(kind);
+        let hex_of = |text: String| u64::from_str_radix(&text, 16).unwrap();
+        let [_, xx, yy, zz] = im0.software_revision.map(u64::from);
+        assert_eq!((im0.software_revision[0], xx << 16 | yy << 8 | zz), (b'V', hex_of(text(&mut desk, 21))));
+        assert_eq!(u64::from(im0.hardware_revision) << 8, hex_of(text(&mut desk, 22)));
         assert_eq!(record[56..], [0x5A, 0x00, 0x00, 0x00, 0x01, 0x01, 0x00, 0x00]);
     }
 }

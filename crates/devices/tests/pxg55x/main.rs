@@ -3,7 +3,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
+mod acyclic;
 mod adjust;
+mod channel;
 mod exceptions;
 mod exchange;
 mod identity;

@@ -346,7 +346,7 @@ fn a_push_button_is_stored_and_needs_a_valid_pressure() {
     assert_eq!(float_of(&desk.get(2, LOW_POINT)), 30.0, "not in IDLE");
 }
 
-/// (94), (104): outside EXECUTING the relay is off.
+/// (94), (104): outside EXECUTING the relay is off, and so is its trip point. No safe value is remembered.
 #[test]
 fn a_relay_works_in_executing_only() {
     for kind in Kind::all() {
@@ -357,7 +357,16 @@ fn a_relay_works_in_executing_only() {
         for command in [5, 2, 3] {
             desk.command(command).unwrap();
             assert_eq!(closed(&mut desk), [false, false], "command {command}");
+            assert_eq!((desk.get(2, 21), desk.get(4, 19)), (vec![0], vec![0]), "command {command}");
         }
+        // Inside the hysteresis, above the point.
+        put(&mut desk, 2, LOW_HYSTERESIS, 1000.0).unwrap();
+        desk.pressure_mbar(101.0);
+        desk.command(4).unwrap();
+        assert_eq!(closed(&mut desk), [false, false]);
+        desk.pressure_mbar(10.0);
+        assert_eq!(closed(&mut desk), [true, false]);
+        desk.command(5).unwrap();
         desk.command(4).unwrap();
         assert_eq!(closed(&mut desk), [true, false]);
         desk.device().power(false);

@@ -76,3 +76,12 @@ fn unit_and_data_type_keep_their_values() {
     desk.chk_cfg(&hex("A1 91"));
     assert!(!desk.is_exchanging());
 }
+
+/// The mode belongs to the parameterisation: not even a factory reset takes it from the master.
+#[test]
+fn a_factory_reset_does_not_end_the_mode() {
+    let mut desk = in_ttr_mode(psg(), 100.0);
+    desk.command(128).unwrap();
+    desk.chk_cfg(&hex("A1 91"));
+    assert!(desk.is_exchanging());
+}

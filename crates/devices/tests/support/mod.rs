@@ -51,11 +51,16 @@ impl<D: Instrument> Desk<D> {
         sense_all(self.device(), mbar);
     }
 
-    /// One request; the function code and the data of the answer.
+    /// One request of a class 1 master's cyclic side; the function code and the data of the answer.
     pub fn request(&mut self, sap: Sap, du: &[u8]) -> Option<(u8, Vec<u8>)> {
+        self.ask(sap, 62, du)
+    }
+
+    /// One request from this source access point.
+    pub fn ask(&mut self, sap: Sap, ssap: u8, du: &[u8]) -> Option<(u8, Vec<u8>)> {
         self.now = self.now + 1000u64;
         let dsap = sap.to_octet();
-        let frame = Frame { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc: SRD, du };
+        let frame = Frame { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
         let transmit = self.slave.telegram(self.now, &Telegram::Frame(frame))?;
         match Telegram::parse(transmit.octets).expect("a slave sends valid telegrams") {
             Telegram::ShortAck => Some((0xE5, Vec::new())),
