@@ -1,6 +1,7 @@
-//! A trip point and its relay: tira56e1 §11. Pressures are in Pa; units are the business of whoever asks.
+//! A trip point and its relay. tira56e1 11; numbers in brackets are those of errata-pxg55x-img400. Pressures are in Pa:
+//! units are the business of whoever asks.
 
-/// Parameter 202, Setpoint Mode: §11.2.13.
+/// Parameter 202, Setpoint Mode: 11.2.13.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// Both points are set by push button and bus.
@@ -15,7 +16,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// The mode of a code; 3 is missing on purpose, errata-pxg55x-img400 100.
+    /// The mode of a code; 3 is missing on purpose (100).
     pub const fn of_code(code: u8) -> Option<Self> {
         match code {
             0 => Some(Self::Setpoint),
@@ -71,8 +72,8 @@ impl Limit {
         }
     }
 
-    /// Compares in the precision of the bus, so that a pressure that reads like the point is at the point: §11.1.1. Whatever is
-    /// not compared leaves no memory: errata-pxg55x-img400 98.
+    /// Compares in the precision of the bus, so that a pressure that reads like the point is at the point: 11.1.1. Whatever is
+    /// not compared leaves no memory (98).
     fn compare(&mut self, side: Side, pa: Option<f64>) {
         let Some(pa) = pa.filter(|_| self.enabled) else {
             self.tripped = false;
@@ -92,14 +93,14 @@ impl Limit {
 pub struct TripPoint {
     low: Limit,
     high: Limit,
-    /// ID 201, Factor of ATM: a plain factor, errata-pxg55x-img400 99.
+    /// ID 201, Factor of ATM: a plain factor (99).
     pub factor: f32,
     /// ID 202
     pub mode: Mode,
 }
 
 impl TripPoint {
-    /// The factory setting of a gauge that measures down to `lowest_pa`: errata-pxg55x-img400 102.
+    /// The factory setting of a gauge that measures down to `lowest_pa` (102).
     pub const fn factory(lowest_pa: f64) -> Self {
         let hysteresis_pa = lowest_pa * 0.1;
         Self {
@@ -127,12 +128,12 @@ impl TripPoint {
         }
     }
 
-    /// ID 21: one status for both conditions, errata-pxg55x-img400 97.
+    /// ID 21: one status for both conditions (97).
     pub const fn status(&self) -> bool {
         self.low.tripped || self.high.tripped
     }
 
-    /// The atmosphere moves the calculated point: §11.1.2.
+    /// The atmosphere moves the calculated point: 11.1.2.
     pub fn follow_atmosphere(&mut self, atmosphere_pa: f64) {
         if let Some(side) = self.mode.calculated() {
             self.limit_mut(side).point_pa = f64::from(self.factor) * atmosphere_pa;
@@ -145,7 +146,7 @@ impl TripPoint {
         self.high.compare(Side::High, pa);
     }
 
-    /// The point the push button works on: §11.2.13. With both enabled only the low one, with none enabled none; never a
+    /// The point the push button works on: 11.2.13. With both enabled only the low one, with none enabled none; never a
     /// calculated one.
     pub fn button_side(&self) -> Option<Side> {
         let side = match (self.low.enabled, self.high.enabled) {
