@@ -2,7 +2,7 @@
 
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::io::Errno;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io;
 use std::os::unix::net::UnixStream;
 
@@ -14,7 +14,7 @@ const MAX_LINE: usize = 4096;
 pub enum Said {
     /// A line.
     Line(String),
-    /// SIGTERM or SIGINT.
+    /// A signal.
     Stop,
 }
 
@@ -23,11 +23,12 @@ pub enum Said {
 pub struct Signals(UnixStream);
 
 impl Signals {
-    /// Catches SIGINT and SIGTERM from here on.
+    /// Catches SIGHUP, SIGINT and SIGTERM from here on.
     pub fn catch() -> io::Result<Self> {
         let (signals, handler) = UnixStream::pair()?;
-        signal_hook::low_level::pipe::register(SIGINT, handler.try_clone()?)?;
-        signal_hook::low_level::pipe::register(SIGTERM, handler)?;
+        for signal in [SIGHUP, SIGINT, SIGTERM] {
+            signal_hook::low_level::pipe::register(signal, handler.try_clone()?)?;
+        }
         Ok(Self(signals))
     }
 }

@@ -42,6 +42,43 @@ fn every_line_gets_its_answer() {
 }
 
 #[test]
+fn buttons_switches_and_potentiometers_are_operated() {
+    let folder = Folder::new();
+    let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5", "pcg550@6"]);
+    program.ready();
+    for line in ["switch 5 degas off", "pot 5 a 7.5", "pot 5 b 0", "button 6 1", "button 6 2"] {
+        assert_eq!(program.tell(line), "ok", "{line}");
+    }
+    for (line, answer) in [
+        (
+            "switch 5 colour red",
+            "error: bcg450 has no switch \"colour\" with a position \"red\"; it has address, degas",
+        ),
+        ("switch 5 degas maybe", "error: bcg450 has no switch \"degas\" with a position \"maybe\"; it has on, off"),
+        ("pot 6 a 1", "error: pcg550 has no potentiometer 'a'"),
+    ] {
+        assert_eq!(program.tell(line), answer);
+    }
+}
+
+#[test]
+fn device_time_is_moved_and_stands_still_without_power() {
+    let folder = Folder::new();
+    let mut program = simulation(&folder);
+    let mut hours = |line: &str| {
+        assert_eq!(program.tell(line), "ok", "{line}");
+        program.state(5)["run_hours"].as_f64().unwrap()
+    };
+    let before = hours("advance 0");
+    let after = hours("advance 7200");
+    assert!((2.0..2.1).contains(&(after - before)), "{before} h, then {after} h");
+    hours("power 5 off");
+    hours("advance 7200");
+    let later = hours("power 5 on");
+    assert!((0.0..0.1).contains(&(later - after)), "{after} h, then {later} h");
+}
+
+#[test]
 fn the_state_has_the_keys_of_the_contract() {
     let folder = Folder::new();
     let mut program = simulation(&folder);

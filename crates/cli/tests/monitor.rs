@@ -34,7 +34,7 @@ fn pressures_are_shown_in_the_units_the_slaves_have() {
             assert_eq!((&row["address"], &row["unit"], &row["state"]), (&address.into(), &unit.into(), &"DATA".into()));
             assert!((row["pressure"].as_f64().unwrap() / pressure - 1.0).abs() < 1e-6, "{row}");
             assert!((row["mbar"].as_f64().unwrap() / 5e-6 - 1.0).abs() < 1e-6, "{row}");
-            assert!(row["exchanges"].as_u64().unwrap() > 10, "{row}");
+            assert!(row["exchanges"].as_u64().unwrap() > 0, "{row}");
             assert_eq!((&row["device"], &row["remarks"]), (&"bcg450".into(), &Value::Array(vec![])));
         }
         monitor.terminate();
@@ -100,7 +100,7 @@ fn a_script_must_say_that_it_owns_the_slaves() {
 fn nobody_at_an_address_and_a_lost_port_are_no_answer() {
     let folder = Folder::new();
     let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
-    let failed = run(&["monitor", "--port", &path, "--own", "9"]);
+    let failed = run(&["monitor", "--port", &path, "--own", "--timeout", "0.5", "9"]);
     assert_eq!(failed.status.code(), Some(3));
     assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: nobody answers at address 9\n");
     let mut monitor = Program::start(&["monitor", "--port", &path, "--own", "--csv", "5"]);

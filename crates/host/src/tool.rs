@@ -88,6 +88,12 @@ impl Tool {
         &mut self.station().user
     }
 
+    /// How long it waits for the line, and for somebody to answer.
+    #[must_use]
+    pub const fn patience(&self) -> Duration {
+        self.patience
+    }
+
     /// The name of the port.
     #[must_use]
     pub fn port_name(&self) -> &str {

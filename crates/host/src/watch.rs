@@ -1,12 +1,13 @@
 //! A slave to be watched: what it is, how its inputs are laid out, and what they say.
 
 use crate::instrument::DEVICES;
-use crate::live::look;
+use crate::live::{SlaveSeen, look};
 use crate::ms2::{self, Ms2Error};
 use crate::tool::{Reply, Tool, ToolError};
 use profivac_devices::model::{Configuration, Direction, Field, Format, Model, NumberType, Unit, UserPrm, Via};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::master::{SlaveParameters, services};
+use std::time::Instant;
 
 /// Why a slave cannot be watched.
 #[derive(Debug, thiserror::Error)]
@@ -57,12 +58,13 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// Looks at the slave at `address` on behalf of `master`, without changing anything.
+    /// Looks at the slave at `address` on behalf of `master`, without changing anything. Waits for it as long as the tool
+    /// has patience.
     ///
     /// # Errors
     /// [`WatchError`], also when another master owns it.
     pub fn find(tool: &mut Tool, address: u8, master: u8) -> Result<Self, WatchError> {
-        let slave = look(tool, address)?.and_then(|seen| seen.slave).ok_or(WatchError::Nobody(address))?;
+        let slave = meet(tool, address)?;
         if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
             return Err(WatchError::Owned { address, master: owner });
         }
@@ -198,6 +200,19 @@ impl Reading {
     }
 }
 
+/// The diagnosis of a slave that may not answer at once.
+fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, WatchError> {
+    let begun = Instant::now();
+    loop {
+        if let Some(slave) = look(tool, address)?.and_then(|seen| seen.slave) {
+            return Ok(slave);
+        }
+        if begun.elapsed() >= tool.patience() {
+            return Err(WatchError::Nobody(address));
+        }
+    }
+}
+
 /// The configuration the slave has, or else one that tells whether its pressures are valid and sends nothing.
 fn present_configuration(
     tool: &mut Tool,
@@ -225,9 +240,23 @@ fn tells(configuration: &Configuration) -> bool {
 fn present_unit(tool: &mut Tool, address: u8, model: &'static Model) -> Result<&'static Unit, WatchError> {
     let unreadable = |error| WatchError::Unit { address, error };
     let (slot, index) = data_units(model).ok_or_else(|| unreadable(Ms2Error::Unsupported))?;
-    let record = ms2::read(tool, address, slot, index).map_err(unreadable)?;
+    let record = read_persistently(tool, address, slot, index).map_err(unreadable)?;
     let code = record.try_into().map(u16::from_be_bytes).map_err(|_| unreadable(Ms2Error::Other))?;
     model.unit(code).ok_or_else(|| unreadable(Ms2Error::Other))
+}
+
+/// How often a record is asked for when telegrams were lost on the way.
+const ATTEMPTS: usize = 3;
+
+fn read_persistently(tool: &mut Tool, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
+    let mut record = ms2::read(tool, address, slot, index);
+    for _ in 1..ATTEMPTS {
+        if !matches!(record, Err(Ms2Error::Lost(_))) {
+            break;
+        }
+        record = ms2::read(tool, address, slot, index);
+    }
+    record
 }
 
 /// Where Data Units is: its first slot, and its index.

@@ -22,10 +22,8 @@ const RATE_TOLERANCE: u32 = 50;
 pub struct Serial {
     name: String,
     device: OwnedFd,
-    is_pty: bool,
-    marks: Marks,
-    /// Of an adapter; a pty returns nothing.
-    echo: Echo,
+    /// What a line of copper needs and a pty does not have: errors in characters, and our own octets coming back.
+    copper: Option<(Marks, Echo)>,
 }
 
 impl Serial {
@@ -48,15 +46,19 @@ impl Serial {
         settings.make_raw();
         settings.control_modes |= ControlModes::CS8 | ControlModes::PARENB | ControlModes::CREAD | ControlModes::CLOCAL;
         settings.control_modes -= ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
-        settings.input_modes |= InputModes::INPCK | InputModes::PARMRK;
-        settings.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK;
+        if !is_pty {
+            // The settings of a pty outlive us as well, and whoever opens it next may not expect marks.
+            settings.input_modes |= InputModes::INPCK | InputModes::PARMRK;
+            settings.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK;
+        }
         settings.set_speed(baud.bits_per_second()).map_err(opening)?;
         tcsetattr(&device, OptionalActions::Now, &settings).map_err(opening)?;
         if !is_pty {
             check_rate(&device, name, baud)?;
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
-        Ok(Self { name: name.to_owned(), device, is_pty, marks: Marks::default(), echo: Echo::default() })
+        let copper = (!is_pty).then(|| (Marks::default(), Echo::default()));
+        Ok(Self { name: name.to_owned(), device, copper })
     }
 }
 
@@ -76,7 +78,7 @@ impl Port for Serial {
     }
 
     fn is_timed(&self) -> bool {
-        !self.is_pty
+        self.copper.is_some()
     }
 
     fn watched(&self) -> Vec<BorrowedFd<'_>> {
@@ -88,8 +90,12 @@ impl Port for Serial {
         match rustix::io::read(&self.device, &mut buffer) {
             Ok(0) => Err(PortError::Lost(self.name.clone())),
             Ok(length) => {
-                for character in buffer.iter().take(length).filter_map(|octet| self.marks.take(*octet)) {
-                    self.echo.filter(character, heard);
+                let octets = buffer.iter().take(length);
+                match &mut self.copper {
+                    None => heard.extend(octets.map(|octet| Character::Octet(*octet))),
+                    Some((marks, echo)) => octets
+                        .filter_map(|octet| marks.take(*octet))
+                        .for_each(|character| echo.filter(character, heard)),
                 }
                 Ok(())
             }
@@ -101,8 +107,8 @@ impl Port for Serial {
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
         match rustix::io::write(&self.device, octets) {
             Ok(length) => {
-                if !self.is_pty {
-                    self.echo.sent(octets.get(..length).unwrap_or_default());
+                if let Some((_, echo)) = &mut self.copper {
+                    echo.sent(octets.get(..length).unwrap_or_default());
                 }
                 Ok(())
             }
