@@ -1,0 +1,99 @@
+//! The adjustment of the Pirani at atmospheric pressure. tira36e1 3.2.1.1, 3.3.2.5, (103).
+
+use crate::support::Desk;
+use crate::{FLOATS, Gauge, KINDS, desk, exchanging, float, of_instance, restart};
+use profivac_devices::Instrument;
+
+/// AI Block Adjust Command.
+fn adjust(desk: &mut Desk<Gauge>, value: u8) -> Result<(), u8> {
+    desk.put(1, 15, &[value])
+}
+
+/// Full Scale State.
+fn state(desk: &mut Desk<Gauge>) -> u8 {
+    of_instance(desk, 1, 140)[0]
+}
+
+fn close(found: f32, expected: f64) -> bool {
+    (f64::from(found) / expected - 1.0).abs() < 1e-6
+}
+
+#[test]
+fn after_it_the_pirani_reads_full_scale_and_power_does_not_undo_it() {
+    for kind in KINDS {
+        let mut desk = exchanging(kind, FLOATS, 1e-3);
+        desk.device().sense(0, 87_000.0);
+        assert_eq!(state(&mut desk), 0);
+        adjust(&mut desk, 1).unwrap();
+        assert_eq!(state(&mut desk), 1);
+        desk.device().settle();
+        assert_eq!(state(&mut desk), 1, "settling does not let time pass");
+        desk.device().advance(9.9);
+        assert!(close(float(&mut desk, 1, 19), 870.0), "still running");
+        desk.device().advance(0.2);
+        assert_eq!(state(&mut desk), 0);
+        assert!(close(float(&mut desk, 1, 19), 1000.0));
+        desk.device().sense(0, 8_700.0);
+        assert!(close(float(&mut desk, 1, 19), 100.0));
+        // The other part is not moved.
+        desk.device().sense(0, 0.0);
+        assert!(close(float(&mut desk, 2, 19), 1e-3));
+        restart(&mut desk);
+        desk.device().sense(0, 43_500.0);
+        desk.command(4).unwrap();
+        assert!(close(float(&mut desk, 1, 19), 500.0));
+    }
+}
+
+#[test]
+fn what_is_no_command_is_refused_and_a_second_start_too() {
+    let mut desk = exchanging(KINDS[0], FLOATS, 900.0);
+    assert_eq!(adjust(&mut desk, 0), Ok(()));
+    assert_eq!(state(&mut desk), 0, "0 does nothing");
+    assert_eq!([2, 3, 255].map(|value| adjust(&mut desk, value)), [Err(2); 3]);
+    adjust(&mut desk, 1).unwrap();
+    assert_eq!(adjust(&mut desk, 1), Err(201));
+    adjust(&mut desk, 0).unwrap();
+    assert_eq!(state(&mut desk), 1, "0 stops nothing");
+}
+
+#[test]
+fn it_needs_executing_and_a_pirani() {
+    let mut desk = desk(KINDS[1]);
+    assert_eq!(adjust(&mut desk, 1), Err(202), "IDLE");
+    let mut desk = exchanging(KINDS[1], FLOATS, 900.0);
+    desk.fault("sensor1", true);
+    assert_eq!(adjust(&mut desk, 1), Err(202));
+}
+
+#[test]
+fn an_adjustment_that_is_broken_off_changes_nothing() {
+    let break_off: [(&str, fn(&mut Desk<Gauge>)); 4] = [
+        ("stop", |desk| desk.command(5).unwrap()),
+        ("fault", |desk| desk.fault("electronics1", true)),
+        ("reset", |desk| desk.command(1).unwrap()),
+        ("power", restart),
+    ];
+    for (what, break_off) in break_off {
+        let mut desk = exchanging(KINDS[0], FLOATS, 900.0);
+        adjust(&mut desk, 1).unwrap();
+        break_off(&mut desk);
+        assert_eq!(state(&mut desk), 0, "{what}");
+        desk.fault("electronics1", false);
+        desk.device().settle();
+        let _ = desk.command(4);
+        desk.device().advance(60.0);
+        desk.pressure_mbar(900.0);
+        assert!(close(float(&mut desk, 1, 19), 900.0), "{what}");
+    }
+}
+
+#[test]
+fn a_pirani_that_reads_nothing_stays_as_it_is() {
+    let mut desk = exchanging(KINDS[0], FLOATS, 0.0);
+    adjust(&mut desk, 1).unwrap();
+    desk.device().advance(10.0);
+    assert_eq!(state(&mut desk), 0);
+    desk.pressure_mbar(900.0);
+    assert!(close(float(&mut desk, 1, 19), 900.0));
+}

@@ -1,0 +1,79 @@
+//! The BPG400-SP and the HPG400-SP after tira36e1, each behaviour in its own file. Numbers in brackets are those of
+//! errata-bpg-bcg-tpg.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
+
+mod adjust;
+mod cathode;
+mod channel;
+mod exceptions;
+mod exchange;
+mod limits;
+mod memory;
+mod property;
+mod rows;
+mod safe;
+mod set_points;
+mod states;
+#[path = "../support/mod.rs"]
+mod support;
+mod switchover;
+
+use profivac_devices::profile::Setup;
+use profivac_devices::store::RamStore;
+use profivac_devices::xpg400::{Kind, Xpg400};
+use profivac_devices::{Action, Instrument, Unknown};
+use support::{Desk, hex};
+
+type Gauge = Xpg400<RamStore>;
+
+const KINDS: [Kind; 2] = [Kind::Bpg, Kind::Hpg];
+
+/// As bought, with the address switch at 5.
+fn gauge(kind: Kind) -> Gauge {
+    Gauge::new(RamStore::default(), kind, Setup::new(5))
+}
+
+/// Behind a slave, settled.
+fn desk(kind: Kind) -> Desk<Gauge> {
+    Desk::new(gauge(kind))
+}
+
+/// mbar, and floats with nothing to send.
+const MBAR: &str = "00 00 00 05 1C";
+const FLOATS: &str = "44 86 05 05 05 08";
+
+/// In cyclic exchange at this pressure, and so in EXECUTING.
+fn exchanging(kind: Kind, cfg: &str, mbar: f64) -> Desk<Gauge> {
+    let mut desk = desk(kind);
+    desk.pressure_mbar(mbar);
+    desk.bring_up(&hex(MBAR), &hex(cfg));
+    desk
+}
+
+/// Switches power off and on again, and lets the gauge start.
+fn restart(desk: &mut Desk<Gauge>) {
+    desk.device().power(false);
+    desk.device().power(true);
+    desk.slave.power_up(5);
+    desk.device().settle();
+}
+
+/// What slot 1 has for an instance.
+fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
+    desk.put(1, 46, &[instance]).unwrap();
+    desk.get(1, index)
+}
+
+fn float_of(octets: &[u8]) -> f32 {
+    f32::from_be_bytes(octets.try_into().unwrap())
+}
+
+/// A float at slot 1 for an instance.
+fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
+    float_of(&of_instance(desk, instance, index))
+}
+
+fn switch(desk: &mut Desk<Gauge>, name: &str, value: &str) -> Result<(), Unknown> {
+    desk.device().operate(Action::Switch { name, value })
+}

@@ -1,0 +1,163 @@
+//! Identity, station address and nonvolatile memory. tira36e1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
+
+use crate::support::{Desk, hex};
+use crate::{Gauge, KINDS, desk, gauge, of_instance, restart};
+use profivac_devices::profile::{Serial, Setup};
+use profivac_devices::store::{Key, RamStore, Store, StoreError};
+use profivac_devices::xpg400::{Kind, Xpg400};
+use profivac_devices::{Action, Instrument};
+use profivac_dp::slave::{Device, Refusal, Relation};
+use profivac_wire::address::SetSlaveAdd;
+
+#[test]
+fn the_identity_is_that_of_the_manual() {
+    for (kind, number, title) in
+        [(Kind::Bpg, "353-505             ", "BPG400-SP"), (Kind::Hpg, "353-525             ", "HPG400-SP")]
+    {
+        let setup = Setup { serial: Serial::new("4711"), ..Setup::new(5) };
+        let mut desk = Desk::new(Gauge::new(RamStore::default(), kind, setup));
+        for (index, text) in [
+            (17, "CG      "),
+            (18, "E54-0997 "),
+            (19, "INFICON AG          "),
+            (20, number),
+            (21, "1.01    "),
+            (22, "1.0     "),
+            (23, "4711                          "),
+            (24, format!("{title:<50}").as_str()),
+        ] {
+            assert_eq!(String::from_utf8(desk.get(0, index)).unwrap(), text, "{index}");
+        }
+        // (31)
+        assert_eq!(desk.get(0, 16), hex("00 01 00 00"));
+        assert_eq!(desk.get(1, 16), hex("00 03 00 00"));
+        for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00")] {
+            assert_eq!(of_instance(&mut desk, instance, 101), hex(block_type));
+        }
+    }
+}
+
+/// (73)
+#[test]
+fn a_new_gauge_has_the_values_of_the_factory() {
+    for kind in KINDS {
+        let mut desk = desk(kind);
+        assert_eq!(desk.get(1, 46), [1]);
+        for (instance, index, octets) in
+            [(1, 21, "08"), (1, 22, "05 1C"), (1, 39, "00"), (2, 39, "00"), (2, 40, "00 00 00 00"), (1, 140, "00")]
+        {
+            assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+        }
+    }
+}
+
+#[test]
+fn the_selector_outlives_the_power() {
+    let mut desk = desk(Kind::Hpg);
+    desk.put(1, 46, &[4]).unwrap();
+    restart(&mut desk);
+    assert_eq!(desk.get(1, 46), [4]);
+}
+
+const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
+    SetSlaveAdd { address, ident: 0x06A8, no_add_chg, rem_slave_data: &[] }
+}
+
+/// 1.2, (8): 00 to 7D are an address, above holds what Set_Slave_Add has stored.
+#[test]
+fn the_address_comes_from_the_switch_or_from_memory() {
+    for switch in [0, 5, 125] {
+        let mut gauge = Gauge::new(RamStore::default(), Kind::Hpg, Setup::new(switch));
+        assert_eq!((gauge.station_address(), gauge.address_is_settable()), (switch, false));
+        assert_eq!(gauge.set_address(&request(7, 0)), None);
+    }
+    for switch in [126, 127, 255] {
+        let mut gauge = Gauge::new(RamStore::default(), Kind::Hpg, Setup::new(switch));
+        assert_eq!((gauge.station_address(), gauge.address_is_settable()), (126, true));
+        assert_eq!(gauge.set_address(&request(9, 0)), Some(9));
+        gauge.power(false);
+        gauge.power(true);
+        assert_eq!(gauge.station_address(), 9);
+    }
+    let mut gauge = gauge(Kind::Bpg);
+    gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
+    assert_eq!(gauge.station_address(), 5, "it is read at power-up");
+    gauge.power(false);
+    gauge.power(true);
+    assert_eq!(gauge.station_address(), 17);
+    assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
+}
+
+/// A store that counts, and that may take nothing.
+#[derive(Clone, Default)]
+struct Worn {
+    store: RamStore,
+    broken: bool,
+    saved: usize,
+}
+
+impl Store for Worn {
+    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
+        self.store.load(key, octets)
+    }
+
+    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+        self.saved += 1;
+        if self.broken { Err(StoreError) } else { self.store.save(key, octets) }
+    }
+}
+
+/// One value in one place, so that a power cut leaves the old or the new one; nothing for what is there already.
+#[test]
+fn a_write_is_stored_once() {
+    let mut gauge = Xpg400::new(Worn::default(), Kind::Bpg, Setup::new(200));
+    gauge.settle();
+    let mut saved = |index, value| {
+        let before = gauge.store().saved;
+        gauge.write(Relation::Ms2(0), 1, index, &hex(value)).unwrap();
+        gauge.store().saved - before
+    };
+    for (index, value) in [(22, "05 15"), (21, "03"), (39, "02"), (40, "00 07"), (46, "02")] {
+        assert_eq!((saved(index, value), saved(index, value)), (1, 0), "{index}");
+    }
+}
+
+/// A positive answer means stored, a failed save changes nothing.
+#[test]
+fn what_cannot_be_stored_is_refused_and_does_not_change() {
+    let mut gauge = Xpg400::new(Worn { broken: true, ..Worn::default() }, Kind::Hpg, Setup::new(200));
+    gauge.settle();
+    let read = |gauge: &mut Xpg400<Worn>, index| {
+        let mut record = [0; 240];
+        let length = gauge.read(Relation::Ms2(0), 1, index, &mut record).unwrap();
+        record[..length].to_vec()
+    };
+    for (index, value) in [(46, "03"), (39, "01"), (40, "3F 80 00 00"), (21, "03"), (22, "05 15")] {
+        let before = read(&mut gauge, index);
+        let result = gauge.write(Relation::Ms2(0), 1, index, &hex(value));
+        assert_eq!(result, Err(Refusal { code_1: 0xA1, code_2: 18 }), "{index}");
+        assert_eq!(read(&mut gauge, index), before, "{index}");
+    }
+    // What is volatile goes on.
+    assert_eq!(gauge.write(Relation::Ms2(0), 0, 15, &[4]), Ok(()));
+}
+
+#[test]
+fn what_is_stored_and_cannot_be_is_passed_over() {
+    let mut store = RamStore::<96>::default();
+    for (instance, index, octets) in
+        [(0, 46, "05"), (1, 39, "04"), (2, 40, "7F F8 00 00 00 00 00 00"), (0, 22, "13 08"), (0, 21, "05")]
+    {
+        store.save(Key::Parameter { slot: 1, instance, index }, &hex(octets)).unwrap();
+    }
+    store.save(Key::Hidden(0), &hex("7F F0 00 00 00 00 00 00")).unwrap();
+    let mut desk = Desk::new(Gauge::new(store, Kind::Bpg, Setup::new(5)));
+    desk.pressure_mbar(1.0);
+    desk.command(4).unwrap();
+    assert_eq!(desk.get(1, 46), [1]);
+    for (instance, index, octets) in
+        [(1, 39, "00"), (2, 40, "00 00 00 00"), (1, 22, "05 1C"), (1, 21, "08"), (1, 19, "3F 80 00 00")]
+    {
+        assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+    }
+}

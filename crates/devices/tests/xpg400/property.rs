@@ -1,0 +1,89 @@
+//! Whatever masters, people and power do: the gauge is in a named state, its copies are equal, nothing stored is lost.
+
+use crate::exceptions::copies_are_equal;
+use crate::support::Desk;
+use crate::support::random::Random;
+use crate::support::walk::{Particular, Walk};
+use crate::{Gauge, KINDS, desk, of_instance};
+use profivac_devices::Action;
+use profivac_devices::xpg400::Kind;
+
+fn pot(random: &mut Random) -> Action<'static> {
+    Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 }
+}
+
+fn bpg_action(random: &mut Random) -> Action<'static> {
+    match random.below(2) {
+        0 => pot(random),
+        _ => Action::Switch { name: "degas", value: random.one_of(&["on", "off"]) },
+    }
+}
+
+fn hpg_action(random: &mut Random) -> Action<'static> {
+    match random.below(2) {
+        0 => pot(random),
+        _ => Action::Switch {
+            name: random.one_of(&["low-high", "cal-adj"]),
+            value: random.one_of(&["0", "2", "5", "7", "8", "9"]),
+        },
+    }
+}
+
+fn walk(kind: Kind, seed: u64) -> Walk<Gauge> {
+    let particular = Particular {
+        model: &kind.version().model,
+        commands: &[1, 2, 3, 3, 4, 4, 4, 5, 6],
+        fits: |_, _| true,
+        action: match kind {
+            Kind::Bpg => bpg_action,
+            Kind::Hpg => hpg_action,
+        },
+        moving: &[],
+        check,
+    };
+    Walk::new(desk(kind), particular, seed)
+}
+
+fn check(desk: &mut Desk<Gauge>) {
+    copies_are_equal(desk);
+    let report = desk.report();
+    for (relay, instance) in report.relays.iter().zip([3, 4]) {
+        assert_eq!(of_instance(desk, instance, 20), [if *relay { 0x0A } else { 0 }]);
+    }
+    for indicated in report.indicated.iter() {
+        assert_eq!(of_instance(desk, indicated.instance, 23), [u8::from(indicated.valid)]);
+    }
+    let emission = report.emission.iter().eq([&true]);
+    assert_eq!(of_instance(desk, 2, 105)[0] != 0, emission);
+    // Without emission nothing but the Pirani measures (80).
+    assert!(emission || report.active_instance == 1, "{report:?}");
+    // An adjustment runs in EXECUTING only (103).
+    assert!(of_instance(desk, 1, 140) == [0] || report.device_state == "EXECUTING", "{report:?}");
+}
+
+fn a_million_steps(kind: Kind, seed: u64) {
+    let mut walk = walk(kind, seed);
+    walk.steps(1_000_000);
+    let seen = &walk.seen;
+    assert_eq!(seen.states.len(), 7, "{:?}", seen.states);
+    assert_eq!(seen.active.len(), 2, "{:?}", seen.active);
+    assert_eq!(seen.degas, kind == Kind::Bpg);
+    assert!(seen.relays == [true; 2] && seen.units > 100, "{} units", seen.units);
+}
+
+#[test]
+fn a_million_steps_of_a_bpg400() {
+    a_million_steps(Kind::Bpg, 4001);
+}
+
+#[test]
+fn a_million_steps_of_an_hpg400() {
+    a_million_steps(Kind::Hpg, 4002);
+}
+
+#[test]
+fn any_octets_as_parameters_or_outputs_are_survived() {
+    for kind in KINDS {
+        walk(kind, 54).any_octets(50_000);
+    }
+}

@@ -1,0 +1,150 @@
+//! The device state machine. tira36e1 3.1.2, (84) to (92).
+
+use crate::support::{Desk, hex};
+use crate::{FLOATS, Gauge, KINDS, MBAR, desk, exchanging, of_instance};
+use profivac_devices::Instrument;
+use profivac_devices::xpg400::Kind;
+
+const UNDEFINED: u8 = 0;
+const SELF_TESTING: u8 = 1;
+const IDLE: u8 = 2;
+const SELF_TEST_EXCEPTION: u8 = 3;
+const EXECUTING: u8 = 4;
+const ABORT: u8 = 5;
+const CRITICAL_FAULT: u8 = 6;
+
+const RESET: u8 = 1;
+const RECOVER: u8 = 3;
+const EXECUTE: u8 = 4;
+const STOP: u8 = 5;
+const DIAGNOSTIC: u8 = 6;
+
+/// A gauge in the state, and nobody exchanging.
+fn in_state(kind: Kind, state: u8) -> Desk<Gauge> {
+    let mut desk = desk(kind);
+    let (fault, command) = match state {
+        UNDEFINED => ("", RESET),
+        SELF_TESTING => ("", DIAGNOSTIC),
+        SELF_TEST_EXCEPTION => ("ram", DIAGNOSTIC),
+        EXECUTING => ("", EXECUTE),
+        ABORT => ("", 2),
+        CRITICAL_FAULT => ("eprom", RESET),
+        _ => ("", 0),
+    };
+    if fault.is_empty() {
+        desk.command(command).unwrap();
+    } else {
+        desk.fault(fault, true);
+        desk.command(command).unwrap();
+        desk.device().settle();
+    }
+    assert_eq!(desk.state(), state);
+    desk
+}
+
+/// (89): what each command does in each state; a number is the code of the refusal.
+#[test]
+fn every_command_in_every_state() {
+    let to = |state: u8| Ok(state);
+    let table = [
+        (UNDEFINED, [Err(201), Err(202), Err(202), Err(202), Err(202), Err(202)]),
+        (SELF_TESTING, [to(UNDEFINED), Err(202), Err(202), Err(202), Err(202), Err(201)]),
+        (IDLE, [to(UNDEFINED), to(ABORT), Err(201), to(EXECUTING), Err(201), to(SELF_TESTING)]),
+        (SELF_TEST_EXCEPTION, [to(UNDEFINED), Err(202), Err(202), Err(202), Err(202), to(SELF_TESTING)]),
+        (EXECUTING, [to(UNDEFINED), to(ABORT), Err(202), Err(201), to(IDLE), to(SELF_TESTING)]),
+        (ABORT, [to(UNDEFINED), Err(201), to(IDLE), Err(202), Err(202), Err(202)]),
+        (CRITICAL_FAULT, [to(UNDEFINED), Err(202), Err(202), Err(202), Err(202), Err(202)]),
+    ];
+    for (kind, (state, results)) in KINDS.into_iter().flat_map(|kind| table.map(|row| (kind, row))) {
+        for (command, result) in (1..).zip(results) {
+            let mut desk = in_state(kind, state);
+            assert_eq!(desk.command(command), result.map(|_| ()), "command {command} in state {state}");
+            assert_eq!(desk.state(), result.unwrap_or(state), "after command {command} in state {state}");
+            // Inactive is always accepted, what is no command never; a command that was carried out is not read back.
+            let after = desk.state();
+            assert_eq!(desk.command(0), Ok(()));
+            assert_eq!(desk.command(7), Err(2));
+            assert_eq!((desk.state(), desk.get(0, 15)), (after, vec![0]));
+        }
+    }
+}
+
+#[test]
+fn a_self_test_ends_in_idle_or_in_exception() {
+    for fault in ["eeprom", "ram", "comm", "sensor1", "sensor2", "electronics1", "electronics2"] {
+        let mut desk = in_state(Kind::Hpg, EXECUTING);
+        desk.fault(fault, true);
+        assert_eq!(desk.state(), EXECUTING, "{fault} is found by a test only");
+        desk.command(DIAGNOSTIC).unwrap();
+        desk.device().settle();
+        assert_eq!(desk.state(), SELF_TEST_EXCEPTION, "{fault}");
+        desk.fault(fault, false);
+        desk.command(DIAGNOSTIC).unwrap();
+        desk.device().settle();
+        // Not back in EXECUTING (88).
+        assert_eq!(desk.state(), IDLE, "{fault} gone and tested");
+    }
+    // A warning is no fault.
+    let mut desk = in_state(Kind::Bpg, IDLE);
+    desk.fault("pirani-adjust", true);
+    desk.command(DIAGNOSTIC).unwrap();
+    desk.device().settle();
+    assert_eq!(desk.state(), IDLE);
+}
+
+#[test]
+fn only_reset_leads_out_of_a_critical_fault() {
+    let mut desk = in_state(Kind::Bpg, CRITICAL_FAULT);
+    desk.fault("eprom", false);
+    assert_eq!(desk.state(), CRITICAL_FAULT, "nothing happens by itself");
+    desk.command(RESET).unwrap();
+    desk.device().settle();
+    assert_eq!(desk.state(), IDLE);
+}
+
+/// (90)
+#[test]
+fn the_exchange_forces_executing_once_and_its_end_leads_to_idle() {
+    let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-3);
+    assert_eq!(desk.state(), EXECUTING);
+    desk.command(STOP).unwrap();
+    desk.exchange(&[]);
+    assert_eq!(desk.state(), IDLE, "a Stop during the exchange is obeyed");
+    desk.command(EXECUTE).unwrap();
+    desk.unlock();
+    assert_eq!(desk.state(), IDLE);
+    desk.bring_up(&hex(MBAR), &hex(FLOATS));
+    assert_eq!(desk.state(), EXECUTING, "a new start of the exchange");
+}
+
+#[test]
+fn exchange_acts_from_idle_only() {
+    for state in [SELF_TEST_EXCEPTION, ABORT, CRITICAL_FAULT] {
+        let mut desk = in_state(Kind::Bpg, state);
+        desk.pressure_mbar(1e-3);
+        desk.bring_up(&hex(MBAR), &hex(FLOATS));
+        assert_eq!(desk.state(), state);
+        // Safe State Zero.
+        assert_eq!(desk.exchange(&[])[3..], [0; 4]);
+    }
+    let mut desk = in_state(Kind::Bpg, ABORT);
+    desk.bring_up(&hex(MBAR), &hex(FLOATS));
+    desk.command(RECOVER).unwrap();
+    assert_eq!(desk.state(), IDLE, "the start of the exchange is over");
+}
+
+/// (92)
+#[test]
+fn reset_during_the_exchange_rests_in_idle_and_keeps_what_is_nonvolatile() {
+    let mut desk = exchanging(Kind::Bpg, FLOATS, 1e-3);
+    desk.put(1, 46, &[2]).unwrap();
+    desk.put(1, 39, &[1]).unwrap();
+    desk.put(1, 105, &[0]).unwrap();
+    desk.command(RESET).unwrap();
+    assert!(desk.is_exchanging());
+    desk.device().settle();
+    assert_eq!(desk.state(), IDLE);
+    assert_eq!((desk.get(1, 46), desk.get(1, 39)), (vec![2], vec![1]));
+    desk.command(EXECUTE).unwrap();
+    assert_eq!(of_instance(&mut desk, 2, 105), [1], "the emission is automatic again");
+}

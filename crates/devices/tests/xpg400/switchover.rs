@@ -1,0 +1,116 @@
+//! The switches on the side of the HPG400-SP. tira36e1 3.1.1.13, 3.1.1.14, 3.2.1.4, (38), (66), (77), (82).
+
+use crate::support::hex;
+use crate::{FLOATS, desk, exchanging, float_of, of_instance, restart, switch};
+use profivac_devices::xpg400::Kind;
+
+/// 3.1.1.13: the position, mbar and COUNTS as the errata have them.
+const POSITIONS: [(&str, f64, u16); 10] = [
+    ("0", 1.0, 28333),
+    ("1", 1.0, 28333),
+    ("2", 0.5, 28132),
+    ("3", 0.5, 28132),
+    ("4", 0.2, 27867),
+    ("5", 0.2, 27867),
+    ("6", 0.1, 27666),
+    ("7", 0.1, 27666),
+    ("8", 0.05, 27465),
+    ("9", 0.05, 27465),
+];
+
+#[test]
+fn the_switchover_is_read_in_unit_and_type_of_the_device() {
+    let mut desk = desk(Kind::Hpg);
+    for (position, mbar, counts) in POSITIONS {
+        switch(&mut desk, "low-high", position).unwrap();
+        for (number, unit, factor) in [(8, "05 1C", 1.0), (8, "05 15", 0.75006168), (8, "05 1D", 100.0)] {
+            desk.put(1, 21, &[number]).unwrap();
+            desk.put(1, 22, &hex(unit)).unwrap();
+            let value = f64::from(float_of(&desk.get(0, 202)));
+            assert!((value / (mbar * factor) - 1.0).abs() < 1e-6, "position {position}: {value}");
+        }
+        desk.put(1, 21, &[3]).unwrap();
+        // 0 where the threshold is less than one unit (38).
+        desk.put(1, 22, &hex("05 1C")).unwrap();
+        assert_eq!(desk.get(0, 202), (mbar.trunc() as u16).to_be_bytes(), "position {position}");
+        desk.put(1, 22, &hex("03 E9")).unwrap();
+        assert_eq!(desk.get(0, 202), counts.to_be_bytes(), "position {position}");
+    }
+}
+
+#[test]
+fn the_hpg_switches_over_there() {
+    let mut desk = exchanging(Kind::Hpg, FLOATS, 1000.0);
+    for (position, mbar, _) in POSITIONS {
+        switch(&mut desk, "low-high", position).unwrap();
+        for (factor, active) in [(2.0, 1), (1.0, 1), (0.99, 2), (0.1, 2), (1.01, 1)] {
+            desk.pressure_mbar(mbar * factor);
+            assert_eq!(desk.get(1, 47), [active], "position {position}, {factor} x {mbar} mbar");
+            assert_eq!(desk.exchange(&[])[..3], [0x80, 0, active], "position {position}, {factor} x {mbar} mbar");
+        }
+    }
+}
+
+/// (82): the emission goes on there too.
+#[test]
+fn the_emission_follows_the_switch() {
+    let mut desk = exchanging(Kind::Hpg, FLOATS, 0.3);
+    for (position, emission) in [("0", 1), ("9", 0), ("4", 0), ("2", 1)] {
+        switch(&mut desk, "low-high", position).unwrap();
+        assert_eq!(of_instance(&mut desk, 2, 105), [emission], "position {position}");
+    }
+}
+
+#[test]
+fn cal_adj_reads_as_its_marking() {
+    let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-3);
+    assert_eq!(desk.get(0, 203), [0]);
+    let inputs = desk.exchange(&[]);
+    for position in 0..=9u8 {
+        switch(&mut desk, "cal-adj", &position.to_string()).unwrap();
+        assert_eq!(desk.get(0, 203), [position]);
+        assert_eq!(desk.exchange(&[]), inputs, "an ideal gauge needs no adjustment");
+    }
+}
+
+/// Switches stay where they are when power goes.
+#[test]
+fn switches_are_no_memory() {
+    let mut desk = desk(Kind::Hpg);
+    switch(&mut desk, "low-high", "6").unwrap();
+    switch(&mut desk, "cal-adj", "7").unwrap();
+    restart(&mut desk);
+    assert_eq!((float_of(&desk.get(0, 202)), desk.get(0, 203)), (0.1, vec![7]));
+}
+
+#[test]
+fn what_a_switch_has_not_is_refused() {
+    let mut desk = desk(Kind::Hpg);
+    for name in ["low-high", "cal-adj"] {
+        for value in ["10", "-1", "", "LOW", "255", "256"] {
+            assert_eq!(switch(&mut desk, name, value).unwrap_err().expected, ["0 ... 9"], "{name} {value}");
+        }
+    }
+    assert_eq!((float_of(&desk.get(0, 202)), desk.get(0, 203)), (1.0, vec![0]));
+    let mut desk = crate::desk(Kind::Bpg);
+    assert_eq!(switch(&mut desk, "low-high", "1").unwrap_err().expected, ["address", "degas"]);
+}
+
+/// The BPG400-SP has its switchover at 5.5e-3 mbar, and the Pirani has it (77).
+#[test]
+fn the_pirani_decides() {
+    let mut desk = exchanging(Kind::Bpg, FLOATS, 1e-3);
+    for (pirani, ion, active, value) in [
+        (5.4e-3, 6e-3, 2, 6e-3f32),
+        (5.5e-3, 5e-3, 1, 5.5e-3),
+        (6e-3, 5e-3, 1, 6e-3),
+        // Emission off: nothing else measures.
+        (1e-1, 1e-8, 1, 1e-1),
+    ] {
+        profivac_devices::Instrument::sense(desk.device(), 0, pirani * 100.0);
+        profivac_devices::Instrument::sense(desk.device(), 1, ion * 100.0);
+        let du = desk.exchange(&[]);
+        assert_eq!(du[2], active, "{pirani} and {ion} mbar");
+        assert!((float_of(&du[3..]) / value - 1.0).abs() < 1e-6, "{pirani} and {ion} mbar");
+    }
+}
