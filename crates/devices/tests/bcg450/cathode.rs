@@ -58,6 +58,18 @@ fn switched_off_by_hand_the_automatic_waits_for_a_high_pressure() {
     assert_eq!(status(&mut desk), LOW, "and by hand on again");
 }
 
+/// (102): the mode that is there already is accepted, and does nothing.
+#[test]
+fn automatic_mode_once_more_does_not_undo_what_a_hand_did() {
+    let mut desk = exchanging(COMMANDS, 1e-4);
+    command(&mut desk, 3, 0).unwrap();
+    command(&mut desk, 128, 1).unwrap();
+    assert_eq!(status(&mut desk), OFF, "automatic mode again");
+    command(&mut desk, 128, 0).unwrap();
+    command(&mut desk, 128, 1).unwrap();
+    assert_eq!(status(&mut desk), LOW, "automatic mode anew");
+}
+
 /// 128: manual mode. Above 3.2e-2 mbar the emission goes off and stays off.
 #[test]
 fn in_manual_mode_the_emission_never_comes_by_itself() {
