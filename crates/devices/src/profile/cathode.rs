@@ -51,7 +51,7 @@ pub struct Conditions {
     pub able: bool,
     /// What the controlling part reads, in Pa.
     pub control_pa: f64,
-    /// What the gauge indicates, in Pa.
+    /// What the gauge reads, in Pa.
     pub gauge_pa: f64,
 }
 

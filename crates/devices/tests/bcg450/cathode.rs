@@ -193,6 +193,22 @@ fn degas_needs_emission_and_executing() {
     assert_eq!(command(&mut desk, 1, 2), Err(2));
 }
 
+/// (96): the warning is about the pressure, and without emission the Pirani does not see one that is too high.
+#[test]
+fn a_degas_refused_for_want_of_emission_does_not_blame_the_pressure() {
+    let mut desk = exchanging(COMMANDS, 1e-7);
+    command(&mut desk, 128, 0).unwrap();
+    command(&mut desk, 3, 0).unwrap();
+    for (mbar, warning) in [(1e-7, 0), (1e-2, 8), (1e-7, 0)] {
+        desk.pressure_mbar(mbar);
+        assert_eq!(command(&mut desk, 1, 1), Err(202), "{mbar} mbar");
+        assert_eq!(of_instance(&mut desk, 2, 104), [0, warning], "{mbar} mbar");
+    }
+    desk.command(5).unwrap();
+    assert_eq!(command(&mut desk, 1, 1), Err(202));
+    assert_eq!(of_instance(&mut desk, 2, 104), [0, 0], "outside EXECUTING");
+}
+
 /// Appendix C, pin 7
 #[test]
 fn the_degas_input_is_a_command_too() {
