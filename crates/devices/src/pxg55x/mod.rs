@@ -16,7 +16,7 @@ mod ttr;
 use crate::model::{Refusal, mbar};
 use crate::profile::{
     BlockDevice, Common, Condition, Details, ExceptionStatus, Health, Machine, MeasuringPart, Presentation, Serial,
-    Setup, StatusExtension, exception_status,
+    Setup, State, StatusExtension, exception_status,
 };
 use crate::store::Store;
 use adjust::Kept;
@@ -157,7 +157,12 @@ impl Gauge {
         const FACTORY_RESET: u8 = 128;
         const RESET_ALL: u8 = 129;
         const RESET: u8 = 1;
-        self.machine.command(if matches!(number, FACTORY_RESET | RESET_ALL) { RESET } else { number })?;
+        let like_reset = matches!(number, FACTORY_RESET | RESET_ALL);
+        if like_reset && self.machine.state() == State::CriticalFault {
+            // Only Reset itself acts there (22).
+            return Err(Refusal::Conflict);
+        }
+        self.machine.command(if like_reset { RESET } else { number })?;
         if number == FACTORY_RESET {
             self.factory_reset();
         }
