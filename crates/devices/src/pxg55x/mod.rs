@@ -271,9 +271,15 @@ impl Gauge {
         self.process_value_pa(self.active())
     }
 
-    /// OneOfN Status Extension: that of the active instance.
+    /// OneOfN Status Extension: that of the active instance, and invalid with any error that puts a safe value into the
+    /// telegrams, also with one that leaves Reading Valid alone (13.1.1, 88).
     fn one_of_n(&self) -> StatusExtension {
-        self.status_extension(self.active())
+        let active = self.active();
+        let mut extension = self.status_extension(active);
+        if active.is_safe(&self.condition(active)) {
+            extension |= StatusExtension::INVALID;
+        }
+        extension
     }
 
     /// Everything that follows at once: adjustments, readings, active instance, trip points, last valid values.
