@@ -103,6 +103,12 @@ impl Gauge {
         self.part(self.active).unwrap_or(&self.pirani)
     }
 
+    /// What the gauge reads, in Pa. It is not clipped: a Pirani far below its range sees no pressure too high for degas.
+    fn reading_pa(&self) -> f64 {
+        let active = self.active();
+        active.reading_pa.unwrap_or(active.facts.limits.over_pa)
+    }
+
     /// Instances 5 and 6.
     fn relay(&self, instance: u8) -> Option<&Relay> {
         self.relays.get(usize::from(instance).checked_sub(5)?)
@@ -164,7 +170,7 @@ impl Gauge {
     /// Sensor Warning. Only the Pirani has an Electronics Warning, which means badly adjusted (105).
     fn sensor_warning(&self, instance: u8) -> [u8; 2] {
         let electronics = instance == 1 && self.faults.pirani_adjust;
-        let degas = instance == 2 && self.cathode.is_too_high_for_degas(self.active().indicated_pa());
+        let degas = instance == 2 && self.cathode.is_too_high_for_degas(self.reading_pa());
         [0, u8::from(electronics) << 1 | u8::from(degas) << 3]
     }
 
@@ -189,7 +195,7 @@ impl Gauge {
         Conditions {
             able: self.machine.is_executing() && !self.pirani.failed && !self.ba.failed,
             control_pa: self.pirani.sensor.indicated_pa(),
-            gauge_pa: self.active().indicated_pa(),
+            gauge_pa: self.reading_pa(),
         }
     }
 
@@ -200,7 +206,7 @@ impl Gauge {
         self.cdg.failed = self.faults.sensor_3 || self.faults.electronics_3;
         self.cathode.switch(&self.conditions());
         self.measure();
-        self.cathode.forget_refused_degas(self.active().indicated_pa());
+        self.cathode.forget_refused_degas(self.reading_pa());
         self.follow_relays();
         self.judge();
         let condition = self.condition;

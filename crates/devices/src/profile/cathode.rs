@@ -51,7 +51,7 @@ pub struct Conditions {
     pub able: bool,
     /// What the controlling part reads, in Pa.
     pub control_pa: f64,
-    /// What the gauge indicates, in Pa.
+    /// What the gauge reads, in Pa.
     pub gauge_pa: f64,
 }
 
@@ -199,9 +199,9 @@ impl Cathode {
         Ok(())
     }
 
-    /// Automatic or manual mode.
+    /// Automatic or manual mode; the mode that is there already changes nothing (102).
     pub const fn set_automatic(&mut self, automatic: bool) {
+        self.held_off &= self.automatic == automatic;
         self.automatic = automatic;
-        self.held_off = false;
     }
 }

@@ -16,7 +16,7 @@ mod ttr;
 use crate::model::{Refusal, mbar};
 use crate::profile::{
     BlockDevice, Common, Condition, Details, ExceptionStatus, Health, Machine, MeasuringPart, Presentation, Serial,
-    Setup, StatusExtension, exception_status,
+    Setup, State, StatusExtension, exception_status,
 };
 use crate::store::Store;
 use adjust::Kept;
@@ -157,7 +157,12 @@ impl Gauge {
         const FACTORY_RESET: u8 = 128;
         const RESET_ALL: u8 = 129;
         const RESET: u8 = 1;
-        self.machine.command(if matches!(number, FACTORY_RESET | RESET_ALL) { RESET } else { number })?;
+        let like_reset = matches!(number, FACTORY_RESET | RESET_ALL);
+        if like_reset && self.machine.state() == State::CriticalFault {
+            // Only Reset itself acts there (22).
+            return Err(Refusal::Conflict);
+        }
+        self.machine.command(if like_reset { RESET } else { number })?;
         if number == FACTORY_RESET {
             self.factory_reset();
         }
@@ -266,9 +271,15 @@ impl Gauge {
         self.process_value_pa(self.active())
     }
 
-    /// OneOfN Status Extension: that of the active instance.
+    /// OneOfN Status Extension: that of the active instance, and invalid with any error that puts a safe value into the
+    /// telegrams, also with one that leaves Reading Valid alone (13.1.1, 88).
     fn one_of_n(&self) -> StatusExtension {
-        self.status_extension(self.active())
+        let active = self.active();
+        let mut extension = self.status_extension(active);
+        if active.is_safe(&self.condition(active)) {
+            extension |= StatusExtension::INVALID;
+        }
+        extension
     }
 
     /// Everything that follows at once: adjustments, readings, active instance, trip points, last valid values.

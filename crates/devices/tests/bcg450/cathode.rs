@@ -58,6 +58,18 @@ fn switched_off_by_hand_the_automatic_waits_for_a_high_pressure() {
     assert_eq!(status(&mut desk), LOW, "and by hand on again");
 }
 
+/// (102): the mode that is there already is accepted, and does nothing.
+#[test]
+fn automatic_mode_once_more_does_not_undo_what_a_hand_did() {
+    let mut desk = exchanging(COMMANDS, 1e-4);
+    command(&mut desk, 3, 0).unwrap();
+    command(&mut desk, 128, 1).unwrap();
+    assert_eq!(status(&mut desk), OFF, "automatic mode again");
+    command(&mut desk, 128, 0).unwrap();
+    command(&mut desk, 128, 1).unwrap();
+    assert_eq!(status(&mut desk), LOW, "automatic mode anew");
+}
+
 /// 128: manual mode. Above 3.2e-2 mbar the emission goes off and stays off.
 #[test]
 fn in_manual_mode_the_emission_never_comes_by_itself() {
@@ -179,6 +191,22 @@ fn degas_needs_emission_and_executing() {
     assert_eq!(command(&mut desk, 1, 1), Err(202));
     assert_eq!(command(&mut desk, 1, 0), Ok(()));
     assert_eq!(command(&mut desk, 1, 2), Err(2));
+}
+
+/// (96): the warning is about the pressure, and without emission the Pirani does not see one that is too high.
+#[test]
+fn a_degas_refused_for_want_of_emission_does_not_blame_the_pressure() {
+    let mut desk = exchanging(COMMANDS, 1e-7);
+    command(&mut desk, 128, 0).unwrap();
+    command(&mut desk, 3, 0).unwrap();
+    for (mbar, warning) in [(1e-7, 0), (1e-2, 8), (1e-7, 0)] {
+        desk.pressure_mbar(mbar);
+        assert_eq!(command(&mut desk, 1, 1), Err(202), "{mbar} mbar");
+        assert_eq!(of_instance(&mut desk, 2, 104), [0, warning], "{mbar} mbar");
+    }
+    desk.command(5).unwrap();
+    assert_eq!(command(&mut desk, 1, 1), Err(202));
+    assert_eq!(of_instance(&mut desk, 2, 104), [0, 0], "outside EXECUTING");
 }
 
 /// Appendix C, pin 7

@@ -8,9 +8,10 @@ use profivac_devices::pxg55x::Kind;
 type Row = (&'static str, u8, &'static str, &'static str);
 
 const COMMON: [Row; 4] = [
-    ("eprom", 0x91, "02 04 00 04 00 00 00 00 01 00", "02 04 00 05 00 00 00 00 00 01 00"),
-    ("eeprom", 0x91, "02 08 00 04 00 00 00 00 01 00", "02 08 00 05 00 00 00 00 00 01 00"),
-    ("ram", 0x91, "02 10 00 04 00 00 00 00 01 00", "02 10 00 05 00 00 00 00 00 01 00"),
+    // Reading Valid stays (88), but the value is the safe one: the gauge's reading is invalid (13.1.1).
+    ("eprom", 0xB1, "02 04 00 04 00 00 00 00 01 00", "02 04 00 05 01 00 00 00 00 01 00"),
+    ("eeprom", 0xB1, "02 08 00 04 00 00 00 00 01 00", "02 08 00 05 01 00 00 00 00 01 00"),
+    ("ram", 0xB1, "02 10 00 04 00 00 00 00 01 00", "02 10 00 05 01 00 00 00 00 01 00"),
     // The manufacturer's group makes readings invalid as well (88).
     ("comm", 0xE4, "02 00 00 04 00 00 00 00 01 01", "02 00 00 05 01 00 00 00 00 01 01"),
 ];
@@ -33,9 +34,9 @@ const ATM: [Row; 2] = [
 /// 8 and 9 octets.
 const PSG: [Row; 7] = [
     ("", 0x80, "02 00 00 02 00 00 01 00", "02 00 00 03 00 00 00 01 00"),
-    ("eprom", 0x91, "02 04 00 02 00 00 01 00", "02 04 00 03 00 00 00 01 00"),
-    ("eeprom", 0x91, "02 08 00 02 00 00 01 00", "02 08 00 03 00 00 00 01 00"),
-    ("ram", 0x91, "02 10 00 02 00 00 01 00", "02 10 00 03 00 00 00 01 00"),
+    ("eprom", 0xB1, "02 04 00 02 00 00 01 00", "02 04 00 03 01 00 00 01 00"),
+    ("eeprom", 0xB1, "02 08 00 02 00 00 01 00", "02 08 00 03 01 00 00 01 00"),
+    ("ram", 0xB1, "02 10 00 02 00 00 01 00", "02 10 00 03 01 00 00 01 00"),
     ("comm", 0xE4, "02 00 00 02 00 00 01 01", "02 00 00 03 01 00 00 01 01"),
     ("sensor1", 0xA2, "02 00 00 02 01 00 01 00", "02 00 00 03 01 00 00 01 00"),
     ("electronics1", 0xA2, "02 00 00 02 00 02 01 00", "02 00 00 03 01 00 00 01 00"),
@@ -101,7 +102,9 @@ pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
         assert_eq!(of_instance(desk, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
     }
     let active = desk.get(1, 47)[0];
-    assert_eq!(of_instance(desk, active, 102), warning[4..5], "the gauge's is that of the active instance");
+    // "If an error occurs" (13.1.1).
+    let error = u8::from(alarm[1..3] != [0; 2]);
+    assert_eq!(of_instance(desk, active, 102)[0] | error, warning[4], "the gauge's is that of the active instance");
     desk.put(1, 46, &selected).unwrap();
     let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
     let groups = |record: &[u8], device: usize| {

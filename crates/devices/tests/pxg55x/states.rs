@@ -43,21 +43,42 @@ fn the_manufacturers_resets_are_resets() {
     }
 }
 
+/// A gauge whose last self test has found this fault.
+fn found(fault: &str, state: u8) -> Desk<Gauge> {
+    let mut desk = desk(psg());
+    desk.fault(fault, true);
+    desk.command(RESET).unwrap();
+    desk.device().settle();
+    assert_eq!(desk.state(), state, "{fault}");
+    desk
+}
+
 #[test]
 fn resets_lead_out_of_faults_that_are_gone() {
-    for command in [1, FACTORY_RESET, RESET] {
-        for (fault, state) in [("ram", SELF_TEST_EXCEPTION), ("eprom", CRITICAL_FAULT)] {
-            let mut desk = desk(psg());
-            desk.fault(fault, true);
-            desk.command(RESET).unwrap();
-            desk.device().settle();
-            assert_eq!(desk.state(), state, "{fault}");
-            desk.fault(fault, false);
-            desk.command(command).unwrap();
-            desk.device().settle();
-            assert_eq!(desk.state(), IDLE, "{fault}");
-        }
+    for (command, fault, state) in [
+        (1, "ram", SELF_TEST_EXCEPTION),
+        (FACTORY_RESET, "ram", SELF_TEST_EXCEPTION),
+        (RESET, "ram", SELF_TEST_EXCEPTION),
+        (1, "eprom", CRITICAL_FAULT),
+    ] {
+        let mut desk = found(fault, state);
+        desk.fault(fault, false);
+        desk.command(command).unwrap();
+        desk.device().settle();
+        assert_eq!(desk.state(), IDLE, "{fault}");
     }
+}
+
+/// (22): "Reset (1) is the only command that acts in CRITICAL FAULT".
+#[test]
+fn the_manufacturers_resets_do_not_act_in_a_critical_fault() {
+    let mut desk = found("eprom", CRITICAL_FAULT);
+    desk.put(1, 39, &[3]).unwrap();
+    for command in (2..=6).chain([FACTORY_RESET, RESET]) {
+        assert_eq!(desk.command(command), Err(202), "command {command}");
+        assert_eq!((desk.state(), desk.get(1, 39)), (CRITICAL_FAULT, vec![3]), "command {command}");
+    }
+    assert_eq!(desk.command(0), Ok(()));
 }
 
 /// 7.2: "As soon as cyclic data interchange is taken up, the gauge automatically changes to the EXECUTING status."
