@@ -42,6 +42,8 @@ impl<S: Store> Img400<S> {
 struct Channel {
     /// What is plugged in.
     gauge: Option<&'static Facts>,
+    /// What stands for a gauge that was not found (156).
+    place_holder: &'static Facts,
     /// Whether it was found at start-up, which fixes the block for good (154).
     identified: bool,
     /// Whether it answers now.
@@ -51,7 +53,14 @@ struct Channel {
 
 impl Channel {
     fn new(gauge: Option<&'static Facts>, place_holder: &'static Facts) -> Self {
-        Self { gauge, identified: true, connected: true, part: MeasuringPart::new(gauge.unwrap_or(place_holder)) }
+        let part = MeasuringPart::new(gauge.unwrap_or(place_holder));
+        Self { gauge, place_holder, identified: true, connected: true, part }
+    }
+
+    /// The gauge was found at start-up or not, and its block with it.
+    fn identify(&mut self, found: bool) {
+        self.identified = found;
+        self.part.facts = self.gauge.filter(|_| found).unwrap_or(self.place_holder);
     }
 
     /// Whether there is a gauge that was found and answers.
@@ -61,7 +70,7 @@ impl Channel {
 
     /// Whether the block is that of a diaphragm gauge; a place holder counts as a Pirani gauge (156).
     fn is_diaphragm(&self) -> bool {
-        self.gauge.is_some() && self.identified && self.part.part().principle == Principle::Diaphragm
+        self.part.part().principle == Principle::Diaphragm
     }
 }
 
@@ -161,7 +170,7 @@ impl Controller {
         self.key_lock = 0;
         let unplugged = self.unplugged();
         for (channel, unplugged) in self.channels.iter_mut().zip(unplugged) {
-            channel.identified = !unplugged;
+            channel.identify(!unplugged);
         }
     }
 

@@ -4,6 +4,7 @@ use super::Controller;
 use super::channel::{Channel, Gauge, REFRESH_S, Status};
 use super::control::RELAYS;
 use super::table::{self, Faults};
+use super::threshold::Limits;
 use crate::instrument::{Action, Indicated, Part, Report, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit};
 use crate::profile::Behaviour;
@@ -52,6 +53,8 @@ impl Behaviour for Controller {
 
     fn update(&mut self) {
         if core::mem::take(&mut self.starting) {
+            // A power cut in the middle of a storage must not leave thresholds crossed.
+            self.settings.limits.iter_mut().for_each(Limits::uncross);
             self.start_hot();
         }
         self.control();

@@ -17,6 +17,11 @@ impl Limits {
     pub fn are_in_order(&self) -> bool {
         self.lower_pa <= self.upper_pa
     }
+
+    /// Moves the upper threshold to the lower one if it lies below.
+    pub const fn uncross(&mut self) {
+        self.upper_pa = self.upper_pa.max(self.lower_pa);
+    }
 }
 
 /// The state of a block.

@@ -79,12 +79,14 @@ fn the_block_of_a_channel_is_fixed_until_the_next_start() {
     assert_eq!(desk.get(4, 101), [0, 14, 0, 0]);
     power_cycle(&mut desk);
     assert_eq!(desk.get(4, 101), [0, 13, 0, 0], "a place holder");
+    assert_eq!(float(&mut desk, 4, 45), 8e-4, "of a Pirani gauge (156)");
     desk.fault("unplugged4", false);
     assert_eq!(desk.get(4, 101), [0, 13, 0, 0]);
     assert_eq!(desk.get(4, 102), [1], "plugged in too late");
     desk.command(1).unwrap();
     desk.device().settle();
     assert_eq!(desk.get(4, 101), [0, 14, 0, 0]);
+    assert_eq!(float(&mut desk, 4, 45), 0.1);
 }
 
 #[test]

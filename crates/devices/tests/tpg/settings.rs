@@ -8,7 +8,7 @@ use crate::master::{
 use crate::support::Desk;
 use crate::{BOARDS, Controller};
 use profivac_devices::profile::Setup;
-use profivac_devices::store::RamStore;
+use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};
 use profivac_devices::{Action, Instrument};
 use profivac_dp::slave::Device;
@@ -143,6 +143,17 @@ fn a_set_in_preparation_is_not_stored() {
     master.power_cycle();
     assert_eq!(master.read(RELAY_1, VALIDATION), Ok(1));
     assert_eq!(master.read_float(RELAY_1, UPPER), 2e-3);
+}
+
+#[test]
+fn a_storage_that_was_cut_short_leaves_no_set_crossed() {
+    // (137): only the lower threshold of the new set, 1 mbar, has reached the memory.
+    let mut store = RamStore::default();
+    store.save(Key::Parameter { slot: RELAY_1, instance: 0, index: LOWER }, &100f64.to_be_bytes()).unwrap();
+    let mut master = Exchange::with(Tpg::new(&table::TPG500, store, Setup::new(5), BOARDS));
+    assert_eq!(master.read(RELAY_1, VALIDATION), Ok(1));
+    assert_eq!(master.read_float(RELAY_1, LOWER), 1.0);
+    assert_eq!(master.read_float(RELAY_1, UPPER), 1.0);
 }
 
 #[test]
