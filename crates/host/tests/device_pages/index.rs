@@ -1,0 +1,50 @@
+//! The list of the pages, and how to read them.
+
+use crate::Page;
+use crate::page::{HEADER, table};
+
+/// What all pages have in common.
+const READING: &str = "
+## How to read a page
+
+Octets count from 0, numbers with `h` are hexadecimal. Slot and ID address a parameter; where several blocks share a slot,
+Channel Instance Selector chooses the instance.
+
+Types: `VSTRING(n)` is text filled up with blanks, `OSTRING(n)`, `ARRAY(n)` and `RECORD(n)` are n octets, `BY_TYPE` is a
+pressure in the unit and the number type that are set. All octets travel high first.
+
+| Access | Who |
+|---|---|
+| `0_XI`, `c_r` | travels to the master in the cyclic data |
+| `0_XO`, `c_w` | travels to the device in the cyclic data |
+| `1_R`, `1_W` | a class 1 master reads, writes (MS1) |
+| `2_R`, `2_W` | a class 2 master reads, writes (MS2) |
+| `ac_r`, `ac_w` | the parameter channel reads, writes, on devices without MS1 and MS2 |
+| `prm` | the user parameters set it; this mark stands in no manual |
+
+Other devices read and write in the parameter channel what either class may.
+
+| Store | When power goes |
+|---|---|
+| `N` | kept |
+| `V` | lost |
+| `R` | lost, unless the master has asked to store it |
+| `D` | follows from other values, never stored |
+| `-` | nothing is stored |
+
+Where a row departs from the print, or the manual is silent and a value was chosen freely, a comment in the source of the
+page's tables says so. What a second reading of the manuals found stands beside the pages, in the files `review-*.md`.
+";
+
+pub fn print(pages: &[Page]) -> String {
+    let mut lines = Vec::new();
+    for page in pages {
+        let link = format!("[{0}]({0}.md)", page.file);
+        lines.extend(page.models.iter().map(|model| {
+            let name = format!("`{}`", model.name);
+            vec![name, model.title.to_owned(), model.vendor.to_owned(), model.manual.to_owned(), link.clone()]
+        }));
+    }
+    let devices = table(&["Name", "Device", "Vendor", "Manual", "Page"], lines);
+    format!("{HEADER}\n# Devices\n\nDevices with the same tables share a page.\n\n{devices}{READING}")
+}

@@ -1,0 +1,136 @@
+//! What the tables hold, in words.
+
+use profivac_devices::Principle;
+use profivac_devices::model::{
+    Address, Counts, DataType, Field, Format, Instruction, NumberType, Refusal, Scale, Shows, Unit,
+};
+
+/// A field with its first and last octet.
+pub fn placed(start: usize, field: Field) -> String {
+    let octets = match field.octets() {
+        1 => start.to_string(),
+        octets => format!("{start}-{}", start + octets - 1),
+    };
+    format!("{octets} {}", self::field(field))
+}
+
+fn field(field: Field) -> String {
+    let name = field.name();
+    match field {
+        Field::ProcessValue(number) => format!("{name} ({})", self::number(number)),
+        Field::ChannelValue(channel, number) => format!("{name} {channel} ({})", self::number(number)),
+        Field::ChannelMantissa(channel) => format!("{name} {channel} (mantissa and exponent)"),
+        Field::MeasurementStatus(channel) => format!("{name} {channel}"),
+        _ => name.to_owned(),
+    }
+}
+
+const fn number(number: NumberType) -> &'static str {
+    match number {
+        NumberType::Integer => "integer",
+        NumberType::Float => "float",
+    }
+}
+
+/// What one mbar is in a unit.
+pub fn scale(scale: Scale) -> String {
+    match scale {
+        Scale::PerMbar(factor) => factor.to_string(),
+        Scale::Counts => "different in each instance".to_owned(),
+    }
+}
+
+pub const fn principle(principle: Principle) -> &'static str {
+    match principle {
+        Principle::Pirani => "Pirani",
+        Principle::HotCathode => "hot cathode",
+        Principle::ColdCathode => "cold cathode",
+        Principle::Diaphragm => "capacitance diaphragm",
+        Principle::Atmosphere => "atmosphere sensor",
+    }
+}
+
+pub const fn shows(shows: Shows) -> &'static str {
+    match shows {
+        Shows::Range => "its range",
+        Shows::RangeAndBelow => "its range and below",
+        Shows::RangeAndAbove => "its range and above",
+        Shows::Everything => "everything",
+    }
+}
+
+pub fn counts(counts: Counts) -> String {
+    match counts {
+        Counts::Log { per_decade, at_1_mbar } => format!("{per_decade} x log10(p / mbar) + {at_1_mbar}"),
+        Counts::Linear { per_mbar } => format!("{per_mbar} x p / mbar"),
+        Counts::Distance { .. } => "counted from a point".to_owned(),
+    }
+}
+
+/// Slot, instance where there is a choice, and name.
+pub fn address(address: &Address) -> Vec<String> {
+    let instance = match address.instance {
+        0 => "-".to_owned(),
+        instance => instance.to_string(),
+    };
+    vec![address.slot.to_string(), instance, address.name.to_owned()]
+}
+
+static MBAR: Unit = Unit { code: 0, name: "mbar", alias: "mbar", scale: Scale::PerMbar(1.0) };
+
+/// How many octets a value has, with either number type.
+pub fn length(data_type: DataType) -> String {
+    let [integer, float] = [NumberType::Integer, NumberType::Float].map(|number| {
+        let counts = Counts::Linear { per_mbar: 1.0 };
+        data_type.length(&Format { unit: &MBAR, number, counts, highest: u16::MAX })
+    });
+    if integer == float { integer.to_string() } else { format!("{integer} or {float}") }
+}
+
+pub fn instruction(instruction: Instruction) -> String {
+    match instruction {
+        Instruction::Read => "read".to_owned(),
+        Instruction::Write(lengths) => {
+            let lengths: Vec<_> = lengths.iter().map(usize::to_string).collect();
+            let octets = if lengths == ["1"] { "octet" } else { "octets" };
+            format!("write {} {octets}", lengths.join(" or "))
+        }
+    }
+}
+
+/// In the order of the checks.
+pub const REFUSALS: [Refusal; 12] = [
+    Refusal::Slot,
+    Refusal::Index,
+    Refusal::NotReadable,
+    Refusal::NotWritable,
+    Refusal::Text,
+    Refusal::Length,
+    Refusal::Mode,
+    Refusal::AlreadyThere,
+    Refusal::Conflict,
+    Refusal::Range,
+    Refusal::Storage,
+    Refusal::Instruction,
+];
+
+pub const fn refusal(refusal: Refusal) -> &'static str {
+    match refusal {
+        Refusal::Slot => "no such slot",
+        Refusal::Index => "no such index in the slot, or not for the selected instance",
+        Refusal::NotReadable => "not for reading, or not for this master",
+        Refusal::NotWritable => "not for writing, or not for this master",
+        Refusal::Text => "a text, which the parameter channel cannot carry",
+        Refusal::Length => "another length than the parameter's",
+        Refusal::Mode => "the operating mode forbids it",
+        Refusal::AlreadyThere => "already in the requested state",
+        Refusal::Conflict => "not in this state",
+        Refusal::Range => "outside the range or the enumeration",
+        Refusal::Storage => "the nonvolatile memory took nothing",
+        Refusal::Instruction => "no such instruction",
+    }
+}
+
+pub const fn is_of_channel_only(refusal: Refusal) -> bool {
+    matches!(refusal, Refusal::Text | Refusal::Instruction)
+}
