@@ -155,7 +155,6 @@ impl Gauge {
     fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
         if self.machine.command(number)? {
             self.cathode = Cathode::new(&self.switchover().emission);
-            self.set_points.iter_mut().for_each(SetPoint::open);
         }
         Ok(())
     }

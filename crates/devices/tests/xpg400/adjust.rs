@@ -66,15 +66,18 @@ fn it_needs_executing_and_a_pirani() {
     assert_eq!(adjust(&mut desk, 1), Err(202));
 }
 
+/// What ends an adjustment before its time.
+type Interruption = (&'static str, fn(&mut Desk<Gauge>));
+
 #[test]
 fn an_adjustment_that_is_broken_off_changes_nothing() {
-    let break_off: [(&str, fn(&mut Desk<Gauge>)); 4] = [
+    let interruptions: [Interruption; 4] = [
         ("stop", |desk| desk.command(5).unwrap()),
         ("fault", |desk| desk.fault("electronics1", true)),
         ("reset", |desk| desk.command(1).unwrap()),
         ("power", restart),
     ];
-    for (what, break_off) in break_off {
+    for (what, break_off) in interruptions {
         let mut desk = exchanging(KINDS[0], FLOATS, 900.0);
         adjust(&mut desk, 1).unwrap();
         break_off(&mut desk);

@@ -74,17 +74,20 @@ fn as_integers_they_are_cut_and_saturated() {
     }
 }
 
+/// The exponent of ten in mbar that COUNTS of an instance stand for.
+type Formula = (Kind, u8, fn(f64) -> f64);
+
 /// 3.2.2.1, 3.2.3.1, 3.2.4.1: what COUNTS mean on each scale (59, 64).
 #[test]
 fn counts_mean_the_pressure_of_the_printed_formulas() {
-    let bpg = |counts: f64| counts / 2000.0 - 12.5;
-    let formulas: [(Kind, u8, &dyn Fn(f64) -> f64); 6] = [
-        (Kind::Bpg, 1, &bpg),
-        (Kind::Bpg, 2, &bpg),
-        (Kind::Bpg, 3, &bpg),
-        (Kind::Hpg, 1, &|counts| 6.0 * counts / 4000.0 - 42.5),
-        (Kind::Hpg, 2, &|counts| 6.0 * counts / 16000.0 - 9.125),
-        (Kind::Hpg, 3, &|counts| (counts - 22999.0) / 2444.0),
+    let bpg: fn(f64) -> f64 = |counts| counts / 2000.0 - 12.5;
+    let formulas: [Formula; 6] = [
+        (Kind::Bpg, 1, bpg),
+        (Kind::Bpg, 2, bpg),
+        (Kind::Bpg, 3, bpg),
+        (Kind::Hpg, 1, |counts| 6.0 * counts / 4000.0 - 42.5),
+        (Kind::Hpg, 2, |counts| 6.0 * counts / 16000.0 - 9.125),
+        (Kind::Hpg, 3, |counts| (counts - 22999.0) / 2444.0),
     ];
     for (kind, instance, exponent) in formulas {
         let mut desk = crate::exchanging(kind, crate::FLOATS, 1.3e-2);
