@@ -7,11 +7,12 @@ use crate::page::{HEADER, table};
 const READING: &str = "
 ## How to read a page
 
-Octets count from 0, numbers with `h` are hexadecimal. Slot and ID address a parameter; where several blocks share a slot,
-Channel Instance Selector chooses the instance.
+Octets count from 0, numbers with `h` are hexadecimal. Slot and ID address a parameter; where a block has instances,
+Channel Instance Selector chooses the one that the slot shows.
 
 Types: `VSTRING(n)` is text filled up with blanks, `OSTRING(n)`, `ARRAY(n)` and `RECORD(n)` are n octets, `BY_TYPE` is a
-pressure in the unit and the number type that are set. All octets travel high first.
+pressure in the unit and the number type that are set: two octets or four, on the TPG always four. All octets travel high
+first. `1/2_R` is `1_R 2_R`, `1_R/W` is `1_R 1_W`, and `2R` is `2_R`.
 
 | Access | Who |
 |---|---|

@@ -11,7 +11,7 @@ pub fn print(page: &Page) -> String {
     let titles: Vec<_> = page.models.iter().map(|model| model.title).collect();
     let mut text = format!("{HEADER}\n# {}\n\n", titles.join(", "));
     if titles.len() > 1 {
-        text += "One page for all of them: they differ in what stands in this table, and in nothing below it.\n\n";
+        text += "One page for all of them: everything below this table is the same for each.\n\n";
     }
     text += &models(page.models);
     if !page.remark.is_empty() {

@@ -84,7 +84,7 @@ pub fn length(data_type: DataType) -> String {
         let counts = Counts::Linear { per_mbar: 1.0 };
         data_type.length(&Format { unit: &MBAR, number, counts, highest: u16::MAX })
     });
-    if integer == float { integer.to_string() } else { format!("{integer} or {float}") }
+    if integer == float { integer.to_string() } else { "by type".to_owned() }
 }
 
 pub fn instruction(instruction: Instruction) -> String {
