@@ -242,7 +242,8 @@ pub fn octets(hex: &str) -> Vec<u8> {
     hex.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
 
-fn text(octets: &[u8]) -> String {
+/// Octets as hexadecimal digits.
+pub fn text(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 

@@ -3,8 +3,12 @@
 //! Written down once more, and not taken from the tables of the device: a test that asks the device what it should do
 //! would agree with any mistake.
 
+use crate::ADDRESS;
+use crate::common::octets;
+use crate::slave::Slave;
+
 /// Ident number.
-pub const IDENT: u16 = 0x08E6;
+const IDENT: u16 = 0x08E6;
 
 /// A configuration string and how many octets it exchanges.
 pub struct Cfg {
@@ -52,6 +56,18 @@ pub static UNITS: [UnitString; 5] = [
 
 /// One pressure for each of the three sensors, in mbar.
 pub const PRESSURES: [f64; 3] = [5e-6, 0.7, 820.0];
+
+/// The gauge with this configuration and unit.
+pub fn slave(cfg: &Cfg, unit: &UnitString) -> Slave {
+    Slave {
+        address: ADDRESS,
+        ident: IDENT,
+        cfg: octets(cfg.octets),
+        user_prm: octets(unit.octets),
+        outputs: cfg.outputs,
+        inputs: cfg.inputs,
+    }
+}
 
 /// Whether inputs of a configuration show a pressure: an integer cut off and limited as errata-bpg-bcg-tpg 69 and 70 say, a
 /// float to its precision.

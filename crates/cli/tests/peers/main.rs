@@ -1,4 +1,5 @@
-//! Two masters that nobody here wrote bring the BCG450-SP to Data_Exchange over a pty and read its pressure.
+//! Two masters that nobody here wrote bring the BCG450-SP to Data_Exchange over a pty and read its pressure; every other
+//! device they bring there too (`every_device`).
 //!
 //! pyprofibus 1.13 runs as a Python program in the environment that `./test` makes; profirust 0.6.0 runs in a thread with a
 //! port of ours. What each is known to do wrong, and what may therefore be expected of it, stands where it is tested. A pty
@@ -9,26 +10,30 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod every_device;
 mod gauge;
 mod profirust_master;
 mod pyprofibus_master;
+mod pyprofibus_rows;
+mod slave;
 mod watched;
 
 use common::{Folder, Program};
 use gauge::{CONFIGURATIONS, Cfg, UNITS, UnitString};
+use slave::Slave;
 use std::path::Path;
 use watched::Watched;
 
 /// The address of the gauge.
 const ADDRESS: u8 = 5;
 
-/// Brings the gauge on this pty to Data_Exchange and keeps it there.
-type Master = fn(&Path, &Cfg, &UnitString) -> Watched;
+/// Brings a slave on this pty to Data_Exchange and keeps it there.
+type Master = fn(&Path, &Slave) -> Watched;
 
 const PYPROFIBUS: Master = pyprofibus_master::start;
 const PROFIRUST: Master = profirust_master::start;
 
-/// The largest configuration, with floats, in mbar.
+/// The largest configuration of the gauge, with floats, in mbar.
 static USUAL: (&Cfg, &UnitString) = (&CONFIGURATIONS[7], &UNITS[3]);
 
 /// A gauge on a pty of its own.
@@ -54,7 +59,7 @@ fn reads_the_pressure(master: Master, cases: impl IntoIterator<Item = (&'static 
     let folder = Folder::new();
     let mut simulator = simulator(&folder);
     for case in cases {
-        let master = master(&folder.path("line"), case.0, case.1);
+        let master = master(&folder.path("line"), &gauge::slave(case.0, case.1));
         for mbar in gauge::PRESSURES {
             follow(&mut simulator, &master, case, mbar);
         }
@@ -75,7 +80,7 @@ fn profirust_reads_every_configuration() {
 fn comes_back_after_a_restart_of_the_gauge(master: Master) {
     let folder = Folder::new();
     let mut simulator = simulator(&folder);
-    let master = master(&folder.path("line"), USUAL.0, USUAL.1);
+    let master = master(&folder.path("line"), &gauge::slave(USUAL.0, USUAL.1));
     follow(&mut simulator, &master, USUAL, 5e-6);
     order(&mut simulator, "power 5 off");
     master.until_lost();
@@ -101,7 +106,7 @@ fn muted(folder: &Folder, master: Master) -> (Program, Program, Watched) {
     hub.ready();
     let mut simulator = Program::start(&["simulate", "--serial", &tap, "bcg450@5"]);
     simulator.ready();
-    let master = master(&folder.path("line"), USUAL.0, USUAL.1);
+    let master = master(&folder.path("line"), &gauge::slave(USUAL.0, USUAL.1));
     follow(&mut simulator, &master, USUAL, 5e-6);
     order(&mut hub, &format!("mute {tap} 0.7"));
     master.until_lost();

@@ -1,8 +1,6 @@
 //! profirust in a thread. Its own ports refuse a pty and its clock is the wall clock, so it is given a port and a time.
 
-use crate::ADDRESS;
-use crate::common::octets;
-use crate::gauge::{Cfg, IDENT, UnitString};
+use crate::slave::Slave;
 use crate::watched::{Event, Watched};
 use profirust::Baudrate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralOptions};
@@ -82,36 +80,27 @@ impl Drop for Running {
     }
 }
 
-/// Brings the gauge to Data_Exchange.
-pub fn start(line: &Path, cfg: &Cfg, unit: &UnitString) -> Watched {
-    let phy = PtyPhy::open(line);
-    let (cfg_octets, user) = (octets(cfg.octets), octets(unit.octets));
-    let images = (vec![0; cfg.inputs], vec![0; cfg.outputs]);
+/// Brings a slave to Data_Exchange.
+pub fn start(line: &Path, slave: &Slave) -> Watched {
+    let (phy, slave) = (PtyPhy::open(line), slave.clone());
     Watched::start(|events| {
         let (stop, stopped) = channel();
-        let thread = thread::spawn(move || run(phy, &cfg_octets, &user, images, &events, &stopped));
+        let thread = thread::spawn(move || run(phy, &slave, &events, &stopped));
         Running { stop: Some(stop), thread: Some(thread) }
     })
 }
 
 /// Exchanges data and tells what changes, until it is stopped.
-fn run(
-    mut phy: PtyPhy,
-    cfg: &[u8],
-    user: &[u8],
-    (inputs, outputs): (Vec<u8>, Vec<u8>),
-    events: &Sender<Event>,
-    stopped: &Receiver<()>,
-) {
+fn run(mut phy: PtyPhy, slave: &Slave, events: &Sender<Event>, stopped: &Receiver<()>) {
     let options = PeripheralOptions {
-        ident_number: IDENT,
-        user_parameters: Some(user),
-        config: Some(cfg),
+        ident_number: slave.ident,
+        user_parameters: Some(&slave.user_prm),
+        config: Some(&slave.cfg),
         max_tsdr: 60,
         ..PeripheralOptions::default()
     };
     let mut master = DpMaster::new(Vec::new());
-    let gauge = master.add(Peripheral::new(ADDRESS, options, inputs, outputs));
+    let gauge = master.add(Peripheral::new(slave.address, options, vec![0; slave.inputs], vec![0; slave.outputs]));
     let mut parameters = ParametersBuilder::new(MASTER, Baudrate::B19200);
     let parameters = parameters.slot_bits(SLOT_TBIT).max_retry_limit(RETRIES).build_verified(&master);
     let mut station = FdlActiveStation::new(parameters);

@@ -58,20 +58,42 @@ def describe(address, ident, cfg, user_prm, outputs, inputs):
     return slave
 
 
+def open_port(port):
+    phy = CpPhySerial(port=port)
+    phy.setConfig(baudrate=BAUD)
+    return phy
+
+
+def master_of(phy, slave):
+    """A master with this slave alone: pyprofibus credits SC to every slave it is starting."""
+    master = DPM1(phy=phy, masterAddr=MASTER)
+    master.addSlave(slave)
+    master.initialize()
+    return master
+
+
+def state_of(master, slave):
+    """What the master knows of the slave. It is private, and looked at to report it and to start over."""
+    return master._DpMaster__slaveStates[slave.slaveAddr]
+
+
+def step(master, slave, state, outputs):
+    """One step, with outputs of zero. pyprofibus meets RS with an exception; the slave is started over then."""
+    # Data_Exchange is sent only with fresh outputs.
+    slave.setMasterOutData(bytearray(outputs))
+    try:
+        master.run()
+    except DpError:
+        state.setState(DpSlaveState.STATE_INIT)
+        state.applyState()
+
+
 def run(master, slave, outputs, ended):
     """Exchanges data as fast as it goes and tells what changes."""
-    # The states are private. They are looked at to report them, and to start over after the exception with which
-    # pyprofibus meets RS.
-    state = master._DpMaster__slaveStates[slave.slaveAddr]
+    state = state_of(master, slave)
     told_state, told_inputs, exchanges = None, None, 0
     while not ended.is_set():
-        # Data_Exchange is sent only with fresh outputs.
-        slave.setMasterOutData(bytearray(outputs))
-        try:
-            master.run()
-        except DpError:
-            state.setState(DpSlaveState.STATE_INIT)
-            state.applyState()
+        step(master, slave, state, outputs)
         if state.getState() != told_state:
             told_state = state.getState()
             tell(state=state.state2name[told_state], exchanges=exchanges)
@@ -89,18 +111,15 @@ def tell(**what):
 
 def main():
     port, address, ident, cfg, user_prm, outputs, inputs = sys.argv[1:]
-    phy = CpPhySerial(port=port)
-    phy.setConfig(baudrate=BAUD)
-    master = DPM1(phy=phy, masterAddr=MASTER)
     slave = describe(
         int(address), int(ident, 0), bytes.fromhex(cfg), bytes.fromhex(user_prm), int(outputs), int(inputs)
     )
-    master.addSlave(slave)
-    master.initialize()
+    master = master_of(open_port(port), slave)
     ended = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
     run(master, slave, int(outputs), ended)
     master.destroy()
 
 
-main()
+if __name__ == "__main__":
+    main()

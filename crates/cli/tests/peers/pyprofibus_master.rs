@@ -1,7 +1,7 @@
 //! pyprofibus as a process: `pyprofibus_master.py` tells what it sees, line by line.
 
-use crate::ADDRESS;
-use crate::gauge::{Cfg, IDENT, UnitString};
+use crate::common::text;
+use crate::slave::Slave;
 use crate::watched::{Event, Watched};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
@@ -21,14 +21,14 @@ pub fn program(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers").join(name)
 }
 
-/// Brings the gauge to Data_Exchange.
-pub fn start(line: &Path, cfg: &Cfg, unit: &UnitString) -> Watched {
+/// Brings a slave to Data_Exchange.
+pub fn start(line: &Path, slave: &Slave) -> Watched {
     Watched::start(|events| {
         let mut child = Command::new(python())
             .arg(program("pyprofibus_master.py"))
             .arg(line)
-            .args([ADDRESS.to_string(), IDENT.to_string(), cfg.octets.to_owned(), unit.octets.to_owned()])
-            .args([cfg.outputs.to_string(), cfg.inputs.to_string()])
+            .args([slave.address.to_string(), slave.ident.to_string(), text(&slave.cfg), text(&slave.user_prm)])
+            .args([slave.outputs.to_string(), slave.inputs.to_string()])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

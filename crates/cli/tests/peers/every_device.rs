@@ -1,0 +1,174 @@
+//! Every device in every configuration, with everything a master is told taken from the tables of the devices.
+//!
+//! Whether those tables are right is not asked here: they are compared with the manuals elsewhere, and the gauge whose
+//! values are written down once more stands in `gauge`. Asked is whether the device takes from a foreign master what its
+//! tables promise, so the result is kept as a page for people, `docs/pyprofibus.md`.
+
+use crate::common::{Folder, Program, text};
+use crate::profirust_master;
+use crate::pyprofibus_rows::{Outcome, Rows};
+use crate::slave::Slave;
+use profivac_devices::model::{Configuration, Field, Model, UserPrm};
+use profivac_host::instrument::{DEVICES, Spec};
+use std::io::Write;
+use std::path::Path;
+
+/// The address of the first; the others follow.
+const FIRST: u8 = 10;
+
+/// A device as the simulator is told of it.
+struct Variant {
+    model: &'static Model,
+    /// Keys behind the name, nothing for the usual ones.
+    keys: &'static str,
+    address: u8,
+}
+
+impl Variant {
+    fn spec(&self) -> String {
+        let colon = if self.keys.is_empty() { "" } else { ":" };
+        format!("{}@{}{colon}{}", self.model.name, self.address, self.keys)
+    }
+
+    fn slave(&self, configuration: &Configuration, user: &UserPrm) -> Slave {
+        Slave {
+            address: self.address,
+            ident: self.model.ident,
+            cfg: configuration.octets.to_vec(),
+            user_prm: user.octets.to_vec(),
+            outputs: configuration.output_octets(),
+            inputs: configuration.input_octets(),
+        }
+    }
+}
+
+/// All devices, those that can be without their atmosphere sensor both ways.
+fn variants() -> Vec<Variant> {
+    let keys = |model: &Model| match format!("{}@{FIRST}:atm=off", model.name).parse::<Spec>() {
+        Ok(_) => vec!["atm=on", "atm=off"],
+        Err(_) => vec![""],
+    };
+    let kinds = DEVICES.iter().flat_map(|entry| keys(entry.model).into_iter().map(|keys| (entry.model, keys)));
+    (FIRST..).zip(kinds).map(|(address, (model, keys))| Variant { model, keys, address }).collect()
+}
+
+/// A line with all of them.
+fn simulator(folder: &Folder, variants: &[Variant]) -> Program {
+    let specs: Vec<String> = variants.iter().map(Variant::spec).collect();
+    let mut arguments = vec!["simulate", "--pty"];
+    let line = folder.name("line");
+    arguments.push(&line);
+    arguments.extend(specs.iter().map(String::as_str));
+    let program = Program::start(&arguments);
+    program.ready();
+    program
+}
+
+/// The user parameter strings a configuration can follow: the TTR telegram the one for the compatibility mode, no other
+/// telegram that one (errata-pxg55x-img400 49).
+fn user_strings(model: &'static Model, configuration: &Configuration) -> impl Iterator<Item = &'static UserPrm> {
+    let is_ttr = configuration.inputs.is_some_and(|telegram| telegram.fields == [Field::TtrValue]);
+    model.user_prm.iter().filter(move |user| is_ttr == (user.name == "TTR compatibility mode"))
+}
+
+/// How it goes with every user parameter string in turn, or with the first that fails.
+fn result(rows: &mut Rows, variant: &Variant, configuration: &Configuration) -> String {
+    let inputs = configuration.input_octets();
+    let expected = Outcome { state: "Data_Exchange".to_owned(), inputs: Some(inputs as u64) };
+    for user in user_strings(variant.model, configuration) {
+        let Outcome { state, inputs } = match rows.bring_up(&variant.slave(configuration, user)) {
+            outcome if outcome == expected => continue,
+            outcome => outcome,
+        };
+        return format!("{}: {state}, {inputs:?} octets in", user.name);
+    }
+    expected.state
+}
+
+/// One row of the page.
+fn row(rows: &mut Rows, variant: &Variant, configuration: &Configuration) -> [String; 6] {
+    let outputs = configuration.output_octets();
+    [
+        [variant.model.name, variant.keys].join(" ").trim_end().to_owned(),
+        text(configuration.octets),
+        if outputs == 0 { "0 *".to_owned() } else { outputs.to_string() },
+        configuration.input_octets().to_string(),
+        user_strings(variant.model, configuration).count().to_string(),
+        result(rows, variant, configuration),
+    ]
+}
+
+const HEADING: [&str; 6] = ["Device", "Configuration", "Out", "In", "User parameters", "Result"];
+
+const PAGE: &str = "\
+# Every device with pyprofibus
+
+pyprofibus 1.13, a class 1 master that nobody here wrote, takes every device in every configuration of its manual over a pty
+from FDL_Status to Data_Exchange, once for each user parameter string that goes with the configuration, and exchanges data
+three times. Octets are counted as the master sees them; it compares the length of every answer with `In`.
+
+`*` pyprofibus refuses a slave without outputs, though it can serve one. The test passes by that comparison and leaves the
+master otherwise as it is.
+
+Not shown by this page: timing and parity, which a pty has not; the ident number, which pyprofibus does not compare with the
+diagnosis; the contents of extended diagnosis, which it throws away; DP-V1, which it does not know.
+
+Printed by `crates/cli/tests/peers` and compared with every run; `cargo xtask goldens` writes it anew.
+
+";
+
+/// The page, each column as wide as its widest cell.
+fn page(rows: &[[String; 6]]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0).max(HEADING[column].len());
+    let widths: [usize; 6] = std::array::from_fn(width);
+    let line = |cells: [&str; 6]| {
+        let padded = cells.iter().zip(widths).map(|(cell, width)| format!(" {cell:width$} |"));
+        format!("|{}\n", padded.collect::<String>())
+    };
+    let rule: String = widths.iter().map(|width| format!("{}|", "-".repeat(width + 2))).collect();
+    let rows = rows.iter().map(|row| line(row.each_ref().map(String::as_str)));
+    format!("{PAGE}{}|{rule}\n{}", line(HEADING), rows.collect::<String>())
+}
+
+/// Compares with the page in `docs`, or writes it when `PROFIVAC_BLESS` is 1.
+fn compare(text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/pyprofibus.md");
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        std::fs::write(&path, text).unwrap();
+    }
+    let golden = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(golden == text, "docs/pyprofibus.md is not what comes out now");
+}
+
+#[test]
+fn pyprofibus_brings_up_every_device_in_every_configuration() {
+    let (folder, variants) = (Folder::new(), variants());
+    let _simulator = simulator(&folder, &variants);
+    let mut master = Rows::start(&folder.path("line"));
+    let rows: Vec<_> = variants
+        .iter()
+        .flat_map(|variant| variant.model.configurations.iter().map(move |configuration| (variant, configuration)))
+        .map(|(variant, configuration)| row(&mut master, variant, configuration))
+        .collect();
+    let page = page(&rows);
+    // Not held back as the output of a passing test.
+    std::io::stderr().write_all(page.as_bytes()).unwrap();
+    for row in &rows {
+        assert_eq!(row[5], "Data_Exchange", "{} {}", row[0], row[1]);
+    }
+    compare(&page);
+}
+
+/// With the configuration that Get_Cfg tells first.
+#[test]
+fn profirust_brings_up_every_device() {
+    let (folder, variants) = (Folder::new(), variants());
+    let _simulator = simulator(&folder, &variants);
+    for variant in &variants {
+        let configuration = variant.model.default_configuration;
+        let user = user_strings(variant.model, configuration).next().unwrap();
+        let master = profirust_master::start(&folder.path("line"), &variant.slave(configuration, user));
+        master.until_exchanging();
+        master.until(&variant.spec(), |inputs| inputs.iter().any(|octet| *octet != 0));
+    }
+}
