@@ -145,37 +145,34 @@ impl<C: Stations> Line<C> {
     /// Lets everything leave that is due. One telegram leaves after the other: two answers at once would be a collision, and
     /// a line that only carries octets has none.
     fn leave(&mut self, now: BitTime, out: &mut Vec<u8>) {
-        while let Some(mut first) = self.queue.pop_front() {
-            let due = self.next_octet(&first);
-            if due > now {
-                self.queue.push_front(first);
-                return;
-            }
-            match (first.began, self.pace) {
-                (_, Pace::Instant) => {
-                    out.extend_from_slice(&first.octets);
-                    self.arrive(&first, now);
-                    continue;
-                }
-                (None, Pace::ByPort) => {
-                    first.began = Some(now);
-                    out.extend_from_slice(&first.octets);
-                }
-                (None, Pace::ByLine) => first.began = Some(now),
-                (Some(_), pace) => {
-                    if pace == Pace::ByLine {
-                        out.extend(first.octets.get(first.left));
-                    }
-                    first.left = first.left.saturating_add(1);
-                    if first.left >= first.octets.len() {
-                        self.arrive(&first, due);
-                        continue;
-                    }
-                    self.busy(Some(first.sender), due);
-                }
-            }
-            self.queue.push_front(first);
+        while self.queue.front().is_some_and(|first| self.next_octet(first) <= now)
+            && let Some(first) = self.queue.pop_front()
+        {
+            let rest = self.go_on(first, now, out);
+            rest.into_iter().for_each(|rest| self.queue.push_front(rest));
         }
+    }
+
+    /// The telegram begins to leave, or its next octet has left. Returns what is not over.
+    fn go_on(&mut self, mut first: Outgoing, now: BitTime, out: &mut Vec<u8>) -> Option<Outgoing> {
+        let due = self.next_octet(&first);
+        if first.began.is_none() {
+            first.began = Some(now);
+            if self.pace != Pace::ByLine {
+                out.extend_from_slice(&first.octets);
+            }
+            return Some(first);
+        }
+        if self.pace == Pace::ByLine {
+            out.extend(first.octets.get(first.left));
+        }
+        first.left = first.left.saturating_add(1);
+        if self.pace == Pace::Instant || first.left >= first.octets.len() {
+            self.arrive(&first, due);
+            return None;
+        }
+        self.busy(Some(first.sender), due);
+        Some(first)
     }
 
     /// The stations that care notice that somebody else speaks.

@@ -10,7 +10,7 @@ use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 use rustix::termios::{
-    ControlModes, InputModes, OptionalActions, QueueSelector, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
+    ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
 };
 use std::fs;
 
@@ -43,9 +43,7 @@ impl Serial {
             // A lock that programs without flock respect too. On a pty it would outlive us.
             ioctl_tiocexcl(&device).map_err(opening)?;
         }
-        settings.make_raw();
-        settings.control_modes |= ControlModes::CS8 | ControlModes::PARENB | ControlModes::CREAD | ControlModes::CLOCAL;
-        settings.control_modes -= ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
+        make_8e1(&mut settings);
         if !is_pty {
             // The settings of a pty outlive us as well, and whoever opens it next may not expect marks.
             settings.input_modes |= InputModes::INPCK | InputModes::PARMRK;
@@ -60,6 +58,13 @@ impl Serial {
         let copper = (!is_pty).then(|| (Marks::default(), Echo::default()));
         Ok(Self { name: name.to_owned(), device, copper })
     }
+}
+
+/// Raw, eight data bits, even parity, one stop bit, no handshake.
+fn make_8e1(settings: &mut Termios) {
+    settings.make_raw();
+    settings.control_modes |= ControlModes::CS8 | ControlModes::PARENB | ControlModes::CREAD | ControlModes::CLOCAL;
+    settings.control_modes -= ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
 }
 
 /// Drivers take the nearest rate they have without a word.
