@@ -7,6 +7,7 @@
 
 use crate::{root, verdict};
 use anyhow::{Context, Result};
+use std::fs::read_to_string;
 use std::process::Command;
 
 /// A feature of `ci/purity`, and what the compiler says to it.
@@ -14,7 +15,7 @@ const WRONG: [(&str, &str); 2] = [("std", "panic_impl"), ("alloc", "no global me
 
 /// Builds the library as it is, and in the two ways that must fail.
 pub fn check() -> Result<()> {
-    let mut defects = Vec::new();
+    let mut defects = forgotten(&read_to_string(root().join("ARCHITECTURE.md"))?, &manifest()?);
     let (built, said) = build(&[])?;
     if !built {
         defects.push(format!("the inner crates need std or alloc\n{said}"));
@@ -28,6 +29,21 @@ pub fn check() -> Result<()> {
     verdict("purity", &defects)
 }
 
+/// The crates that `ARCHITECTURE.md` calls `no_std` and that nobody put into the library.
+fn forgotten(architecture: &str, manifest: &str) -> Vec<String> {
+    let inner = architecture.lines().filter_map(|line| {
+        let mut cells = line.split('|').map(str::trim).skip(2);
+        let name = cells.next()?.trim_matches('`');
+        (cells.next()? == "yes").then_some(name)
+    });
+    let missing = inner.filter(|name| !manifest.contains(&format!("profivac-{name} =")));
+    missing.map(|name| format!("{name} is not in ci/purity/Cargo.toml")).collect()
+}
+
+fn manifest() -> Result<String> {
+    read_to_string(root().join("ci/purity/Cargo.toml")).context("ci/purity/Cargo.toml")
+}
+
 /// Whether it builds, and what the compiler said.
 fn build(options: &[&str]) -> Result<(bool, String)> {
     let output = Command::new(env!("CARGO"))
@@ -37,4 +53,17 @@ fn build(options: &[&str]) -> Result<(bool, String)> {
         .output()
         .context("cargo build")?;
     Ok((output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crate_without_std_must_be_in_the_library() {
+        let table =
+            "| Rank | Crate | no_std | Holds |\n|---|---|---|---|\n| 0 | `wire` | yes | a |\n| 3 | `host` | | b |";
+        assert!(forgotten(table, "profivac-wire = {}").is_empty());
+        assert_eq!(forgotten(table, "profivac-dp = {}"), ["wire is not in ci/purity/Cargo.toml"]);
+    }
 }
