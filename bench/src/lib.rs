@@ -97,6 +97,14 @@ pub const ROWS: &[Row] = &[
         target: 2000,
     },
     Row {
+        what: "BCG450, one read through the parameter channel, instruction and AK 0",
+        ours: slave::parameter_channel_read,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: 2 * 1500,
+    },
+    Row {
         what: "master, one Data_Exchange of 2 octets each way among 124 slaves",
         ours: master::exchange,
         minus: None,

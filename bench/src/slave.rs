@@ -86,9 +86,27 @@ pub fn ms1_read(times: u32) {
     }
 }
 
+/// Slot 1, index 19 through the parameter channel: the instruction, then AK 0 that ends it.
+fn channel_read() -> [Vec<u8>; 2] {
+    [(true, [0x10, 1, 19, 0, 0, 0, 0, 0]), (false, [0; 8])]
+        .map(|(fcb, du)| request(ADDRESS, Sap::Default, FrameCount::Counted(fcb), &du))
+}
+
+/// A read through the parameter channel of a BCG450.
+pub fn parameter_channel_read(times: u32) {
+    let mut desk = bcg450();
+    let requests = channel_read();
+    for _ in 0..times {
+        for request in black_box(&requests) {
+            black_box(desk.hear(request));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_dp::slave::Device;
 
     #[test]
     fn each_exchange_is_answered_with_two_octets() {
@@ -118,5 +136,17 @@ mod tests {
     fn the_ms1_read_is_acknowledged_and_its_response_has_four_octets() {
         let mut desk = bcg450();
         assert_eq!(read_and_poll().map(|request| desk.hear(&request)), [1, 19]);
+    }
+
+    #[test]
+    fn the_parameter_channel_answers_with_a_double_word_and_then_rests() {
+        let mut desk = bcg450();
+        let mut ak = |octets: &[u8]| {
+            assert_eq!(desk.hear(octets), 24);
+            let mut inputs = [0; 15];
+            desk.slave.device_mut().inputs(&mut inputs);
+            inputs[0] >> 4
+        };
+        assert_eq!(channel_read().map(|request| ak(&request)), [2, 0]);
     }
 }
