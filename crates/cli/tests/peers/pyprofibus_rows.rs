@@ -50,12 +50,18 @@ impl Rows {
         Outcome { state: answer["state"].as_str().unwrap().to_owned(), inputs: answer["inputs"].as_u64() }
     }
 
-    /// The next line of the program. What pyprofibus itself prints in between is shown with a failing test.
+    /// The next line of the program. What pyprofibus itself prints in between, often thousands of times the same, is shown
+    /// once with a failing test.
     fn answer(&mut self) -> Value {
+        let mut remark = String::new();
         for line in self.from.by_ref().map_while(Result::ok) {
             match serde_json::from_str(&line) {
                 Ok(answer) => return answer,
-                Err(_) => println!("{line}"),
+                Err(_) if line == remark => {}
+                Err(_) => {
+                    println!("{line}");
+                    remark = line;
+                }
             }
         }
         panic!("pyprofibus has ended")
