@@ -277,5 +277,6 @@ pub static MODEL: Model = Model {
     ranges: &[&BAG_1, &EXT_1, &BAG_2, &EXT_2, &TPR_3, &CMR_3, &TPR_4, &CMR_4],
     dialect: &DIALECT,
     faults: &Faults::LIST,
+    errata: "errata-pxg55x-img400 1 to 45 and 113 to 162",
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.0", max_diag_octets: 6, set_slave_add: true },
 };

@@ -36,6 +36,8 @@ pub struct Model {
     pub dialect: &'static Dialect,
     /// The faults it can have.
     pub faults: &'static FaultList,
+    /// The errata that concern its manual: the list, and the numbers of its entries.
+    pub errata: &'static str,
     /// What only its GSD file tells.
     pub gsd: Gsd,
 }

@@ -544,6 +544,7 @@ const fn version(
         ranges: family.ranges,
         dialect: &DIALECT,
         faults: &family.faults,
+        errata: "errata-pxg55x-img400 1 to 112",
         gsd: Gsd { revision: 1, hardware: HARDWARE, software: FIRMWARE, max_diag_octets: 6, set_slave_add: true },
     };
     Version { model, family, number, configuration }

@@ -208,6 +208,7 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         ranges: &[],
         dialect: &DIALECT,
         faults: &Faults::LIST,
+        errata: "errata-bpg-bcg-tpg 122 to 157",
         gsd: Gsd { revision: 1, hardware: "IF300P", software, max_diag_octets: 6, set_slave_add: true },
     }
 }

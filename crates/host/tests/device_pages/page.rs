@@ -21,7 +21,17 @@ pub fn print(page: &Page) -> String {
     text += &format!("\nTables: [{source}](../../{source}), with a comment where a row departs from the print. ");
     text += "[How to read this page](README.md#how-to-read-a-page).\n";
     page.models.iter().take(1).for_each(|model| text += &tables(model));
-    text
+    text + &errata(page)
+}
+
+/// Which errata apply, and where it says how sure each choice is.
+fn errata(page: &Page) -> String {
+    let review = format!("review-{}.md", page.source);
+    let entries = page.models.first().map_or("", |model| model.errata);
+    format!(
+        "\n## Errata and open points\n\nThese entries concern the manual: {entries}. A comment names the entry where a row or a rule \
+         follows it.\n\nOpen points, with how sure each choice is: [{review}]({review}#free-choices).\n"
+    )
 }
 
 /// What tells the models of a page apart.
