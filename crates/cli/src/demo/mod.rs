@@ -35,7 +35,7 @@ pub struct Arguments {
     /// End after so many seconds
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     time: Option<Duration>,
-    /// Print a row every second instead of drawing; fails if a single exchange was lost
+    /// Print a row every second instead of drawing, as without a terminal; fails if a single exchange was lost
     #[arg(long)]
     headless: bool,
     /// Print each row as a line of JSON
@@ -71,16 +71,17 @@ const STEP: f64 = 0.01;
 
 /// Runs until somebody wants it to end, or its time is over.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    if !arguments.headless && !Screen::is_possible() {
-        return Err(Failure::usage("there is no terminal to draw on: use --headless"));
+    let headless = arguments.headless || !Screen::is_possible();
+    if headless && !arguments.headless {
+        eprintln!("profivac: there is no terminal to draw on: rows as with --headless");
     }
     let mut demo = Demo::new(arguments)?;
-    if arguments.headless {
+    if headless {
         demo.in_rows(arguments.json)?
     } else {
         demo.on_screen()?
     }
-    demo.verdict(arguments.headless)
+    demo.verdict(headless)
 }
 
 /// The plant, and the clock it runs by.
