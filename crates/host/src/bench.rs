@@ -1,10 +1,10 @@
 //! Virtual devices on the bench: a slave and its instrument, a power switch, and the vacuum around them.
 
-use crate::gas::Gas;
 use crate::pressure::Pressure;
 use profivac_devices::{Action, Instrument, Principle, Report, Unknown};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::Slave;
+use profivac_vacuum::Gas;
 use profivac_wire::Telegram;
 
 /// The longest a device is left without time, in milliseconds: the fastest thing a device does by itself (the refresh of a
@@ -30,9 +30,9 @@ impl Conditions {
     fn indicated_pa(&self, principle: Principle) -> f64 {
         match principle {
             Principle::Atmosphere => self.atmosphere.pa(),
-            Principle::Pirani | Principle::HotCathode | Principle::ColdCathode | Principle::Diaphragm => {
-                self.pressure.pa() * self.gas.response(principle)
-            }
+            Principle::Diaphragm => self.pressure.pa(),
+            Principle::Pirani => self.pressure.pa() / self.gas.pirani_factor(),
+            Principle::HotCathode | Principle::ColdCathode => self.pressure.pa() / self.gas.ion_factor(),
         }
     }
 }

@@ -15,11 +15,10 @@
 //! | [`instrument`] | devices by name, as a command line has them |
 //! | [`scene`] | a whole segment in memory |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
-//! | [`gas`], [`pressure`] | what surrounds them |
+//! | [`pressure`] | pressures as people write them |
 
 pub mod bench;
 pub mod clock;
-pub mod gas;
 pub mod gsd;
 pub mod instrument;
 pub mod line;

@@ -189,11 +189,11 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gas::Gas;
     use crate::instrument::Spec;
     use crate::memory::Memory;
     use crate::pressure::Pressure;
     use profivac_devices::bcg450::table::MODEL;
+    use profivac_vacuum::Gas;
 
     impl Scene {
         fn run(&mut self, seconds: f64) {

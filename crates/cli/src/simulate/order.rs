@@ -1,9 +1,9 @@
 //! The lines `simulate` takes on standard input.
 
 use profivac_devices::Action;
-use profivac_host::gas::Gas;
 use profivac_host::instrument::parse_place;
 use profivac_host::pressure::Pressure;
+use profivac_vacuum::Gas;
 
 /// Thirty years: longer than any gauge is in use.
 const MAX_SECONDS: f64 = 1e9;

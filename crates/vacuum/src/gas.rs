@@ -1,11 +1,14 @@
-//! What a sensor that was calibrated for nitrogen makes of another gas.
+//! Gases, mixtures of them, and what a sensor that was calibrated for nitrogen makes of each.
 //!
 //! The factors are those of the BCG450 operating manual, page 54: true pressure = factor x indicated pressure, for a Pirani
 //! between 1e-2 and 1 mbar and for an ion gauge below 1e-3 mbar.
 
-use profivac_devices::Principle;
 use std::fmt;
+use std::ops::{Index, IndexMut};
 use std::str::FromStr;
+
+/// How many gases there are.
+pub const GAS_COUNT: usize = 13;
 
 /// A gas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,7 +46,7 @@ pub enum Gas {
 ///
 /// free choice: the manual prints no ion gauge factor for CO2, H2O and Freon 12; these three follow from the relative
 /// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes take the factors of hot ones. All hold at every pressure.
-const GASES: [(Gas, &str, f64, f64); 13] = [
+const GASES: [(Gas, &str, f64, f64); GAS_COUNT] = [
     (Gas::N2, "n2", 1.0, 1.0),
     (Gas::Air, "air", 1.0, 1.0),
     (Gas::O2, "o2", 1.0, 1.0),
@@ -60,16 +63,64 @@ const GASES: [(Gas, &str, f64, f64); 13] = [
 ];
 
 impl Gas {
-    /// What a sensor indicates per true pressure.
+    /// All gases, in the order of [`Mixture`].
+    pub fn all() -> impl Iterator<Item = Self> {
+        GASES.into_iter().map(|(gas, ..)| gas)
+    }
+
+    /// True pressure per pressure that a Pirani indicates, between 1 and 100 Pa.
     #[must_use]
-    pub fn response(self, principle: Principle) -> f64 {
-        let (pirani, ion) =
-            GASES.into_iter().find(|(gas, ..)| *gas == self).map_or((1.0, 1.0), |(_, _, pirani, ion)| (pirani, ion));
-        match principle {
-            Principle::Pirani => pirani.recip(),
-            Principle::HotCathode | Principle::ColdCathode => ion.recip(),
-            Principle::Diaphragm | Principle::Atmosphere => 1.0,
-        }
+    pub fn pirani_factor(self) -> f64 {
+        self.factors().0
+    }
+
+    /// True pressure per pressure that an ion gauge indicates, below 0.1 Pa.
+    #[must_use]
+    pub fn ion_factor(self) -> f64 {
+        self.factors().1
+    }
+
+    fn factors(self) -> (f64, f64) {
+        GASES.into_iter().find(|(gas, ..)| *gas == self).map_or((1.0, 1.0), |(_, _, pirani, ion)| (pirani, ion))
+    }
+}
+
+/// Partial pressures by gas, in Pa.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mixture([f64; GAS_COUNT]);
+
+impl Mixture {
+    /// One gas alone.
+    #[must_use]
+    pub fn pure(gas: Gas, pa: f64) -> Self {
+        let mut mixture = Self::default();
+        mixture[gas] = pa;
+        mixture
+    }
+
+    /// The sum of all partial pressures, in Pa.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.0.iter().sum()
+    }
+
+    /// The gases with their partial pressures in Pa, also those that are not there.
+    pub fn iter(&self) -> impl Iterator<Item = (Gas, f64)> {
+        Gas::all().zip(self.0)
+    }
+}
+
+impl Index<Gas> for Mixture {
+    type Output = f64;
+
+    fn index(&self, gas: Gas) -> &f64 {
+        &self.0[gas as usize]
+    }
+}
+
+impl IndexMut<Gas> for Mixture {
+    fn index_mut(&mut self, gas: Gas) -> &mut f64 {
+        &mut self.0[gas as usize]
     }
 }
 
@@ -115,9 +166,17 @@ mod tests {
     }
 
     #[test]
-    fn helium_reads_too_low_on_an_ion_gauge_and_too_high_on_a_pirani() {
-        assert!(Gas::He.response(Principle::HotCathode) < 0.2);
-        assert!(Gas::He.response(Principle::Pirani) > 1.2);
-        assert!((Gas::He.response(Principle::Diaphragm) - 1.0).abs() < 1e-12);
+    fn the_table_is_in_the_order_of_the_gases() {
+        for (place, gas) in Gas::all().enumerate() {
+            assert_eq!(gas as usize, place, "{gas}");
+        }
+    }
+
+    #[test]
+    fn a_mixture_adds_up() {
+        let mut mixture = Mixture::pure(Gas::N2, 78.0);
+        mixture[Gas::O2] += 21.0;
+        assert!((mixture.total() - 99.0).abs() < 1e-9);
+        assert_eq!(mixture.iter().filter(|(_, pa)| *pa > 0.0).count(), 2);
     }
 }
