@@ -54,7 +54,7 @@ pub fn description() -> String {
     Description::openapi().to_pretty_json().unwrap_or_default()
 }
 
-/// The API of a plant.
+/// The API of a plant, and the dashboard beside it.
 pub fn router(plant: Arc<Plant>) -> Router {
     Router::new()
         .route("/api/station", get(seen::station))
@@ -72,6 +72,7 @@ pub fn router(plant: Arc<Plant>) -> Router {
             "/api/{*rest}",
             get(async || Problem::unknown("there is no such thing in the API; /api/openapi.json says what there is")),
         )
+        .fallback(get(crate::web::file))
         .layer(axum::middleware::from_fn(guard::headers))
         .with_state(plant)
 }
