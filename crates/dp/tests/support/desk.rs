@@ -57,6 +57,18 @@ impl<R: Requests> Desk<R> {
         }
     }
 
+    /// The next message to somebody, if there is one in so many bit times.
+    pub fn asks_within(&mut self, tbit: u64) -> Option<Said> {
+        let limit = self.now + tbit;
+        while self.now < limit {
+            let said = self.says();
+            if !is_housekeeping(&said.octets) {
+                return Some(said);
+            }
+        }
+        None
+    }
+
     /// After `gap` bit times of idle line the master hears the octets in `telegram`.
     pub fn hears_after(&mut self, gap: u64, telegram: &str) {
         self.hears_octets(gap, &hex(telegram));
