@@ -21,6 +21,7 @@ impl Said {
     }
 }
 
+#[derive(Clone)]
 pub struct Desk<R> {
     pub station: Active<R>,
     receiver: Receiver,
