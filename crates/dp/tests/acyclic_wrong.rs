@@ -229,6 +229,25 @@ fn wrong_responses_are_named() {
     assert_eq!(abort.to_string(), "the response is one to Abort instead of Read");
 }
 
+/// profibus-wire 4.5: the acknowledgement is an echo, whole.
+#[test]
+fn another_alarm_is_not_acknowledged() {
+    use profivac_wire::acyclic::AlarmAck;
+    for (du, words) in [
+        ([0x5C, 3, 2, 0x18], "the response acknowledges another alarm"),
+        ([0x5C, 3, 1, 0x10], "the response is about 3/1 instead of 3/2"),
+        ([0x5C, 4, 2, 0x10], "the response is about 4/2 instead of 3/2"),
+    ] {
+        let mut desk = exchanging();
+        let alarm = AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 };
+        let ack = desk.station.user.ms1_alarm_ack(8, alarm, &Ms1Parameters::new(BAUD)).unwrap();
+        desk.asks();
+        desk.hears_octets(11, &octets(Ms1.response(&du)));
+        let Some(Outcome::Failed(cause)) = desk.station.user.outcome(ack) else { panic!("failed") };
+        assert_eq!(cause.to_string(), words);
+    }
+}
+
 /// A response that comes when nobody waits for it any more is not the next answer.
 #[test]
 fn late_answers_are_not_heard() {

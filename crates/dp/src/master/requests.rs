@@ -234,6 +234,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.acyclic.outcome(handle)
     }
 
+    /// Whether nothing more will become of a handle, but for an outcome to be taken.
+    pub fn is_over(&self, handle: Handle) -> bool {
+        self.acyclic.is_over(handle)
+    }
+
     /// Time has come to `now`, without the token: waiting for responses ends as if this station had been asked for work.
     pub fn elapse(&mut self, now: BitTime) {
         self.now = self.now.max(now);

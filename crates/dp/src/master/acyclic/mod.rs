@@ -107,6 +107,15 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         }
     }
 
+    /// Whether nothing more will become of it. What nobody holds is over.
+    pub(super) fn is_over(&self, handle: Handle) -> bool {
+        match handle.service() {
+            Service::Ms2 => self.ms2.get(handle).is_none_or(Held::is_over),
+            Service::Ms1 => self.ms1.get(handle).is_none_or(Held::is_over),
+            Service::Pkw => self.pkw.get(handle).is_none_or(Held::is_over),
+        }
+    }
+
     /// Time has come to `now`. `starts` tells of a slave in data exchange how often it has come there.
     pub(super) fn elapse(
         &mut self,
