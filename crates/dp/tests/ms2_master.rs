@@ -408,6 +408,9 @@ fn a_request_waits_for_an_idle_under_way() {
 #[test]
 fn without_the_token_waiting_ends_too() {
     let (mut desk, connection) = stand(PollRead);
+    // The poll is on its way: it is not given up before its answer may have come.
+    desk.station.user.elapse(desk.now + BAUD.tbit_of_ms(1001));
+    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
     desk.station.listen(desk.now);
     desk.station.user.elapse(desk.now);
     assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
