@@ -4,6 +4,7 @@
 mod coming_and_going;
 #[path = "../common/mod.rs"]
 mod common;
+mod foreign;
 mod line;
 mod lost;
 mod two_tokens;
