@@ -26,7 +26,7 @@ pub struct BusParameters {
     pub quiet_tbit: u16,
     /// How often a request is repeated when its answer is missing or damaged.
     pub retry_limit: u8,
-    /// G: every so many token visits one address is asked whether somebody is there.
+    /// G: from one scan of the GAP to the next so many target rotation times pass.
     pub gap_factor: u8,
     /// HSA: the highest address that is asked.
     pub hsa: u8,
@@ -115,6 +115,12 @@ impl BusParameters {
     pub fn timeout_tbit(&self) -> u64 {
         let slots = u64::from(self.address).saturating_add(3).saturating_mul(2);
         u64::from(self.slot_tbit).saturating_mul(slots)
+    }
+
+    /// T_GUD: from one scan of the GAP to the next.
+    #[must_use]
+    pub const fn gap_pause_tbit(&self) -> u64 {
+        (self.gap_factor as u64).saturating_mul(self.rotation_tbit as u64)
     }
 
     /// Whether a bus can have these parameters.
