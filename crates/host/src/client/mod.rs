@@ -1,0 +1,3 @@
+//! Gauges by name.
+
+pub mod names;
