@@ -1,11 +1,13 @@
-//! One record over MS2, as a class 2 master reads it: open a connection, ask, close it. profibus-wire 4.2 and 4.6 to 4.8.
+//! Records over MS2, as a class 2 master reads and writes them: open a connection, ask, close it. profibus-wire 4.2 and 4.6 to 4.8.
 //!
 //! Nothing of this needs the slave to be parameterised, and nothing disturbs the master that owns it.
 
+use crate::client::records::{RecordError, Records};
 use crate::tool::{Reply, Tool, ToolError};
+use profivac_devices::model::Via;
 use profivac_dp::link::active::{Failure, Request};
 use profivac_wire::acyclic::initiate::{AddAddr, Capabilities};
-use profivac_wire::acyclic::{self, Abort, AbortReason, Access, Defect, Initiate, Negative, Response};
+use profivac_wire::acyclic::{self, Abort, AbortReason, Access, Defect, Initiate, Negative, Response, Transfer};
 use profivac_wire::control::{Function, Status};
 use profivac_wire::sap::MASTER_MS2;
 use profivac_wire::{MAX_DU, Sap};
@@ -15,6 +17,9 @@ const MAX_RECORD: u8 = 240;
 
 /// Send_Timeout in 10 ms: longer than the 4 s that slaves ask for at the slow rates.
 const SEND_TIMEOUT: u16 = 500;
+
+/// How often a record is asked for when telegrams were lost on the way.
+const ATTEMPTS: usize = 3;
 
 /// How often a response is polled for. At one poll in a few milliseconds longer than Send_Timeout.
 const POLLS: usize = 2000;
@@ -51,25 +56,106 @@ pub enum Ms2Error {
     Slow,
 }
 
-/// Reads the record at `slot` and `index` of the slave at `address`.
+/// Reads the record at `slot` and `index` of the slave at `address`, with a connection of its own.
 ///
 /// # Errors
 /// [`Ms2Error`] says how far it got.
 pub fn read(tool: &mut Tool, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-    let mut line = Line { tool, address };
-    let sap = line.open()?;
-    let record = line.read(sap, slot, index);
-    line.send(sap, &acyclic::Request::Abort(Abort::new(AbortReason::User(0)))).ok();
+    let mut line = Ms2::new(tool, address);
+    let record = line.read(slot, index);
+    line.close();
     record
 }
 
-/// The way to a slave.
-struct Line<'a> {
+/// A connection to a slave. It is opened when it is needed, also again when the slave has closed it, and closed when it is
+/// dropped.
+pub struct Ms2<'a> {
     tool: &'a mut Tool,
     address: u8,
+    sap: Option<u8>,
 }
 
-impl Line<'_> {
+impl Drop for Ms2<'_> {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+impl<'a> Ms2<'a> {
+    /// No connection yet.
+    pub const fn new(tool: &'a mut Tool, address: u8) -> Self {
+        Self { tool, address, sap: None }
+    }
+
+    /// The master on the line.
+    pub const fn tool(&mut self) -> &mut Tool {
+        self.tool
+    }
+
+    /// Reads a record. What was lost on the way is asked for again: reading changes nothing.
+    ///
+    /// # Errors
+    /// [`Ms2Error`] says how far it got.
+    pub fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
+        let request = acyclic::Request::Read(Access { slot, index, length: MAX_RECORD });
+        let mut answer = self.request(&request);
+        for _ in 1..ATTEMPTS {
+            if !matches!(answer, Err(Ms2Error::Lost(_) | Ms2Error::Aborted(_))) {
+                break;
+            }
+            answer = self.request(&request);
+        }
+        match parse(&answer?)? {
+            Response::Read(record) if (record.slot, record.index) == (slot, index) => Ok(record.data.to_vec()),
+            _ => Err(Ms2Error::Other),
+        }
+    }
+
+    /// Writes a record, once: if no answer comes it may have been written or not.
+    ///
+    /// # Errors
+    /// [`Ms2Error`] says how far it got.
+    pub fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), Ms2Error> {
+        let request = acyclic::Request::Write(Transfer { slot, index, data: octets });
+        let answer = self.request(&request)?;
+        match parse(&answer)? {
+            Response::Write(written) if (written.slot, written.index) == (slot, index) => Ok(()),
+            _ => Err(Ms2Error::Other),
+        }
+    }
+
+    /// Closes the connection, if there is one.
+    pub fn close(&mut self) {
+        if let Some(sap) = self.sap.take() {
+            // A slave that does not hear it closes by itself after a while.
+            self.send(sap, &acyclic::Request::Abort(Abort::new(AbortReason::User(0)))).ok();
+        }
+    }
+
+    /// A request on the connection. One that the slave closed meanwhile, because nobody asked for long, is opened once more.
+    fn request(&mut self, request: &acyclic::Request<'_>) -> Result<Vec<u8>, Ms2Error> {
+        let (sap, is_old) = match self.sap {
+            Some(sap) => (sap, true),
+            None => (self.open()?, false),
+        };
+        self.sap = Some(sap);
+        let mut answer = self.call(sap, request);
+        // RS: the access point is closed, nothing was done.
+        if is_old && matches!(answer, Err(Ms2Error::Closed(_))) {
+            let sap = self.open()?;
+            self.sap = Some(sap);
+            answer = self.call(sap, request);
+        }
+        let is_over = match &answer {
+            Ok(answer) => matches!(Response::parse(answer), Ok(Response::Abort(_)) | Err(_)),
+            Err(_) => true,
+        };
+        if is_over {
+            self.sap = None;
+        }
+        answer
+    }
+
     /// Opens a connection and returns its access point.
     fn open(&mut self) -> Result<u8, Ms2Error> {
         let end = AddAddr::default();
@@ -85,14 +171,6 @@ impl Line<'_> {
         let answer = self.poll(manager.server_sap)?;
         match parse(&answer)? {
             Response::Initiate(_) => Ok(manager.server_sap),
-            _ => Err(Ms2Error::Other),
-        }
-    }
-
-    fn read(&mut self, sap: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-        let answer = self.call(sap, &acyclic::Request::Read(Access { slot, index, length: MAX_RECORD }))?;
-        match parse(&answer)? {
-            Response::Read(record) if (record.slot, record.index) == (slot, index) => Ok(record.data.to_vec()),
             _ => Err(Ms2Error::Other),
         }
     }
@@ -138,5 +216,19 @@ fn parse(pdu: &[u8]) -> Result<Response<'_>, Ms2Error> {
         Response::Abort(abort) => Err(Ms2Error::Aborted(abort.reason)),
         Response::Negative(negative) => Err(Ms2Error::Refused(negative)),
         response => Ok(response),
+    }
+}
+
+impl Records for Ms2<'_> {
+    fn via(&self) -> Via {
+        Via::Class2
+    }
+
+    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+        Ok(Self::read(self, slot, index)?)
+    }
+
+    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+        Ok(Self::write(self, slot, index, octets)?)
     }
 }

@@ -240,23 +240,9 @@ fn tells(configuration: &Configuration) -> bool {
 fn present_unit(tool: &mut Tool, address: u8, model: &'static Model) -> Result<&'static Unit, WatchError> {
     let unreadable = |error| WatchError::Unit { address, error };
     let (slot, index) = data_units(model).ok_or_else(|| unreadable(Ms2Error::Unsupported))?;
-    let record = read_persistently(tool, address, slot, index).map_err(unreadable)?;
+    let record = ms2::read(tool, address, slot, index).map_err(unreadable)?;
     let code = record.try_into().map(u16::from_be_bytes).map_err(|_| unreadable(Ms2Error::Other))?;
     model.unit(code).ok_or_else(|| unreadable(Ms2Error::Other))
-}
-
-/// How often a record is asked for when telegrams were lost on the way.
-const ATTEMPTS: usize = 3;
-
-fn read_persistently(tool: &mut Tool, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-    let mut record = ms2::read(tool, address, slot, index);
-    for _ in 1..ATTEMPTS {
-        if !matches!(record, Err(Ms2Error::Lost(_))) {
-            break;
-        }
-        record = ms2::read(tool, address, slot, index);
-    }
-    record
 }
 
 /// Where Data Units is: its first slot, and its index.

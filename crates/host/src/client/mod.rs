@@ -1,3 +1,23 @@
-//! Gauges by name.
+//! Gauges by name: for the bus tool, and for programs of one's own.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`names`] | parameters by the manual's words or its numbers |
+//! | [`values`] | values in words and units, and their octets |
+//! | [`records`] | the ways to the records of a slave, and what it answers |
+//! | [`identify`] | which device stands at an address |
+//! | `gauge` | [`Gauge`]: read, write, command |
+//! | `conditions`, `access` | what is checked before anything is sent |
+//! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
 
+mod access;
+mod conditions;
+mod error;
+mod gauge;
+pub mod identify;
 pub mod names;
+pub mod records;
+pub mod values;
+
+pub use error::{ClientError, Doing, Place, Severity};
+pub use gauge::{Gauge, Order, Pressure, Reading, Written};

@@ -52,6 +52,13 @@ pub enum Target<'a> {
         /// The index.
         index: u8,
     },
+    /// Numbers that stand in no table.
+    Raw {
+        /// The slot.
+        slot: u8,
+        /// The index.
+        index: u8,
+    },
 }
 
 /// Why a target is none.
@@ -159,7 +166,7 @@ impl Names {
     /// [`TargetError`] with what was expected, and with what is called alike.
     pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
         if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
-            return self.by_numbers(device, text);
+            return self.by_numbers(text).ok_or_else(|| TargetError::Numbers(text.to_owned()));
         }
         let wanted = key(text);
         let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&Named> {
@@ -182,18 +189,16 @@ impl Names {
         }
     }
 
-    fn by_numbers(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
-        let wrong = || TargetError::Numbers(text.to_owned());
-        let (slot, instance, index) = numbers(text).ok_or_else(wrong)?;
-        let unknown = || TargetError::Unknown { device, text: text.to_owned(), alike: Vec::new() };
-        match instance {
-            Some(instance) => self.at(slot, instance, index).map(Target::Named).ok_or_else(unknown),
-            None => {
-                let mut found = self.at_index(slot, index);
-                let first = found.next().ok_or_else(unknown)?;
-                Ok(if found.next().is_some() { Target::Shown { slot, index } } else { Target::Named(first) })
-            }
-        }
+    fn by_numbers(&self, text: &str) -> Option<Target<'_>> {
+        let (slot, instance, index) = numbers(text)?;
+        let raw = Target::Raw { slot, index };
+        let mut found = self.at_index(slot, index);
+        Some(match (instance, found.next(), found.next()) {
+            (Some(instance), ..) => self.at(slot, instance, index).map_or(raw, Target::Named),
+            (None, None, _) => raw,
+            (None, Some(only), None) => Target::Named(only),
+            (None, Some(_), Some(_)) => Target::Shown { slot, index },
+        })
     }
 
     /// The names that look most like `text`.
@@ -366,6 +371,7 @@ mod tests {
         match names(device).find(device, text) {
             Ok(Target::Named(named)) => named.parameter.numbers(),
             Ok(Target::Shown { slot, index }) => format!("shown {slot}/{index}"),
+            Ok(Target::Raw { slot, index }) => format!("raw {slot}/{index}"),
             Err(error) => error.to_string(),
         }
     }
@@ -416,7 +422,7 @@ mod tests {
         let unknown = "bcg450 has no parameter \"pirani.proces-valeu\"; did you mean pirani.process-value?";
         assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
         assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter \"xyz\"; `profivac list` shows all");
-        assert_eq!(numbers_of("bcg450", "7/19"), "bcg450 has no parameter \"7/19\"; `profivac list` shows all");
+        assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
         let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
         assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);
         let numbers = "expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got \"1/300\"";
