@@ -4,14 +4,17 @@ mod bus;
 mod console;
 mod demo;
 mod failure;
+mod gauge;
 mod gsd;
 mod hub;
 mod monitor;
 mod output;
+mod read;
 mod scan;
 mod screen;
 mod simulate;
 mod values;
+mod write;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -37,6 +40,8 @@ enum Command {
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
     Scan(scan::Arguments),
+    Read(read::Arguments),
+    Write(write::Arguments),
     Monitor(monitor::Arguments),
     Gsd(gsd::Arguments),
 }
@@ -47,6 +52,8 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
+        Command::Read(arguments) => read::run(&arguments),
+        Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
     };

@@ -65,7 +65,7 @@ pub enum Target<'a> {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TargetError {
     /// No parameter is called so.
-    #[error("{device} has no parameter {text:?}{}", suggestion(.alike))]
+    #[error("{device} has no parameter or command {text:?}{}", suggestion(.alike))]
     Unknown {
         /// The device.
         device: &'static str,
@@ -209,10 +209,12 @@ impl Names {
             strsim::normalized_damerau_levenshtein(&wanted, &slug(name))
                 .max(strsim::normalized_damerau_levenshtein(&wanted, row))
         };
-        let mut alike: Vec<_> = self.list.iter().map(|named| (likeness(&named.name), &named.name)).collect();
+        let parameters = self.list.iter().map(|named| named.name.clone());
+        let commands = self.commands().map(|(named, code)| command_name(named, code));
+        let mut alike: Vec<_> = parameters.chain(commands).map(|name| (likeness(&name), name)).collect();
         alike.retain(|(likeness, _)| *likeness >= ALIKE);
         alike.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name.clone()).collect()
+        alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name).collect()
     }
 
     /// The commands called `text`: `execute`, `degas on`, `channel.1/degas on`.
@@ -419,9 +421,12 @@ mod tests {
 
     #[test]
     fn what_is_no_parameter_is_answered_with_what_is() {
-        let unknown = "bcg450 has no parameter \"pirani.proces-valeu\"; did you mean pirani.process-value?";
+        let unknown = "bcg450 has no parameter or command \"pirani.proces-valeu\"; did you mean pirani.process-value?";
         assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
-        assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter \"xyz\"; `profivac list` shows all");
+        assert_eq!(
+            numbers_of("bcg450", "xyz"),
+            "bcg450 has no parameter or command \"xyz\"; `profivac list` shows all"
+        );
         assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
         let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
         assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);
