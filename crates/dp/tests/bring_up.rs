@@ -390,6 +390,7 @@ fn the_events_tell_the_story() {
             What::Entered(state) => state.to_string(),
             What::Diagnosis => "diagnosis".to_string(),
             What::Trouble(trouble) => trouble.to_string(),
+            What::Acyclic(handle, notice) => format!("{handle:?}: {notice:?}"),
         })
         .collect();
     assert_eq!(told, ["DIAG1", "diagnosis", "PRM", "CFG", "DIAG2", "diagnosis", "DATA"]);

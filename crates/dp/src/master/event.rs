@@ -1,5 +1,6 @@
 //! What a master has to tell about its slaves: one bounded queue.
 
+use super::acyclic::{Handle, Notice};
 use super::state::State;
 use crate::link::BitTime;
 use crate::link::active::Failure;
@@ -27,6 +28,8 @@ pub enum What {
     Trouble(Trouble),
     /// The diagnosis says something new.
     Diagnosis,
+    /// Something became of an acyclic request.
+    Acyclic(Handle, Notice),
 }
 
 /// What keeps a slave from exchanging data.
@@ -56,6 +59,8 @@ pub enum Trouble {
     NotReady,
     /// Static diagnosis: it has no valid process data yet.
     StaticDiag,
+    /// A late response could be taken for another one: MS1 begins anew with data exchange.
+    Ms1,
     /// It answers a service like this.
     Refused(Status),
     /// The data unit of an answer has the wrong length.
@@ -80,6 +85,7 @@ impl fmt::Display for Trouble {
             Self::PrmReq => f.write_str("it asks to be parameterised again (Prm_Req)"),
             Self::NotReady => f.write_str("it does not become ready (Station_Not_Ready)"),
             Self::StaticDiag => f.write_str("it has no valid process data yet (Stat_Diag)"),
+            Self::Ms1 => f.write_str("it did not respond to MS1 in time, or wrongly"),
             Self::Refused(Status::ServiceNotActivated) => f.write_str("it does not exchange data with us (RS)"),
             Self::Refused(Status::NoResource) => f.write_str("it has no room for the data (RR)"),
             Self::Refused(Status::UserError) => f.write_str("its application has failed (UE)"),

@@ -23,21 +23,31 @@
 //! # Ok::<(), profivac_dp::master::Rejected>(())
 //! ```
 
+mod acyclic;
 mod diagnosis;
 mod event;
 mod job;
+mod ms1;
+mod ms2;
 mod parameters;
+pub mod pkw;
+mod requests;
 pub mod services;
 mod slave;
 mod state;
 
+pub use acyclic::{Cause, End, Handle, NotTaken, Notice, Outcome, Service, Wrong};
 pub use event::{Event, Trouble, What};
 pub use job::Busy;
+pub use ms1::Ms1Parameters;
+pub use ms2::{Ms2Parameters, Opened, Phase};
 pub use parameters::{Rejected, Settings, SlaveParameters, watchdog_factors};
+pub use pkw::PkwParameters;
 pub use state::{Counters, State};
 
 use crate::link::BitTime;
 use crate::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests};
+use acyclic::{Acyclic, Turn};
 use core::fmt;
 use event::Events;
 use heapless::Vec;
@@ -87,12 +97,14 @@ enum Pending {
     Control,
     Slave(usize, Ask),
     Job,
+    Acyclic(Turn),
 }
 
 /// A class 1 master with room for `SLAVES` slaves. Of each of these a slave can have `OCTETS`: inputs, outputs,
-/// configuration, user parameters and extended diagnosis. `EVENTS` events wait to be taken.
+/// configuration, user parameters and extended diagnosis. `EVENTS` events wait to be taken. Up to `ACYCLIC` MS2 connections,
+/// as many MS1 requests and as many instructions in parameter channels are under way at the same time.
 #[derive(Clone, Debug)]
-pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize = 64> {
+pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize = 64, const ACYCLIC: usize = 4> {
     address: u8,
     settings: Settings,
     mode: Mode,
@@ -114,11 +126,16 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
     called: bool,
     events: Events<EVENTS>,
     job: Job,
+    acyclic: Acyclic<ACYCLIC>,
+    /// The raw request had the last turn.
+    job_was_last: bool,
     du: [u8; MAX_DU],
     now: BitTime,
 }
 
-impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVES, OCTETS, EVENTS> {
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
+    Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
+{
     /// A station with a master above it that begins to listen at `now`: without slaves, in [`Mode::Stop`].
     pub const fn on(bus: BusParameters, settings: Settings, now: BitTime) -> Active<Self> {
         Active::new(bus, Self::new(bus.address, settings, now), now)
@@ -142,6 +159,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
             called: false,
             events: Events::new(),
             job: Job::new(),
+            acyclic: Acyclic::new(),
+            job_was_last: false,
             du: [0; MAX_DU],
             now,
         }
@@ -362,6 +381,26 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         true
     }
 
+    /// The next message beside the cycle: the raw request and the acyclic ones in turn.
+    fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
+        let job = self.job.is_waiting().then_some(Pending::Job);
+        let next = match job.filter(|_| !self.job_was_last) {
+            Some(job) => Some(job),
+            None => self.acyclic.due(now).map(Pending::Acyclic).or(job),
+        };
+        self.job_was_last = next == Some(Pending::Job);
+        next
+    }
+
+    /// The parameter channel of a slave that has just been exchanged with.
+    #[inline]
+    fn channel_exchanged(&mut self, place: usize, ask: Ask) {
+        let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
+        if let (Ask::DataExch, Some(inputs)) = (ask, slave.inputs()) {
+            self.acyclic.exchanged(self.now, slave.address, inputs, &mut self.events.sink());
+        }
+    }
+
     /// The message to a slave.
     #[inline]
     fn message(&mut self, place: usize, ask: Ask) -> Option<Request<'_>> {
@@ -371,7 +410,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
             Ask::DataExch => services::data_exchange(
                 da,
                 match self.mode {
-                    Mode::Operate => slave.outputs(),
+                    Mode::Operate => match self.acyclic.with_channel(da, slave.outputs(), &mut self.du) {
+                        None => slave.outputs(),
+                        Some(length) => self.du.get(..length)?,
+                    },
                     Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
                 },
             ),
@@ -403,7 +445,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
     }
 }
 
-impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for Master<SLAVES, OCTETS, EVENTS> {
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize> Requests
+    for Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
+{
     #[inline]
     fn next(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>> {
         self.now = now;
@@ -413,13 +457,17 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for
                 match self.pending {
                     Pending::Slave(place, ask) => self.message(place, ask),
                     Pending::Control => self.global_control(),
-                    Pending::Job | Pending::Nothing => None,
+                    Pending::Job | Pending::Acyclic(_) | Pending::Nothing => None,
                 }
             }
             Priority::Low => {
-                let request = self.job.start()?;
-                self.pending = Pending::Job;
-                Some(request)
+                self.elapse(now);
+                self.pending = self.next_beside(now)?;
+                match self.pending {
+                    Pending::Job => self.job.start(),
+                    Pending::Acyclic(turn) => self.acyclic.message(turn),
+                    Pending::Slave(..) | Pending::Control | Pending::Nothing => None,
+                }
             }
         }
     }
@@ -430,9 +478,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
                 self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+                self.channel_exchanged(place, ask);
             }
             Pending::Control => self.control_due |= confirmation != Confirmation::Sent,
             Pending::Job => self.job.finish(confirmation),
+            Pending::Acyclic(turn) => self.acyclic.confirmed(turn, now, confirmation, &mut self.events.sink()),
             Pending::Nothing => {}
         }
     }

@@ -114,6 +114,10 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         &self.cfg
     }
 
+    pub(super) fn user_prm(&self) -> &[u8] {
+        &self.user_prm
+    }
+
     pub(super) fn inputs(&self) -> Option<&[u8]> {
         self.inputs.get(..self.lengths.inputs.into()).filter(|_| self.exchanged.is_some())
     }
