@@ -3,7 +3,7 @@
 use crate::bus::Bus;
 use crate::failure::Failure;
 use crate::values;
-use clap::Args;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use profivac_host::client::records::Records;
 use profivac_host::client::{ClientError, Gauge, Severity};
 use profivac_host::ms2::Ms2;
@@ -18,6 +18,33 @@ pub struct At {
     /// The address of the gauge
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     pub address: u8,
+}
+
+/// The same for a command that can do without: port and address are needed unless `--device` is given.
+#[derive(Debug)]
+pub struct MaybeAt(pub Option<At>);
+
+impl Args for MaybeAt {
+    fn augment_args(command: Command) -> Command {
+        let optional = |arg: Arg| arg.required(false).required_unless_present("device").conflicts_with("device");
+        At::augment_args(command).mut_arg("port", optional).mut_arg("address", optional)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for MaybeAt {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let there = matches.contains_id("port") && matches.contains_id("address");
+        Ok(Self(there.then(|| At::from_arg_matches(matches)).transpose()?))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
 }
 
 /// A gauge, whichever way it is reached.

@@ -7,6 +7,7 @@ mod failure;
 mod gauge;
 mod gsd;
 mod hub;
+mod list;
 mod monitor;
 mod output;
 mod read;
@@ -40,6 +41,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
     Scan(scan::Arguments),
+    List(list::Arguments),
     Read(read::Arguments),
     Write(write::Arguments),
     Monitor(monitor::Arguments),
@@ -52,6 +54,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
+        Command::List(arguments) => list::run(&arguments),
         Command::Read(arguments) => read::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),

@@ -1,6 +1,5 @@
 //! Records of a slave, whichever way they are read and written.
 
-use crate::ms2::Ms2Error;
 use crate::tool::ToolError;
 use profivac_devices::model::Via;
 use profivac_wire::acyclic::{ErrorCode, Negative};
@@ -112,19 +111,6 @@ impl fmt::Display for Refused {
 impl From<Negative> for Refused {
     fn from(negative: Negative) -> Self {
         Self { code_1: Some(negative.code_1), code: negative.code_2 }
-    }
-}
-
-impl From<Ms2Error> for RecordError {
-    fn from(error: Ms2Error) -> Self {
-        match error {
-            Ms2Error::Tool(error) => Self::Tool(error),
-            Ms2Error::Refused(negative) => Self::Refused(negative.into()),
-            Ms2Error::Unsupported | Ms2Error::Closed(_) => Self::NoWay(error.to_string()),
-            Ms2Error::Lost(_) | Ms2Error::Aborted(_) | Ms2Error::Malformed(_) | Ms2Error::Other | Ms2Error::Slow => {
-                Self::Lost(error.to_string())
-            }
-        }
     }
 }
 
