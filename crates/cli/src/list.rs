@@ -100,7 +100,7 @@ pub fn is_wanted(named: &Named, target: Option<&str>) -> bool {
 }
 
 /// A heading, a line for each place and block, and one for each parameter with what `facts` says about it.
-pub fn tree(heading: &str, shown: &[&Named], facts: impl Fn(&Named) -> String) -> String {
+pub fn tree(heading: &str, shown: &[&Named], mut facts: impl FnMut(&Named) -> String) -> String {
     let width = shown.iter().map(|named| named.name.len()).max().unwrap_or_default();
     let mut text = heading.to_owned();
     let mut last = None;

@@ -3,6 +3,8 @@
 mod bus;
 mod console;
 mod demo;
+mod diff;
+mod dump;
 mod failure;
 mod gauge;
 mod gsd;
@@ -11,6 +13,7 @@ mod list;
 mod monitor;
 mod output;
 mod read;
+mod restore;
 mod scan;
 mod screen;
 mod simulate;
@@ -44,6 +47,9 @@ enum Command {
     List(list::Arguments),
     Read(read::Arguments),
     Write(write::Arguments),
+    Dump(dump::Arguments),
+    Diff(diff::Arguments),
+    Restore(restore::Arguments),
     Monitor(monitor::Arguments),
     Gsd(gsd::Arguments),
 }
@@ -56,6 +62,9 @@ fn main() -> ExitCode {
         Command::Scan(arguments) => scan::run(&arguments),
         Command::List(arguments) => list::run(&arguments),
         Command::Read(arguments) => read::run(&arguments),
+        Command::Dump(arguments) => dump::run(&arguments),
+        Command::Diff(arguments) => diff::run(&arguments),
+        Command::Restore(arguments) => restore::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),

@@ -6,6 +6,7 @@
 //! | [`values`] | values in words and units, and their octets |
 //! | [`records`] | the ways to the records of a slave, and what it answers |
 //! | [`identify`] | which device stands at an address |
+//! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
 //! | `gauge` | [`Gauge`]: read, write, command |
 //! | `conditions`, `access` | what is checked before anything is sent |
 //! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
@@ -17,6 +18,7 @@ mod gauge;
 pub mod identify;
 pub mod names;
 pub mod records;
+pub mod settings;
 pub mod values;
 
 pub use error::{ClientError, Doing, Place, Severity};
