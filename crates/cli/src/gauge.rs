@@ -3,11 +3,14 @@
 use crate::bus::Bus;
 use crate::failure::Failure;
 use crate::values;
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
-use profivac_host::client::records::Records;
-use profivac_host::client::{ClientError, Gauge, Severity};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
+use profivac_devices::model::{Model, Via};
+use profivac_host::client::owned::Owned;
+use profivac_host::client::records::{RecordError, Records};
+use profivac_host::client::{ClientError, Gauge, Severity, identify};
 use profivac_host::ms2::Ms2;
 use profivac_host::tool::Tool;
+use profivac_host::watch::{WatchError, Watched};
 use std::io::{self, BufRead, IsTerminal, Write};
 
 /// Which gauge, and how to reach it.
@@ -18,6 +21,21 @@ pub struct At {
     /// The address of the gauge
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     pub address: u8,
+    /// How to reach its parameters: ms2 claims nothing; ms1 and pkw, the parameter channel, take the gauge over and unlock it
+    /// at the end
+    #[arg(long, value_name = "WAY", default_value = "ms2")]
+    via: Way,
+    /// With --via ms1 or pkw: take the gauge over without telling anybody; needed where no terminal is
+    #[arg(long)]
+    own: bool,
+}
+
+/// The ways to parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Way {
+    Ms2,
+    Ms1,
+    Pkw,
 }
 
 /// The same for a command that can do without: port and address are needed unless `--device` is given.
@@ -64,9 +82,37 @@ impl At {
     }
 
     fn gauge<'a>(&self, tool: &'a mut Tool) -> Result<AnyGauge<'a>, Failure> {
-        let seen = profivac_host::client::identify::meet(tool, self.address)?;
-        let records: Box<dyn Records> = Box::new(Ms2::new(tool, self.address));
-        Ok(Gauge::new(records, self.address, seen.ident)?)
+        let address = self.address;
+        let seen = identify::meet(tool, address)?;
+        let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
+        let records: Box<dyn Records> = match self.via {
+            Way::Ms2 => Box::new(Ms2::new(tool, address)),
+            Way::Ms1 => Box::new(self.own(tool, model, Via::Class1)?),
+            Way::Pkw => Box::new(self.own(tool, model, Via::Channel)?),
+        };
+        Ok(Gauge::known(records, address, model))
+    }
+
+    /// Takes the gauge over, if nobody else has it and somebody wants it.
+    fn own<'a>(&self, tool: &'a mut Tool, model: &'static Model, via: Via) -> Result<Owned<'a>, Failure> {
+        let seen = identify::meet(tool, self.address)?;
+        if let Some(master) = seen.owner.filter(|owner| *owner != self.bus.master()) {
+            return Err(WatchError::Owned { address: self.address, master }.into());
+        }
+        if !self.own && !somebody_is_there() {
+            return Err(Failure::usage("--via ms1 and pkw parameterise the gauge and own it: say --own in a script"));
+        }
+        eprintln!(
+            "profivac: {} at address {} is parameterised now, with the unit it has, and unlocked at the end",
+            model.name, self.address
+        );
+        let watched = Watched::find(tool, self.address, self.bus.master())?;
+        let (device, address) = (model.name, self.address);
+        Owned::take(tool, &watched, via).map_err(|error| match error {
+            RecordError::Tool(error) => error.into(),
+            RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
+            error => Failure::refused(format!("{device} at address {address}: {error}")),
+        })
     }
 }
 
@@ -81,12 +127,17 @@ impl From<ClientError> for Failure {
     }
 }
 
+/// Whether people sit in front of standard input and see what is said.
+fn somebody_is_there() -> bool {
+    io::stdin().is_terminal() && io::stderr().is_terminal()
+}
+
 /// Shows a risk and asks whether to go on. In a script somebody must have said `--yes`.
 pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if yes {
         return Ok(());
     }
-    if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
+    if !somebody_is_there() {
         return Err(Failure::usage(format!("{risk}; nothing was sent: say --yes in a script")));
     }
     eprint!("profivac: {risk}. Go on? [y/N] ");

@@ -65,7 +65,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     report(arguments, &rows);
     if let Err(failure) = done {
         let written = rows.iter().filter(|row| row.error.is_none()).count();
-        eprintln!("profivac: {written} settings were written before it ended; `profivac diff` shows what is missing");
+        if written > 0 {
+            eprintln!(
+                "profivac: {written} settings were written before it ended; `profivac diff` shows what is missing"
+            );
+        }
         return Err(failure);
     }
     let refused = rows.iter().filter(|row| row.error.is_some()).count();

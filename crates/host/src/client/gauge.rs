@@ -104,7 +104,12 @@ impl<R: Records> Gauge<R> {
     /// [`ClientError::Unknown`] when no known device has it.
     pub fn new(mut records: R, address: u8, ident: u16) -> Result<Self, ClientError> {
         let model = identify::model(ident, address, &mut records)?;
-        Ok(Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None })
+        Ok(Self::known(records, address, model))
+    }
+
+    /// A gauge that is known already.
+    pub fn known(records: R, address: u8, model: &'static Model) -> Self {
+        Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None }
     }
 
     /// Its tables.

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`names`] | parameters by the manual's words or its numbers |
 //! | [`values`] | values in words and units, and their octets |
+//! | [`owned`] | MS1 and the parameter channel of a slave that this master owns |
 //! | [`records`] | the ways to the records of a slave, and what it answers |
 //! | [`identify`] | which device stands at an address |
 //! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
@@ -17,6 +18,7 @@ mod error;
 mod gauge;
 pub mod identify;
 pub mod names;
+pub mod owned;
 pub mod records;
 pub mod settings;
 pub mod values;
