@@ -4,7 +4,7 @@ use crate::bus::Bus;
 use crate::failure::Failure;
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
-use profivac_devices::model::{Model, Via};
+use profivac_devices::model::{Model, Unit, Via};
 use profivac_host::client::owned::Owned;
 use profivac_host::client::records::{RecordError, Records};
 use profivac_host::client::{ClientError, Gauge, Severity, identify};
@@ -85,16 +85,23 @@ impl At {
         let address = self.address;
         let seen = identify::meet(tool, address)?;
         let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
-        let records: Box<dyn Records> = match self.via {
-            Way::Ms2 => Box::new(Ms2::new(tool, address)),
-            Way::Ms1 => Box::new(self.own(tool, model, Via::Class1)?),
-            Way::Pkw => Box::new(self.own(tool, model, Via::Channel)?),
+        let via = match self.via {
+            Way::Ms2 => return Ok(Gauge::known(Box::new(Ms2::new(tool, address)), address, model)),
+            Way::Ms1 => Via::Class1,
+            Way::Pkw => Via::Channel,
         };
-        Ok(Gauge::known(records, address, model))
+        let (owned, unit) = self.own(tool, model, via)?;
+        let records: Box<dyn Records> = Box::new(owned);
+        Ok(Gauge::known(records, address, model).in_unit(unit))
     }
 
     /// Takes the gauge over, if nobody else has it and somebody wants it.
-    fn own<'a>(&self, tool: &'a mut Tool, model: &'static Model, via: Via) -> Result<Owned<'a>, Failure> {
+    fn own<'a>(
+        &self,
+        tool: &'a mut Tool,
+        model: &'static Model,
+        via: Via,
+    ) -> Result<(Owned<'a>, &'static Unit), Failure> {
         let seen = identify::meet(tool, self.address)?;
         if let Some(master) = seen.owner.filter(|owner| *owner != self.bus.master()) {
             return Err(WatchError::Owned { address: self.address, master }.into());
@@ -108,11 +115,12 @@ impl At {
         );
         let watched = Watched::find(tool, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
-        Owned::take(tool, &watched, via).map_err(|error| match error {
+        let owned = Owned::take(tool, &watched, via).map_err(|error| match error {
             RecordError::Tool(error) => error.into(),
             RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
             error => Failure::refused(format!("{device} at address {address}: {error}")),
-        })
+        })?;
+        Ok((owned, watched.unit))
     }
 }
 

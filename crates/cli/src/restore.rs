@@ -5,8 +5,9 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
 use crate::output::{json, out};
 use clap::Args;
+use profivac_devices::model::Storage;
 use profivac_host::client::names::Named;
-use profivac_host::client::settings::{Difference, Restored, Setting, compare, restore};
+use profivac_host::client::settings::{Difference, Restored, Setting, close, compare, lock_of, open, restore};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -60,7 +61,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             rows = found.iter().map(planned).collect();
             return Ok(());
         }
-        write_all(gauge, &settings, &mut rows)
+        let done = write_all(gauge, &settings, &mut rows);
+        remind(&settings, &rows);
+        done
     });
     report(arguments, &rows);
     if let Err(failure) = done {
@@ -86,25 +89,63 @@ fn planned(difference: &Difference) -> Row {
     Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
 }
 
+/// The set of parameters that is open for changes.
+struct Lock(Option<Named>);
+
+impl Lock {
+    /// Opens the set of the parameter that comes next, after handing over the one before.
+    fn pass_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&Named>) -> Result<(), Failure> {
+        let next = next.and_then(|named| lock_of(&gauge.names(), named));
+        let name = |lock: &Option<Named>| lock.as_ref().map(|lock| lock.name.clone());
+        if name(&self.0) != name(&next) {
+            if let Some(lock) = self.0.take() {
+                close(gauge, &lock)?;
+            }
+            if let Some(lock) = &next {
+                open(gauge, lock)?;
+            }
+            self.0 = next;
+        }
+        Ok(())
+    }
+}
+
 fn write_all(gauge: &mut AnyGauge<'_>, settings: &[(Named, Setting)], rows: &mut Vec<Row>) -> Result<(), Failure> {
+    let mut lock = Lock(None);
     for round in 0..ROUNDS {
         for (named, setting) in settings {
-            let Some(difference) = compare(gauge, named, setting)? else { continue };
             // What was refused once is not asked again.
             if round > 0 && rows.iter().any(|row| row.name == named.name && row.error.is_some()) {
                 continue;
             }
-            let before = difference.now.text.clone();
-            let row = match restore(gauge, difference)? {
-                Restored::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
-                Restored::Refused(error) => {
-                    Row { name: named.name.clone(), before, after: None, error: Some(error.to_string()) }
-                }
-            };
-            rows.push(row);
+            if let Some(difference) = compare(gauge, named, setting)? {
+                lock.pass_to(gauge, Some(named))?;
+                rows.push(write_one(gauge, named, difference)?);
+            }
         }
+        lock.pass_to(gauge, None)?;
     }
     Ok(())
+}
+
+fn write_one(gauge: &mut AnyGauge<'_>, named: &Named, difference: Difference) -> Result<Row, Failure> {
+    let before = difference.now.text.clone();
+    Ok(match restore(gauge, difference)? {
+        Restored::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
+        Restored::Refused(error) => {
+            Row { name: named.name.clone(), before, after: None, error: Some(error.to_string()) }
+        }
+    })
+}
+
+/// Values that a device keeps on request only.
+fn remind(settings: &[(Named, Setting)], rows: &[Row]) {
+    let on_request = |(named, _): &(Named, Setting)| {
+        named.parameter.row.storage == Storage::OnRequest && rows.iter().any(|row| row.name == named.name)
+    };
+    if settings.iter().any(on_request) {
+        eprintln!("profivac: the device keeps these without power only when it is told to: write store");
+    }
 }
 
 fn report(arguments: &Arguments, rows: &[Row]) {

@@ -169,6 +169,14 @@ impl ClientError {
 fn advice(refused: &Refused, named: Option<&Named>) -> String {
     let codes = named.map(|named| &named.parameter.row.codes);
     let is_presentation = named.is_some_and(|named| named.parameter.row.name.starts_with("Data "));
+    let lock = named.filter(|named| super::settings::has_lock(named));
+    if let (Some(named), Refused::MODE) = (lock, refused.code) {
+        let place = named.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
+        let separator = if place.contains('.') { '/' } else { '.' };
+        return format!(
+            "; open the set first: write {place}{separator}threshold-validation open-for-changes, and valid afterwards"
+        );
+    }
     let text = match (refused.code_1, refused.code) {
         (_, Refused::ALREADY) => "nothing needs to be done",
         (_, Refused::MODE) if is_presentation => {

@@ -112,6 +112,12 @@ impl<R: Records> Gauge<R> {
         Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None }
     }
 
+    /// The same, of which it is known that its pressures are in `unit`.
+    #[must_use]
+    pub fn in_unit(self, unit: &'static Unit) -> Self {
+        Self { unit: Some(unit), ..self }
+    }
+
     /// Its tables.
     #[must_use]
     pub const fn model(&self) -> &'static Model {
@@ -319,8 +325,10 @@ impl<R: Records> Gauge<R> {
     pub fn unit(&mut self) -> Result<Option<&'static Unit>, ClientError> {
         if self.unit.is_none() {
             let names = self.names();
+            let via = self.records.via();
             let here = |named: &&Named| self.shown.is_some_and(|shown| named.parameter.place.instance == shown.now);
-            let mut units = names.all().iter().filter(|named| named.parameter.row.codes == Codes::Units);
+            let is_unit = |row: &Row| row.codes == Codes::Units && row.access.allows(via, Direction::Read);
+            let mut units = names.all().iter().filter(|named| is_unit(named.parameter.row));
             // The unit is the same everywhere: best where nothing has to be selected.
             let Some(named) = units.clone().find(here).or_else(|| units.next()) else { return Ok(None) };
             self.select(named)?;

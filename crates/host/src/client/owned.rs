@@ -3,9 +3,10 @@
 //! Owning a slave means Set_Prm: it is parameterised with the unit it has, exchanges data, and is unlocked at the end.
 
 use super::records::{RecordError, Records, Refused};
+use crate::ms2;
 use crate::tool::{Tool, ToolError};
 use crate::watch::Watched;
-use profivac_devices::model::{Configuration, Field, Instruction, Model, Telegram, Via};
+use profivac_devices::model::{Configuration, Field, Instruction, Model, NumberType, Telegram, Via};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{
     Handle, Mode, Ms1Parameters, NotTaken, Outcome, PkwParameters, SlaveParameters, State, Trouble, pkw,
@@ -48,7 +49,8 @@ impl<'a> Owned<'a> {
     /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
     pub fn take(tool: &'a mut Tool, watched: &Watched, via: Via) -> Result<Self, RecordError> {
         let model = watched.model;
-        let (configuration, way) = way_of(model, watched.configuration, via, tool.baud())?;
+        let number = present_number(tool, watched);
+        let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
         let mut user_prm = watched.parameters().user_prm.to_vec();
         if let (Way::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
             *first |= DPV1_ENABLE;
@@ -140,26 +142,39 @@ fn octets(value: pkw::Value) -> Vec<u8> {
     value.octets().iter().skip(4_usize.saturating_sub(value.width())).copied().collect()
 }
 
-/// The configuration for a way, and its parameters.
+/// Data Type, as a class 2 master reads it: a configuration with another number would change it.
+fn present_number(tool: &mut Tool, watched: &Watched) -> Option<NumberType> {
+    let places = watched.model.places.iter().filter(|_| watched.model.features.dpv1);
+    let (slot, index) = places
+        .filter_map(|place| {
+            let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
+            Some((place.addresses.first()?.slot, row.id))
+        })
+        .next()?;
+    let record = ms2::read(tool, watched.address, slot, index).ok()?;
+    NumberType::of(*record.first()?)
+}
+
+/// The configuration for a way, and its parameters: the present one, or else one with the number type the device has.
 fn way_of(
     model: &'static Model,
     present: &'static Configuration,
+    number: Option<NumberType>,
     via: Via,
     baud: Baud,
 ) -> Result<(&'static Configuration, Way), RecordError> {
-    let no = |reason: &str| Err(RecordError::NoWay(reason.to_owned()));
-    match via {
-        Via::Class1 if !model.features.ms1 => no("it has no MS1; say --via pkw"),
-        Via::Class1 => Ok((present, Way::Ms1(Ms1Parameters::new(baud)))),
-        Via::Channel => {
-            let all = std::iter::once(present).chain(model.configurations.iter());
-            let found = all.filter_map(|it| Some((it, channel(it, model)?))).next();
-            match found {
-                Some((configuration, parameters)) => Ok((configuration, Way::Channel(parameters))),
-                None => no("no configuration of it has a parameter channel"),
-            }
-        }
-        Via::Class2 => no("MS2 needs no ownership"),
+    let way = |it: &'static Configuration| match via {
+        Via::Class1 => Some((it, Way::Ms1(Ms1Parameters::new(baud)))),
+        Via::Channel => Some((it, Way::Channel(channel(it, model)?))),
+        Via::Class2 => None,
+    };
+    let keeps = |it: &&Configuration| number.is_none() || it.number() == number;
+    let all = || std::iter::once(present).chain(model.configurations.iter());
+    let found = all().filter(keeps).find_map(way).or_else(|| all().find_map(way));
+    match (via, found) {
+        (Via::Class1, _) if !model.features.ms1 => Err(RecordError::NoWay("it has no MS1; say --via pkw".to_owned())),
+        (_, Some(found)) => Ok(found),
+        (_, None) => Err(RecordError::NoWay("no configuration of it has a parameter channel".to_owned())),
     }
 }
 
@@ -228,11 +243,17 @@ mod tests {
     #[test]
     fn every_device_has_a_parameter_channel_where_its_manual_says() {
         for entry in &DEVICES {
-            let found = way_of(entry.model, entry.model.default_configuration, Via::Channel, Baud::B19200);
+            let found = way_of(entry.model, entry.model.default_configuration, None, Via::Channel, Baud::B19200);
             let Ok((configuration, Way::Channel(parameters))) = found else { panic!("{}", entry.model.name) };
             let byte_ak = if entry.model.ident == 0x05D9 { 2 } else { 10 };
             assert_eq!((parameters.outputs_at, parameters.inputs_at, parameters.byte_ak), (0, 0, byte_ak));
             assert!(configuration.output_octets() >= 8 && configuration.input_octets() >= 8);
+            for number in [NumberType::Integer, NumberType::Float] {
+                let model = entry.model;
+                let found = way_of(model, model.default_configuration, Some(number), Via::Channel, Baud::B19200);
+                let Ok((configuration, _)) = found else { panic!("{}", model.name) };
+                assert!(!model.features.dpv1 || configuration.number() == Some(number), "{}", model.name);
+            }
         }
     }
 

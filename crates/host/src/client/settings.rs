@@ -5,7 +5,7 @@
 
 use super::error::{ClientError, Severity};
 use super::gauge::{Gauge, Order, Reading};
-use super::names::{Named, Target};
+use super::names::{Named, Names, Target};
 use super::records::Records;
 use profivac_devices::model::{Access, Codes, DataType, Direction};
 use serde::Deserialize;
@@ -15,6 +15,11 @@ use toml::Spanned;
 
 /// What an instance selector is called: it is a finger on a page, not a setting.
 const SELECTOR: &str = "Channel Instance Selector";
+
+/// What opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
+const LOCK: &str = "Threshold validation";
+const OPEN: &str = "open-for-changes";
+const CLOSED: &str = "valid";
 
 /// What was read of a gauge.
 #[derive(Debug)]
@@ -110,7 +115,39 @@ pub fn is_setting(named: &Named) -> bool {
     row.is_kept() && row.access.intersects(Access::WRITE) && !row.codes.is_command() && row.name != SELECTOR
 }
 
-/// Reads everything that can be read. `progress` is told before each parameter.
+/// Whether a parameter can be written only while its set is open.
+pub(super) fn has_lock(named: &Named) -> bool {
+    let parameter = named.parameter;
+    parameter.row.name != LOCK && parameter.block.rows.iter().any(|row| row.name == LOCK)
+}
+
+/// What opens the set a parameter belongs to, if it belongs to one.
+#[must_use]
+pub fn lock_of(names: &Names, named: &Named) -> Option<Named> {
+    let place = named.parameter.place;
+    let row = named.parameter.block.rows.iter().find(|row| row.name == LOCK).filter(|_| has_lock(named))?;
+    names.at(place.slot, place.instance, row.id).cloned()
+}
+
+/// Opens a set for changes.
+///
+/// # Errors
+/// As [`Gauge::write`].
+pub fn open<R: Records>(gauge: &mut Gauge<R>, lock: &Named) -> Result<(), ClientError> {
+    let order = gauge.prepare(lock, OPEN)?;
+    gauge.carry_out(order).map(|_| ())
+}
+
+/// Hands a set over: it holds from here on.
+///
+/// # Errors
+/// As [`Gauge::write`]; most likely the parameters of the set contradict each other.
+pub fn close<R: Records>(gauge: &mut Gauge<R>, lock: &Named) -> Result<(), ClientError> {
+    let order = gauge.prepare(lock, CLOSED)?;
+    gauge.carry_out(order).map(|_| ())
+}
+
+/// Reads everything that can be read.
 ///
 /// # Errors
 /// When the line is lost; what the gauge refuses is part of the result.
@@ -127,6 +164,10 @@ pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
             Err(error) if error.severity() == Severity::Line => return Err(error),
             reading => readings.push((named.clone(), reading)),
         }
+    }
+    if readings.is_empty() {
+        let reason = "nothing can be read this way; say --via pkw".to_owned();
+        return Err(ClientError::NoWay { device: gauge.model().name, address: gauge.address(), reason });
     }
     Ok(Dump { device: gauge.model().name, ident: gauge.model().ident, readings })
 }
