@@ -4,15 +4,22 @@ mod bus;
 mod conform;
 mod console;
 mod demo;
+mod diff;
+mod dump;
 mod failure;
+mod gauge;
 mod gsd;
 mod hub;
+mod list;
 mod monitor;
 mod output;
+mod read;
+mod restore;
 mod scan;
 mod screen;
 mod simulate;
 mod values;
+mod write;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -38,6 +45,12 @@ enum Command {
     Simulate(simulate::Arguments),
     Hub(hub::Arguments),
     Scan(scan::Arguments),
+    List(list::Arguments),
+    Read(read::Arguments),
+    Write(write::Arguments),
+    Dump(dump::Arguments),
+    Diff(diff::Arguments),
+    Restore(restore::Arguments),
     Monitor(monitor::Arguments),
     Conform(conform::Arguments),
     Gsd(gsd::Arguments),
@@ -49,6 +62,12 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
+        Command::List(arguments) => list::run(&arguments),
+        Command::Read(arguments) => read::run(&arguments),
+        Command::Dump(arguments) => dump::run(&arguments),
+        Command::Diff(arguments) => diff::run(&arguments),
+        Command::Restore(arguments) => restore::run(&arguments),
+        Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),

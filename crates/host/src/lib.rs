@@ -5,6 +5,7 @@
 //! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
+//! | [`client`] | a gauge by name: parameters, values, commands, settings |
 //! | [`live`] | who is on a bus |
 //! | [`ms2`] | a record, as a class 2 master reads it |
 //! | [`watch`] | a slave to be watched, and what its inputs say |
@@ -19,6 +20,7 @@
 //! | [`pressure`] | pressures as people write them |
 
 pub mod bench;
+pub mod client;
 pub mod clock;
 pub mod conform;
 pub mod gsd;

@@ -8,7 +8,7 @@ use crate::port::{Port, PortError};
 use crate::segment::Segment;
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Busy, Master, Settings};
+use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
 use profivac_wire::MAX_DU;
 use profivac_wire::control::{StationType, Status};
 use rustix::fd::BorrowedFd;
@@ -23,6 +23,9 @@ const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 
 /// One absent address is asked for in so many token visits: each costs a slot time that is long on such a port.
 const GAP_FACTOR: u8 = 100;
+
+/// The shortest time the line is waited for.
+const LEAST_WAIT: Duration = Duration::from_millis(1);
 
 /// The bus parameters of a master behind an operating system.
 #[must_use]
@@ -68,6 +71,7 @@ pub enum Reply {
 /// A master on a port.
 pub struct Tool {
     segment: Segment<[Active<BusMaster>; 1]>,
+    baud: Baud,
     patience: Duration,
 }
 
@@ -80,7 +84,7 @@ impl Tool {
         bus.check().map_err(ToolError::Parameters)?;
         let station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, patience })
+        Ok(Self { segment, baud, patience })
     }
 
     /// The master.
@@ -92,6 +96,26 @@ impl Tool {
     #[must_use]
     pub const fn patience(&self) -> Duration {
         self.patience
+    }
+
+    /// The rate of the line.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    /// Waits for what becomes of an acyclic request.
+    ///
+    /// # Errors
+    /// [`ToolError`] when the line could not be had at all.
+    pub fn outcome<T>(&mut self, handle: Handle, take: impl FnOnce(Outcome<'_>) -> T) -> Result<T, ToolError> {
+        let begun = Instant::now();
+        loop {
+            if let Some(outcome) = self.master().outcome(handle) {
+                return Ok(take(outcome));
+            }
+            self.wait(begun)?;
+        }
     }
 
     /// The name of the port.
@@ -140,7 +164,8 @@ impl Tool {
     /// Serves the line once on behalf of somebody who has been waiting since `begun`.
     fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
         let left = self.patience.saturating_sub(begun.elapsed());
-        self.serve(&[], left)?;
+        // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
+        self.serve(&[], left.max(LEAST_WAIT))?;
         let station = self.station();
         match (left.is_zero() && !station.has_token(), station.other_master()) {
             (true, Some(master)) => Err(ToolError::Taken(master)),

@@ -1,0 +1,163 @@
+//! `profivac restore`: the settings of a file into a gauge.
+
+use crate::diff::{differences, in_order, load};
+use crate::failure::Failure;
+use crate::gauge::{AnyGauge, At};
+use crate::output::{json, out};
+use clap::Args;
+use profivac_devices::model::Storage;
+use profivac_host::client::names::Named;
+use profivac_host::client::settings::{Difference, Restored, Setting, close, compare, lock_of, open, restore};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Write the settings in a file of `profivac dump` to a gauge, for instance to the replacement of another.
+///
+/// A file of a device with another ident number is refused. Only what differs is written, unit and number type first and what
+/// enables something last; each value is read back and reported. What the gauge refuses is told, and the rest goes on.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    at: At,
+    /// Show what would be written, and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// The file
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac restore --port /dev/ttyUSB0 --address 5 gauge.toml --dry-run
+  profivac restore --port /dev/ttyUSB0 --address 5 gauge.toml";
+
+/// A value that was written may move another: they are looked at once more.
+const ROUNDS: usize = 2;
+
+/// What JSON says about one setting.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    before: String,
+    /// What it is then, or would be with --dry-run.
+    after: Option<String>,
+    error: Option<String>,
+}
+
+/// Compares, writes, reads back.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = load(&arguments.file)?;
+    let mut rows = Vec::new();
+    let done = arguments.at.with(|gauge| {
+        let settings = in_order(&file, &arguments.file, gauge)?;
+        // All values are looked at before the first is written.
+        let found = differences(gauge, &settings, &arguments.file)?;
+        if arguments.dry_run {
+            rows = found.iter().map(planned).collect();
+            return Ok(());
+        }
+        let done = write_all(gauge, &settings, &mut rows);
+        remind(&settings, &rows);
+        done
+    });
+    report(arguments, &rows);
+    if let Err(failure) = done {
+        let written = rows.iter().filter(|row| row.error.is_none()).count();
+        if written > 0 {
+            eprintln!(
+                "profivac: {written} settings were written before it ended; `profivac diff` shows what is missing"
+            );
+        }
+        return Err(failure);
+    }
+    let refused = rows.iter().filter(|row| row.error.is_some()).count();
+    if refused > 0 {
+        return Err(Failure::refused(format!("{refused} of {} differing settings were not taken", rows.len())));
+    }
+    let verb = if arguments.dry_run { "would be" } else { "were" };
+    eprintln!("profivac: {} of {} settings differed and {verb} written", rows.len(), file.settings.len());
+    Ok(())
+}
+
+fn planned(difference: &Difference) -> Row {
+    let Difference { order, now } = difference;
+    Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
+}
+
+/// The set of parameters that is open for changes.
+struct Lock(Option<Named>);
+
+impl Lock {
+    /// Opens the set of the parameter that comes next, after handing over the one before.
+    fn pass_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&Named>) -> Result<(), Failure> {
+        let next = next.and_then(|named| lock_of(&gauge.names(), named));
+        let name = |lock: &Option<Named>| lock.as_ref().map(|lock| lock.name.clone());
+        if name(&self.0) != name(&next) {
+            if let Some(lock) = self.0.take() {
+                close(gauge, &lock)?;
+            }
+            if let Some(lock) = &next {
+                open(gauge, lock)?;
+            }
+            self.0 = next;
+        }
+        Ok(())
+    }
+}
+
+fn write_all(gauge: &mut AnyGauge<'_>, settings: &[(Named, Setting)], rows: &mut Vec<Row>) -> Result<(), Failure> {
+    let mut lock = Lock(None);
+    for round in 0..ROUNDS {
+        for (named, setting) in settings {
+            // What was refused once is not asked again.
+            if round > 0 && rows.iter().any(|row| row.name == named.name && row.error.is_some()) {
+                continue;
+            }
+            if let Some(difference) = compare(gauge, named, setting)? {
+                lock.pass_to(gauge, Some(named))?;
+                rows.push(write_one(gauge, named, difference)?);
+            }
+        }
+        lock.pass_to(gauge, None)?;
+    }
+    Ok(())
+}
+
+fn write_one(gauge: &mut AnyGauge<'_>, named: &Named, difference: Difference) -> Result<Row, Failure> {
+    let before = difference.now.text.clone();
+    Ok(match restore(gauge, difference)? {
+        Restored::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
+        Restored::Refused(error) => {
+            Row { name: named.name.clone(), before, after: None, error: Some(error.to_string()) }
+        }
+    })
+}
+
+/// Values that a device keeps on request only.
+fn remind(settings: &[(Named, Setting)], rows: &[Row]) {
+    let on_request = |(named, _): &(Named, Setting)| {
+        named.parameter.row.storage == Storage::OnRequest && rows.iter().any(|row| row.name == named.name)
+    };
+    if settings.iter().any(on_request) {
+        eprintln!("profivac: the device keeps these without power only when it is told to: write store");
+    }
+}
+
+fn report(arguments: &Arguments, rows: &[Row]) {
+    if arguments.json {
+        out(&json(&rows));
+        return;
+    }
+    for row in rows {
+        match (&row.after, &row.error) {
+            (Some(after), _) => out(&format!("{}: {} -> {after}", row.name, row.before)),
+            (None, Some(error)) => out(&format!("{}: {} stays: {error}", row.name, row.before)),
+            (None, None) => {}
+        }
+    }
+}
