@@ -3,6 +3,7 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`api`] | what can be asked over HTTP |
+//! | [`config`] | the file that describes a station |
 //! | [`plant`] | what all threads share |
 //! | [`recorder`] | what was measured and what happened, in a file that survives a power cut |
 //! | [`rise`] | leaks told from outgassing |
@@ -10,6 +11,7 @@
 //! | [`web`] | the dashboard |
 
 pub mod api;
+pub mod config;
 pub mod plant;
 pub mod recorder;
 pub mod rise;
