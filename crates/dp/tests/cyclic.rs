@@ -207,10 +207,28 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
     assert_eq!(messages.len() - begin, 9, "{messages:?}");
 
-    // One exchange was good in between: the next restart is at once again, and does not pause for 10 ms.
-    line.run_for(2_000);
+    // It exchanged data for longer than the longest pause: the next restart is at once again.
+    line.run_for(settings().pause_max_tbit);
     line.slaves[0].power_up(8);
     line.run_until(5_000, |line| line.master.user.counters(8).unwrap().starts == 3);
+}
+
+#[test]
+fn a_slave_that_falls_out_every_time_is_started_ever_more_slowly() {
+    let mut line = line(settings(), &[8]);
+    let mut starts = Vec::new();
+    for _ in 0..8 {
+        line.run_for(3_000);
+        line.slaves[0].power_up(8);
+        let fell = line.now;
+        let known = line.master.user.counters(8).unwrap().starts;
+        line.run_until(400_000, |line| line.master.user.counters(8).unwrap().starts > known);
+        starts.push(line.now - fell);
+    }
+    let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
+    for (start, least) in starts.iter().zip([0, 10, 20, 40, 80, 160, 250, 250].map(ms)) {
+        assert!((least..least + 4_000).contains(start), "{starts:?}");
+    }
 }
 
 #[test]

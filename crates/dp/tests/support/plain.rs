@@ -16,6 +16,7 @@ pub struct Plain {
     /// The blocks have changed.
     pub changed: bool,
     pub accepts_prm: bool,
+    pub dpv1: bool,
     pub address_is_settable: bool,
 }
 
@@ -32,6 +33,7 @@ impl Plain {
             static_diag: false,
             changed: false,
             accepts_prm: true,
+            dpv1: false,
             address_is_settable: false,
         }
     }
@@ -49,7 +51,7 @@ impl Device for Plain {
     }
 
     fn features(&self) -> Features {
-        Features { sync: true, freeze: true, dpv1: false, ms1: false }
+        Features { sync: true, freeze: true, dpv1: self.dpv1, ms1: false }
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
