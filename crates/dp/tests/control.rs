@@ -120,6 +120,21 @@ fn sync_waits_until_every_slave_of_the_group_has_the_outputs() {
 }
 
 #[test]
+fn sync_waits_for_a_slave_that_is_not_asked_in_every_cycle() {
+    let slow = SlaveParameters { min_interval_tbit: 5_000, ..slave(4, 1) };
+    let mut line = line(settings(), &[slave(3, 1), slow, slave(5, 1)]);
+    control(&mut line, ControlCommand::SYNC, 1);
+    for value in 10..20 {
+        line.run_for(1_777);
+        let held = outputs(&line);
+        put(&mut line, [value, value]);
+        assert_eq!(line.master.user.control(ControlCommand::SYNC, 1), Ok(()));
+        line.run_until(20_000, |line| outputs(line) != held);
+        assert_eq!(outputs(&line), all([[value, value]; 3]));
+    }
+}
+
+#[test]
 fn freeze_keeps_the_inputs_of_a_group_until_the_next_freeze_and_ends_with_unfreeze() {
     let mut line = line(settings(), &[slave(3, 1), slave(4, 2)]);
     let change = |line: &mut Bus, value| line.slaves.iter_mut().for_each(|slave| slave.device_mut().inputs[0] = value);
@@ -313,7 +328,7 @@ fn a_slave_that_is_mute_does_not_keep_a_master_from_stopping() {
 #[test]
 fn nobody_is_brought_up_by_a_master_that_stops() {
     // A mute slave makes the farewell long; another powers up meanwhile and asks for parameters.
-    let mut line = line(settings(), &[slave(3, 0), slave(4, 0)]);
+    let mut line = line(Settings { miss_limit: 10, ..settings() }, &[slave(3, 0), slave(4, 0)]);
     line.tamper = Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     line.slaves[1].power_up(4);
     line.master.user.set_mode(Mode::Stop);

@@ -23,7 +23,7 @@ const MAX_USER_PRM: usize = 237;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Notice {
     Nothing,
-    /// Something went wrong, and the slave exchanges data no more.
+    /// The slave exchanges data no more: something went wrong, unless it was told so.
     FellOut,
     /// The slave was to be removed, and has been given back.
     Gone,
@@ -359,9 +359,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             }
             (true, false) => {
                 *context.exchanging = context.exchanging.saturating_sub(1);
-                if self.trouble.is_some() {
-                    context.notice = Notice::FellOut;
-                }
+                context.notice = Notice::FellOut;
             }
             (true, true) | (false, false) => {}
         }
