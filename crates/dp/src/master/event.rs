@@ -98,7 +98,7 @@ impl fmt::Display for Trouble {
             Self::Refused(Status::NoResource) => f.write_str("it has no room for the data (RR)"),
             Self::Refused(Status::UserError) => f.write_str("its application has failed (UE)"),
             Self::Refused(Status::NoReply) => f.write_str("it acknowledges where it should answer with data"),
-            Self::Refused(Status::DataLow | Status::DataHigh | Status::DataLowNotTaken | Status::DataHighNotTaken) => {
+            Self::Refused(status) if status.carries_data() => {
                 f.write_str("it answers with data where it should only acknowledge")
             }
             Self::Refused(status) => write!(f, "it answers {status:?}"),
