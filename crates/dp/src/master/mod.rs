@@ -27,6 +27,7 @@ mod backoff;
 mod control;
 mod diagnosis;
 mod event;
+mod ext_diag;
 mod job;
 mod parameters;
 mod roster;
@@ -36,6 +37,7 @@ mod state;
 
 pub use control::{COMMANDS, NotTaken};
 pub use event::{Event, Trouble, What};
+pub use ext_diag::{Entry, ExtDiag};
 pub use job::Busy;
 pub use parameters::{Rejected, Settings, SlaveParameters, watchdog_factors};
 pub use state::{Counters, State};
@@ -226,7 +228,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         self.slave(address).map(Handler::counters)
     }
 
-    /// The last diagnosis of a slave.
+    /// The last diagnosis of a slave. [`ext_diag`](Self::ext_diag) divides what is behind its fixed octets.
     pub fn diagnosis(&self, address: u8) -> Option<SlaveDiag<'_>> {
         self.slave(address)?.diagnosis()
     }

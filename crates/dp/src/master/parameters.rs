@@ -68,6 +68,8 @@ pub struct SlaveParameters<'a> {
     pub freeze: bool,
     /// In Clear the slave is sent outputs of length zero instead of zeros. `user_prm` must tell it so.
     pub fail_safe: bool,
+    /// DPV1_Slave of the GSD file: device-related diagnosis is alarms and statuses.
+    pub dpv1: bool,
     /// Diag_Update_Delay of the GSD file: so many diagnoses after Set_Prm may still ask for parameters.
     pub diag_update_delay: u8,
 }
@@ -88,6 +90,7 @@ impl<'a> SlaveParameters<'a> {
             sync: false,
             freeze: false,
             fail_safe: false,
+            dpv1: false,
             diag_update_delay: 0,
         }
     }
