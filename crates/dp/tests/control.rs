@@ -6,7 +6,7 @@ mod support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{COMMANDS, Master, Mode, NotTaken, Settings, SlaveParameters, State, Trouble, What};
+use profivac_dp::master::{COMMANDS, Master, Mode, NotSent, Settings, SlaveParameters, State, Trouble, What};
 use profivac_wire::diag::StationStatus;
 use profivac_wire::global::ControlCommand;
 use support::bus;
@@ -46,7 +46,7 @@ fn line(settings: Settings, slaves: &[SlaveParameters<'_>]) -> Bus {
     for slave in slaves {
         let mut device = Plain::new(IDENT, &CFG);
         device.inputs = vec![1, slave.address];
-        device.dpv1 = !slave.user_prm.is_empty();
+        device.features.dpv1 = !slave.user_prm.is_empty();
         line.attach(device, slave.address);
     }
     line.run_until(300_000, |line| {
@@ -177,7 +177,7 @@ fn commands_keep_their_order_and_their_number_is_limited() {
         assert_eq!(line.master.user.control(ControlCommand::FREEZE, group), Ok(()));
     }
     assert_eq!((COMMANDS, line.master.user.controls_waiting()), (8, 8));
-    assert_eq!(line.master.user.control(ControlCommand::FREEZE, 9), Err(NotTaken::Full));
+    assert_eq!(line.master.user.control(ControlCommand::FREEZE, 9), Err(NotSent::Full));
     line.run_for(20_000);
     let sent: Vec<_> = line.trace[first..]
         .iter()
@@ -200,7 +200,7 @@ fn a_command_that_cannot_be_is_refused_in_words() {
         assert_eq!(sentence(&mut line, command), expected);
     }
     line.master.user.set_mode(Mode::Stop);
-    assert_eq!(line.master.user.control(ControlCommand::SYNC, 0), Err(NotTaken::NobodyListens));
+    assert_eq!(line.master.user.control(ControlCommand::SYNC, 0), Err(NotSent::NobodyListens));
 }
 
 #[test]

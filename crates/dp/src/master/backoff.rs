@@ -74,7 +74,7 @@ mod tests {
     /// How long the pause is after a failure at `now`.
     fn pause(back_off: &mut BackOff, now: u64) -> u64 {
         back_off.failed(BitTime(now), &SETTINGS);
-        (0..).find(|pause| back_off.is_over(BitTime(now + pause))).unwrap()
+        (0..).find(|pause| back_off.is_over(BitTime(now) + *pause)).unwrap()
     }
 
     #[test]

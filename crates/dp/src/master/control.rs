@@ -19,7 +19,7 @@ pub const COMMANDS: usize = 8;
 
 /// Why a command was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotTaken {
+pub enum NotSent {
     /// [`COMMANDS`] are waiting already.
     Full,
     /// No slave exchanges data, so none would listen.
@@ -28,7 +28,7 @@ pub enum NotTaken {
     NoCommand(ControlCommand),
 }
 
-impl fmt::Display for NotTaken {
+impl fmt::Display for NotSent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Full => write!(f, "{COMMANDS} commands are waiting to be sent already"),
@@ -40,7 +40,7 @@ impl fmt::Display for NotTaken {
     }
 }
 
-impl core::error::Error for NotTaken {}
+impl core::error::Error for NotSent {}
 
 /// What is to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,17 +136,17 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
     /// come with the cycle that follows.
     ///
     /// # Errors
-    /// [`NotTaken`], and nothing is sent.
-    pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), NotTaken> {
+    /// [`NotSent`], and nothing is sent.
+    pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), NotSent> {
         let pairs = ControlCommand::SYNC | ControlCommand::UNSYNC | ControlCommand::FREEZE | ControlCommand::UNFREEZE;
         if command.is_empty() || !pairs.contains(command) {
-            return Err(NotTaken::NoCommand(command));
+            return Err(NotSent::NoCommand(command));
         }
         if self.mode == Mode::Stop || self.exchanging == 0 {
-            return Err(NotTaken::NobodyListens);
+            return Err(NotSent::NobodyListens);
         }
         let waiting = Waiting { control: GlobalControl { command, group }, since: None };
-        self.controls.commands.push_back(waiting).map_err(|_| NotTaken::Full)
+        self.controls.commands.push_back(waiting).map_err(|_| NotSent::Full)
     }
 
     /// How many commands were taken and not sent yet. They are dropped when no slave exchanges data any more.

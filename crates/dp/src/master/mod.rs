@@ -35,7 +35,7 @@ pub mod services;
 mod slave;
 mod state;
 
-pub use control::{COMMANDS, NotTaken};
+pub use control::{COMMANDS, NotSent};
 pub use event::{Event, Trouble, What};
 pub use ext_diag::{Entry, ExtDiag};
 pub use job::Busy;
@@ -51,7 +51,7 @@ use heapless::Vec;
 use job::Job;
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::{MAX_DU, Sap};
-use slave::{Context, Handler, Notice};
+use slave::{Change, Context, Handler};
 use state::Ask;
 
 /// The highest address of a slave that can be parameterised.
@@ -299,7 +299,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         }
     }
 
-    fn with_place(&mut self, place: usize, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Notice {
+    fn with_place(&mut self, place: usize, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Change {
         let mut context = Context {
             now: self.now,
             address: self.address,
@@ -308,12 +308,12 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
             exchanging: &mut self.exchanging,
             control_due: &mut self.controls.mode_due,
             asked_at: self.asked_at,
-            notice: Notice::Nothing,
+            change: Change::Nothing,
         };
         if let Some(slave) = self.slaves.get_mut(place) {
             act(slave, &mut context);
         }
-        context.notice
+        context.change
     }
 
     /// The next message of the cycle, nothing at its end.
@@ -460,9 +460,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for
         self.now = now;
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
-                let notice = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
-                if notice != Notice::Nothing {
-                    self.noticed(place, notice);
+                let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+                if change != Change::Nothing {
+                    self.changed(place, change);
                 }
             }
             Pending::Control(tell) => self.controls.told(tell, confirmation == Confirmation::Sent),

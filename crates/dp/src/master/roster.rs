@@ -1,7 +1,7 @@
 //! Changing the list of slaves while the others go on: taking one out, giving one other parameters.
 
 use super::parameters::{Rejected, SlaveParameters};
-use super::slave::{Handler, Notice};
+use super::slave::{Change, Handler};
 use super::state::State;
 use super::{Master, Mode, NOBODY, Pending};
 
@@ -43,13 +43,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         Ok(())
     }
 
-    /// What a handler gave notice of: it has become inactive, or fallen out of data exchange.
+    /// What the master does when a slave has been given back, or has fallen out of data exchange.
     #[cold]
-    pub(super) fn noticed(&mut self, place: usize, notice: Notice) {
-        match notice {
-            Notice::Nothing => {}
-            Notice::Gone => self.take_out(place),
-            Notice::FellOut => {
+    pub(super) fn changed(&mut self, place: usize, change: Change) {
+        match change {
+            Change::Nothing => {}
+            Change::Gone => self.take_out(place),
+            Change::FellOut => {
                 if self.settings.auto_clear && self.mode == Mode::Operate {
                     self.set_mode(Mode::Clear);
                     self.with_place(place, |slave, context| slave.auto_clear(context));

@@ -19,9 +19,9 @@ use profivac_wire::prm::{PrmStatus, SetPrm};
 /// The longest User_Prm_Data: 244 octets without the seven fixed ones.
 const MAX_USER_PRM: usize = 237;
 
-/// What the master must know after it has called a handler.
+/// What the master must know when a handler has done its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Notice {
+pub(super) enum Change {
     Nothing,
     /// The slave exchanges data no more: something went wrong, unless it was told so.
     FellOut,
@@ -42,7 +42,7 @@ pub(super) struct Context<'a> {
     pub(super) control_due: &'a mut bool,
     /// When the message was handed out that is being confirmed.
     pub(super) asked_at: BitTime,
-    pub(super) notice: Notice,
+    pub(super) change: Change,
 }
 
 /// One slave.
@@ -361,7 +361,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             }
             (true, false) => {
                 *context.exchanging = context.exchanging.saturating_sub(1);
-                context.notice = Notice::FellOut;
+                context.change = Change::FellOut;
             }
             (true, true) | (false, false) => {}
         }
@@ -369,7 +369,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.misses = 0;
         self.back_off.end(context.now);
         if self.leaving && state == State::Inactive {
-            context.notice = Notice::Gone;
+            context.change = Change::Gone;
         }
         if self.state != state {
             self.state = state;

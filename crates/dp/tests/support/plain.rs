@@ -16,8 +16,8 @@ pub struct Plain {
     /// The blocks have changed.
     pub changed: bool,
     pub accepts_prm: bool,
-    pub dpv1: bool,
     pub address_is_settable: bool,
+    pub features: Features,
 }
 
 impl Plain {
@@ -33,8 +33,8 @@ impl Plain {
             static_diag: false,
             changed: false,
             accepts_prm: true,
-            dpv1: false,
             address_is_settable: false,
+            features: Features { sync: true, freeze: true, dpv1: false, ms1: false },
         }
     }
 
@@ -51,7 +51,7 @@ impl Device for Plain {
     }
 
     fn features(&self) -> Features {
-        Features { sync: true, freeze: true, dpv1: self.dpv1, ms1: false }
+        self.features
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
