@@ -117,6 +117,8 @@ fn a_slave_that_nobody_answers_for_is_removed_at_once() {
     line.master.user.set_mode(Mode::Stop);
     line.run_for(5_000);
     assert!(line.master.user.remove(4));
+    let last = std::iter::from_fn(|| line.master.user.next_event()).last().map(|event| (event.address, event.what));
+    assert_eq!(last, Some((4, What::Entered(State::Inactive))));
     assert_eq!((line.master.user.addresses().count(), line.master.user.exchanging()), (0, 0));
 }
 
