@@ -114,7 +114,7 @@ impl Bus {
     fn is_pending(&mut self, handle: Handle) -> bool {
         let user = &mut self.station.user;
         if let Some(phase) = user.ms2_phase(handle) {
-            drop(user.ms2_close(handle));
+            let _gone = user.ms2_close(handle);
             return phase != Phase::Ended;
         }
         // A job of MS1 or the channel that was over has its outcome taken here, and a later one is none of this handle.
