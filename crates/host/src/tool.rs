@@ -6,7 +6,7 @@
 use crate::clock::tbit_of;
 use crate::port::{Port, PortError};
 use crate::segment::Segment;
-use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
+use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
 use profivac_wire::MAX_DU;
@@ -172,6 +172,28 @@ impl Tool {
             (true, None) => Err(ToolError::Babble),
             (false, _) => Ok(()),
         }
+    }
+
+    /// Where this master stands to the ring.
+    pub fn standing(&mut self) -> Standing {
+        self.station().standing()
+    }
+
+    /// The masters in the ring, as far as this one knows.
+    pub fn masters(&mut self) -> Vec<u8> {
+        self.station().masters().collect()
+    }
+
+    /// The slaves that were heard of, by the GAP or because they were asked.
+    pub fn slaves(&mut self) -> Vec<u8> {
+        let live = self.station().live();
+        live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
+    }
+
+    /// How many telegrams arrived damaged.
+    #[must_use]
+    pub const fn damaged(&self) -> u32 {
+        self.segment.damaged()
     }
 
     fn station(&mut self) -> &mut Active<BusMaster> {

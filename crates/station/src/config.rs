@@ -95,6 +95,14 @@ pub struct Gauge {
     pub levels: Vec<(String, Pressure)>,
 }
 
+impl Gauge {
+    /// Whether this is the same slave, whatever else has changed.
+    #[must_use]
+    pub fn is_same_slave(&self, other: &Self) -> bool {
+        (self.address, &self.device) == (other.address, &other.device)
+    }
+}
+
 /// Why a file describes no station: what is wrong, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}:{column}: {what}", file = file.display())]

@@ -7,6 +7,9 @@
 //! | [`plant`] | what all threads share |
 //! | [`recorder`] | what was measured and what happened, in a file that survives a power cut |
 //! | [`rise`] | leaks told from outgassing |
+//! | [`segment`] | a port, a master, its gauges: a thread of their own |
+//! | [`server`] | API and dashboard on a socket |
+//! | [`station`] | all of it |
 //! | [`view`] | what can be seen |
 //! | [`web`] | the dashboard |
 
@@ -15,5 +18,8 @@ pub mod config;
 pub mod plant;
 pub mod recorder;
 pub mod rise;
+pub mod segment;
+pub mod server;
+pub mod station;
 pub mod view;
 pub mod web;
