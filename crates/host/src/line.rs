@@ -94,6 +94,12 @@ impl<C: Stations> Line<C> {
         &mut self.stations
     }
 
+    /// The outside was gone and is back: what was on its way is lost, and `receiver` decodes from here on.
+    pub fn rejoin(&mut self, receiver: Receiver) {
+        self.receiver = receiver;
+        self.queue.clear();
+    }
+
     /// How many telegrams from outside were damaged.
     pub const fn damaged(&self) -> u32 {
         self.receiver.damaged()

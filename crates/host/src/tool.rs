@@ -4,7 +4,7 @@
 //! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
 
 use crate::clock::tbit_of;
-use crate::port::{Port, PortError};
+use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
 use profivac_dp::link::{Baud, BitTime};
@@ -105,7 +105,23 @@ impl Tool {
     /// # Errors
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-        self.segment.serve(others, at_most)
+        let readable = self.segment.serve(others, at_most)?;
+        if self.segment.take_rejoined() {
+            let now = self.segment.now();
+            self.station().listen(now);
+        }
+        Ok(readable)
+    }
+
+    /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
+    #[must_use]
+    pub fn lasting(self, opener: Opener) -> Self {
+        Self { segment: self.segment.lasting(opener), ..self }
+    }
+
+    /// What somebody should know about the port.
+    pub fn next_remark(&mut self) -> Option<Remark> {
+        self.segment.next_remark()
     }
 
     /// Asks once and waits for what comes of it.
