@@ -1,9 +1,15 @@
-//! Data on standard output. Whoever reads it may stop reading: that is no reason to fail.
+//! Data on standard output, remarks on standard error. Whoever reads them may stop reading: that is no reason to fail.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 
 /// Writes lines.
 pub fn out(lines: &str) {
     let mut out = io::stdout().lock();
     writeln!(out, "{lines}").and_then(|()| out.flush()).ok();
+}
+
+/// Says what somebody should know although the command goes on.
+pub fn remark(said: &impl Display) {
+    writeln!(io::stderr().lock(), "profivac: {said}").ok();
 }
