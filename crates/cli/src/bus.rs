@@ -1,7 +1,7 @@
 //! The options of every command that is a master on a bus.
 
 use crate::failure::Failure;
-use crate::output::remark;
+use crate::output::{remark, remarks};
 use crate::values::{self, Rate};
 use clap::Args;
 use profivac_dp::link::Baud;
@@ -50,9 +50,7 @@ impl Bus {
         // What can be wrong before anything is opened.
         self.parameters(self.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
         let (mut port, baud) = self.open_port()?;
-        while let Some(said) = port.next_remark() {
-            remark(&said);
-        }
+        remarks(|| port.next_remark());
         Ok((Tool::new(port, baud, self.parameters(baud), self.timeout)?, baud))
     }
 

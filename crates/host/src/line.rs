@@ -386,4 +386,20 @@ mod tests {
         assert!(notes(&line, 0).iter().all(|(_, what)| *what == "busy"));
         assert_eq!(line.damaged(), 1);
     }
+
+    #[test]
+    fn what_was_on_its_way_is_lost_when_the_outside_comes_back() {
+        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        line.rejoin(Receiver::with_idle(BitTime(105), T_SYN_TBIT));
+        let mut out = Vec::new();
+        line.advance(BitTime(200), &mut out);
+        assert_eq!(out, [], "an answer to a request from before");
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(105 + 33), Character::Octet(*octet)));
+        line.advance(BitTime(300), &mut out);
+        assert_eq!(out, [], "an answer before the line was idle");
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(400), Character::Octet(*octet)));
+        line.advance(BitTime(500), &mut out);
+        assert_eq!(out, ANSWER);
+    }
 }

@@ -170,3 +170,56 @@ impl Tool {
         station
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::port::Character;
+    use rustix::fd::AsFd;
+    use std::os::unix::net::UnixStream;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// A port on which nobody else is, and that was lost as often as the number says.
+    struct Quiet(UnixStream, Arc<AtomicU32>);
+
+    impl Port for Quiet {
+        fn name(&self) -> &str {
+            "quiet"
+        }
+
+        fn watched(&self) -> Vec<BorrowedFd<'_>> {
+            vec![self.0.as_fd()]
+        }
+
+        fn receive(&mut self, _heard: &mut Vec<Character>) -> Result<(), PortError> {
+            Ok(())
+        }
+
+        fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
+            Ok(())
+        }
+
+        fn generation(&self) -> u32 {
+            self.1.load(Ordering::Relaxed)
+        }
+    }
+
+    /// On the line it comes back to there may be another master by now.
+    #[test]
+    fn a_master_whose_port_is_back_has_no_token() {
+        let (ours, _theirs) = UnixStream::pair().unwrap();
+        let lost = Arc::new(AtomicU32::new(0));
+        let port = Quiet(ours, Arc::clone(&lost));
+        let (baud, patience) = (Baud::B19200, Duration::from_secs(30));
+        let mut tool = Tool::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
+        for _ in 0..2 {
+            while !tool.station().has_token() {
+                tool.serve(&[], patience).unwrap();
+            }
+            lost.fetch_add(1, Ordering::Relaxed);
+            tool.serve(&[], Duration::ZERO).unwrap();
+            assert!(!tool.station().has_token());
+        }
+    }
+}

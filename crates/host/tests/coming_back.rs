@@ -10,7 +10,7 @@ use profivac_host::segment::Segment;
 use profivac_host::segment_file::SegmentFile;
 use profivac_host::tool::{Reply, Tool, bus_parameters};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::net::sockopt::{socket_keepalive, tcp_keepidle, tcp_nodelay};
+use rustix::net::sockopt::{socket_keepalive, tcp_keepidle, tcp_nodelay, tcp_user_timeout};
 use rustix::net::{AddressFamily, SocketType};
 use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
@@ -249,6 +249,10 @@ fn a_connection_sends_at_once_and_asks_whether_the_other_side_is_there() {
     for socket in [client.watched()[0], server.watched()[1]] {
         assert!(tcp_nodelay(socket).unwrap() && socket_keepalive(socket).unwrap());
         assert!(tcp_keepidle(socket).unwrap() < Duration::from_secs(60), "the system waits for two hours");
+        assert!(
+            (1..60_000).contains(&tcp_user_timeout(socket).unwrap()),
+            "the system repeats for a quarter of an hour"
+        );
     }
 }
 

@@ -6,7 +6,7 @@ mod table;
 use crate::bus::Bus;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::{out, remark};
+use crate::output::{out, remark, remarks};
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
@@ -67,9 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for address in &arguments.addresses {
         let found = Watched::find(&mut tool, *address, bus.master());
         // If the port went meanwhile, that is why nobody answers.
-        while let Some(said) = tool.next_remark() {
-            remark(&said);
-        }
+        remarks(|| tool.next_remark());
         slaves.push(found?);
     }
     let screen = Screen::is_possible() && !arguments.csv && !arguments.json;

@@ -5,7 +5,7 @@ mod state;
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::{out, remark};
+use crate::output::{out, remarks};
 use crate::values;
 use clap::{ArgGroup, Args};
 use order::{DeviceOrder, Order};
@@ -98,9 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     out(&format!("ready {}", simulation.segment.port().name()));
     loop {
         let readable = simulation.segment.serve(&console.watched(), Duration::MAX)?;
-        while let Some(said) = simulation.segment.next_remark() {
-            remark(&said);
-        }
+        remarks(|| simulation.segment.next_remark());
         for said in console.said(&readable) {
             if simulation.hear(&said).is_break() {
                 return Ok(());

@@ -4,7 +4,7 @@
 //! the last one left unread is thrown away, so nobody ever reads an answer to somebody else's request. The kernel knows
 //! whether anybody is there (the pty reports a hang-up if not) and tells when somebody comes.
 
-use super::remark::{Cuts, Remark};
+use super::remark::{Cuts, Remark, Remarks};
 use super::system::Openings;
 use super::{CHUNK, Character, Port, PortError};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -32,7 +32,7 @@ pub struct Pty {
     /// Somebody has the other side open.
     present: bool,
     cuts: Cuts,
-    remark: Option<Remark>,
+    remarks: Remarks,
 }
 
 impl Pty {
@@ -61,7 +61,7 @@ impl Pty {
             openings,
             present: false,
             cuts: Cuts::default(),
-            remark: None,
+            remarks: Remarks::default(),
         })
     }
 
@@ -117,12 +117,12 @@ impl Port for Pty {
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => 0,
             Err(errno) => return Err(PortError::using(&self.name, errno)),
         };
-        self.remark = self.cuts.sent(&self.name, octets.len(), taken).or(self.remark.take());
+        self.remarks.extend(self.cuts.sent(&self.name, octets.len(), taken));
         Ok(())
     }
 
     fn next_remark(&mut self) -> Option<Remark> {
-        self.remark.take()
+        self.remarks.next()
     }
 }
 

@@ -1,5 +1,6 @@
 //! What somebody should know about a port although it works.
 
+use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -68,6 +69,27 @@ impl fmt::Display for Remark {
     }
 }
 
+/// So many remarks wait for somebody to ask for them; of more the oldest are forgotten.
+const MOST_WAITING: usize = 16;
+
+/// Remarks that wait for somebody to ask for them.
+#[derive(Clone, Debug, Default)]
+pub struct Remarks(VecDeque<Remark>);
+
+impl Remarks {
+    /// The oldest.
+    pub fn next(&mut self) -> Option<Remark> {
+        self.0.pop_front()
+    }
+}
+
+impl Extend<Remark> for Remarks {
+    fn extend<T: IntoIterator<Item = Remark>>(&mut self, remarks: T) {
+        self.0.extend(remarks);
+        self.0.drain(..self.0.len().saturating_sub(MOST_WAITING));
+    }
+}
+
 /// Octets that nobody took, counted and told once for each time the other side stops to read.
 #[derive(Clone, Debug, Default)]
 pub struct Cuts {
@@ -100,6 +122,14 @@ mod tests {
         assert_eq!(cuts.sent("a", 6, 0), None);
         assert_eq!(cuts.sent("a", 6, 6), None);
         assert_eq!(cuts.sent("a", 9, 8), told(11));
+    }
+
+    #[test]
+    fn remarks_nobody_asks_for_do_not_pile_up() {
+        let mut remarks = Remarks::default();
+        remarks.extend((0..20).map(|number| Remark::Back(number.to_string())));
+        let left: Vec<_> = std::iter::from_fn(|| remarks.next()).collect();
+        assert_eq!((left.len(), &left[0]), (MOST_WAITING, &Remark::Back("4".to_owned())));
     }
 
     #[test]

@@ -3,11 +3,10 @@
 //! While it is gone nothing is heard and what is sent goes nowhere, as on a cable that hangs in the air. It is looked for in
 //! a thread of its own, because opening may wait: for a name server, for a host that does not answer.
 
-use super::remark::Remark;
+use super::remark::{Remark, Remarks};
 use super::{Character, Port, PortError};
 use profivac_dp::link::Baud;
 use rustix::fd::{AsFd, BorrowedFd};
-use std::collections::VecDeque;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -28,7 +27,7 @@ pub struct Reopening {
     opener: Opener,
     state: State,
     generation: u32,
-    remarks: VecDeque<Remark>,
+    remarks: Remarks,
 }
 
 enum State {
@@ -41,14 +40,14 @@ impl Reopening {
     #[must_use]
     pub fn new(port: Box<dyn Port>, opener: Opener) -> Self {
         let (name, is_timed) = (port.name().to_owned(), port.is_timed());
-        Self { name, is_timed, opener, state: State::There(port), generation: 0, remarks: VecDeque::new() }
+        Self { name, is_timed, opener, state: State::There(port), generation: 0, remarks: Remarks::default() }
     }
 
     /// A lost port is looked for; any other error stays one.
     fn survive(&mut self, done: Result<(), PortError>) -> Result<(), PortError> {
         match done {
             Err(PortError::Lost(_)) => {
-                self.remarks.push_back(Remark::Lost(self.name.clone()));
+                self.remarks.extend([Remark::Lost(self.name.clone())]);
                 self.state = State::Gone(Search::begin(Arc::clone(&self.opener), &self.name)?);
                 Ok(())
             }
@@ -63,7 +62,7 @@ impl Reopening {
         {
             self.state = State::There(port);
             self.generation = self.generation.wrapping_add(1);
-            self.remarks.push_back(Remark::Back(self.name.clone()));
+            self.remarks.extend([Remark::Back(self.name.clone())]);
         }
     }
 }
@@ -109,7 +108,7 @@ impl Port for Reopening {
             State::There(port) => port.next_remark(),
             State::Gone(_) => None,
         };
-        self.remarks.pop_front().or_else(of_port)
+        self.remarks.next().or_else(of_port)
     }
 
     fn generation(&self) -> u32 {

@@ -5,7 +5,7 @@
 
 use super::echo::Echo;
 use super::marks::Marks;
-use super::remark::{Cuts, Remark};
+use super::remark::{Cuts, Remark, Remarks};
 use super::{CHUNK, Character, Port, PortError, system};
 use profivac_dp::link::Baud;
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -14,7 +14,6 @@ use rustix::io::Errno;
 use rustix::termios::{
     ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
 };
-use std::collections::VecDeque;
 
 /// The line tolerates a rate that is off by one part in so many: a character of 11 bits is then still read right.
 const RATE_TOLERANCE: u32 = 50;
@@ -27,7 +26,7 @@ pub struct Serial {
     /// What a line of copper needs and a pty does not have: errors in characters, and our own octets coming back.
     copper: Option<(Marks, Echo)>,
     cuts: Cuts,
-    remarks: VecDeque<Remark>,
+    remarks: Remarks,
 }
 
 impl Serial {
@@ -44,7 +43,7 @@ impl Serial {
         let settings = tcgetattr(&device).map_err(opening)?;
         flock(&device, FlockOperation::NonBlockingLockExclusive).map_err(opening)?;
         let is_pty = system::is_pty(name);
-        let mut remarks = VecDeque::new();
+        let mut remarks = Remarks::default();
         if is_pty {
             set(&device, made_8e1(settings), baud).map_err(opening)?;
         } else {
@@ -180,7 +179,7 @@ impl Port for Serial {
     }
 
     fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.pop_front()
+        self.remarks.next()
     }
 }
 

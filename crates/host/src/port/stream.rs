@@ -1,9 +1,8 @@
 //! Octets over a socket: the client's side of a TCP connection, and the way into a segment in memory.
 
-use super::remark::{Cuts, Remark};
+use super::remark::{Cuts, Remark, Remarks};
 use super::{CHUNK, Character, Port, PortError};
 use rustix::fd::{AsFd, BorrowedFd};
-use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 
 /// A connected socket that does not block.
@@ -12,13 +11,15 @@ pub struct Stream<S> {
     name: String,
     socket: S,
     cuts: Cuts,
-    remarks: VecDeque<Remark>,
+    remarks: Remarks,
 }
 
 impl<S> Stream<S> {
     /// Octets over `socket`, which must not block, and what there is to remark about it already.
     pub(crate) fn new(name: String, socket: S, remarks: Vec<Remark>) -> Self {
-        Self { name, socket, cuts: Cuts::default(), remarks: remarks.into() }
+        let mut waiting = Remarks::default();
+        waiting.extend(remarks);
+        Self { name, socket, cuts: Cuts::default(), remarks: waiting }
     }
 }
 
@@ -49,7 +50,7 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
     }
 
     fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.pop_front()
+        self.remarks.next()
     }
 }
 

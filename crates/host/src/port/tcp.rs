@@ -3,12 +3,11 @@
 //! The clients of a server share one line as if they were wired to it: what one sends, all others hear. Nobody who does not
 //! read holds up the others: what he does not take is cut off, and a remark says so.
 
-use super::remark::{Cuts, Remark};
+use super::remark::{Cuts, Remark, Remarks};
 use super::stream::{Stream, is_passing, taken};
 use super::{CHUNK, Character, Port, PortError};
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
-use std::collections::VecDeque;
 use std::io::{ErrorKind, Read};
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -22,13 +21,17 @@ const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
 const KEEPALIVE_COUNT: u32 = 3;
 
+/// What was sent may be on its way for so long, in milliseconds: as long as a silent connection may be gone.
+#[cfg(target_os = "linux")]
+const UNHEARD_MS: u32 = 25_000;
+
 /// Listens, and is the line between its clients and us.
 #[derive(Debug)]
 pub struct TcpServer {
     name: String,
     listener: TcpListener,
     clients: Vec<Client>,
-    remarks: VecDeque<Remark>,
+    remarks: Remarks,
 }
 
 #[derive(Debug)]
@@ -50,7 +53,7 @@ impl TcpServer {
         let listener = TcpListener::bind(addresses.as_slice()).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
-        Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), remarks: VecDeque::new() })
+        Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), remarks: Remarks::default() })
     }
 
     /// Takes everybody who wants to join. A client that cannot be set up is not taken.
@@ -109,7 +112,7 @@ impl Port for TcpServer {
     }
 
     fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.pop_front()
+        self.remarks.next()
     }
 }
 
@@ -147,6 +150,11 @@ fn set_up(socket: &TcpStream) -> std::io::Result<()> {
     set_tcp_keepidle(socket, KEEPALIVE_IDLE)?;
     set_tcp_keepintvl(socket, KEEPALIVE_INTERVAL)?;
     set_tcp_keepcnt(socket, KEEPALIVE_COUNT)?;
+    #[cfg(target_os = "linux")]
+    {
+        // While something is on its way nobody is asked, and the system repeats it for a quarter of an hour.
+        rustix::net::sockopt::set_tcp_user_timeout(socket, UNHEARD_MS)?;
+    }
     Ok(())
 }
 
