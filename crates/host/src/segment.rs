@@ -225,8 +225,7 @@ mod tests {
             }
             line.write_all(&REQUEST).unwrap();
             let deadline = Instant::now() + Duration::from_secs(10);
-            while times.lock().unwrap().sent.is_none() {
-                assert!(Instant::now() < deadline, "no answer at {baud}");
+            while times.lock().unwrap().sent.is_none() && Instant::now() < deadline {
                 segment.serve(&[], Duration::from_millis(100)).unwrap();
             }
             let Times { handed_over: Some(heard), sent: Some(sent) } = *times.lock().unwrap() else {

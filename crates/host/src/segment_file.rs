@@ -167,7 +167,8 @@ impl SegmentFile {
         }
         let mut segment = Segment::new(Box::new(Stream::new(name.clone(), theirs, Vec::new())), baud, false, devices);
         let live = move || while segment.serve(&[], Duration::MAX).is_ok() {};
-        std::thread::Builder::new().name(name.clone()).spawn(live).map_err(failed)?;
+        // A thread may have any name without zeros.
+        std::thread::Builder::new().name(name.replace('\0', "")).spawn(live).map_err(failed)?;
         Ok(Stream::new(name, ours, remarks))
     }
 }
@@ -184,6 +185,7 @@ mod tests {
     use super::*;
     use crate::live::look;
     use crate::tool::{Tool, bus_parameters};
+    use std::time::Instant;
 
     const FILE: &str = "\
 devices = [\"bcg450@5:unit=torr\", \"pcg550@6\"]
@@ -238,6 +240,29 @@ baud = 93750
         let mut tool = Tool::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
         let mut seen = |address| look(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
         assert_eq!((seen(5), seen(6)), (Some(0x08E6), Some(0x0C85)));
+    }
+
+    /// How many threads have this name.
+    fn threads(name: &str) -> usize {
+        let tasks = fs::read_dir("/proc/self/task").unwrap();
+        let names = tasks.filter_map(|task| fs::read_to_string(task.ok()?.path().join("comm")).ok());
+        names.filter(|comm| comm.trim() == name).count()
+    }
+
+    #[test]
+    fn the_devices_end_with_the_port() {
+        let file = SegmentFile::parse(FILE, Path::new("ends.toml")).unwrap();
+        let port = file.run().unwrap();
+        let deadline = Instant::now() + Duration::from_secs(30);
+        while threads("sim:ends.toml") == 0 {
+            assert!(Instant::now() < deadline, "nobody began");
+            std::thread::yield_now();
+        }
+        drop(port);
+        while threads("sim:ends.toml") > 0 {
+            assert!(Instant::now() < deadline, "somebody goes on");
+            std::thread::yield_now();
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ use rustix::net::sockopt::{socket_keepalive, tcp_keepidle, tcp_nodelay, tcp_user
 use rustix::net::{AddressFamily, SocketType};
 use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -90,6 +91,23 @@ fn a_tcp_server_goes_and_comes_back() {
     let first = TcpServer::listen("127.0.0.1:0").unwrap();
     let address = first.name().to_owned();
     goes_and_comes_back(&format!("tcp://{address}"), first, || TcpServer::listen(&address).unwrap());
+}
+
+#[test]
+fn nobody_looks_for_a_port_that_nobody_wants() {
+    let (_folder, path) = folder();
+    let (name, server) = (path.to_str().unwrap(), Pty::create(&path).unwrap());
+    let opener = open::again(name, BAUD);
+    let mut port = Reopening::new(open::port(name, BAUD).unwrap(), Arc::clone(&opener));
+    drop(server);
+    assert_eq!(remarked(&mut port), Remark::Lost(name.to_owned()));
+    assert!(Arc::strong_count(&opener) > 2, "it is looked for");
+    drop(port);
+    let begun = Instant::now();
+    while Arc::strong_count(&opener) > 1 {
+        assert!(begun.elapsed() < Duration::from_secs(30), "it is still looked for");
+        std::thread::yield_now();
+    }
 }
 
 /// The virtual gauge at address 5 behind a pty at `path`, served by a thread until `stop` says so.
