@@ -6,6 +6,7 @@ use crate::values::{self, Rate};
 use clap::Args;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
+use profivac_host::conform::PortWire;
 use profivac_host::port::Port;
 use profivac_host::tool::{Tool, bus_parameters};
 use profivac_host::{open, rate};
@@ -46,11 +47,16 @@ impl Bus {
         Ok(tool.lasting(open::again(&self.port, baud)))
     }
 
+    /// A station on the bus that says anything, also what no master would.
+    pub fn probe(&self) -> Result<PortWire, Failure> {
+        let (port, baud) = self.open_port()?;
+        Ok(PortWire::new(port, baud, self.parameters(baud)))
+    }
+
     fn open_at(&self) -> Result<(Tool, Baud), Failure> {
         // What can be wrong before anything is opened.
         self.parameters(self.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
-        let (mut port, baud) = self.open_port()?;
-        remarks(|| port.next_remark());
+        let (port, baud) = self.open_port()?;
         Ok((Tool::new(port, baud, self.parameters(baud), self.timeout)?, baud))
     }
 
@@ -64,6 +70,7 @@ impl Bus {
                 found
             }
         };
+        remarks(|| port.next_remark());
         Ok((port, baud))
     }
 
