@@ -18,7 +18,7 @@ pub struct Bus {
     /// A serial device, a pty, tcp://HOST:PORT, or sim:FILE.toml for a segment in memory
     #[arg(long, value_name = "PORT")]
     port: String,
-    /// Bits per second, or auto: listens until a telegram of another master is heard at some rate
+    /// Bits per second; on a serial device auto listens until a telegram of another master is heard at some rate
     #[arg(long, value_name = "RATE|auto", default_value = "19200", value_parser = values::rate)]
     baud: Rate,
     /// The address of this master
