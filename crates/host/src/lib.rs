@@ -5,6 +5,9 @@
 //! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
+//! | [`segment_file`] | a segment in memory, described by a file |
+//! | [`mod@open`] | ports as people name them |
+//! | [`rate`] | the rate of a line, found by listening |
 //! | [`live`] | who is on a bus |
 //! | [`ms2`] | a record, as a class 2 master reads it |
 //! | [`watch`] | a slave to be watched, and what its inputs say |
@@ -27,9 +30,12 @@ pub mod line;
 pub mod live;
 pub mod memory;
 pub mod ms2;
+pub mod open;
 pub mod port;
 pub mod pressure;
+pub mod rate;
 pub mod scene;
 pub mod segment;
+pub mod segment_file;
 pub mod tool;
 pub mod watch;
