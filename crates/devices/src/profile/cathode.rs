@@ -1,5 +1,6 @@
 //! A hot cathode: emission, its automatic, degas. tira41d1 3.3.3.5 to 3.3.3.9, errata-bpg-bcg-tpg 95 to 102.
 
+use crate::instrument::Drive;
 use crate::model::Refusal;
 
 /// The pressures at which a hot cathode is switched, in Pa.
@@ -40,6 +41,14 @@ impl Current {
             Self::Low => 0.025,
             Self::High => 5.0,
             Self::Degas => 20.0,
+        }
+    }
+
+    /// What it does to the sensor.
+    pub fn drive(self) -> Drive {
+        match self {
+            Self::Off => Drive::Off,
+            current => Drive::Emission { milliamperes: current.milliamperes().into(), degas: current == Self::Degas },
         }
     }
 }
