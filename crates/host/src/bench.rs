@@ -15,6 +15,11 @@ const TICK_MS: u64 = 100;
 /// Time is handed out in pieces no shorter than this, in milliseconds: nothing in a device is quicker.
 const GRAIN_MS: u64 = 10;
 
+/// A device answers to what its sensors indicate, and mostly soon after something has changed. Longer times pass in steps
+/// that begin like this and double up to this, in s.
+const SHORTEST_S: f64 = 0.01;
+const LONGEST_S: f64 = 10.0;
+
 /// What surrounds the devices, as people say it: one gas, at the temperature at which gauges are calibrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions {
@@ -79,7 +84,8 @@ pub struct VirtualDevice {
     place: u8,
     unit: Box<dyn Unit>,
     powered: bool,
-    sensors: Vec<Sensor>,
+    /// The sensor of each measuring part, and what it indicates in Pa.
+    sensors: Vec<(Sensor, f64)>,
     real: bool,
     around: Surroundings,
     baud: Baud,
@@ -113,7 +119,7 @@ impl VirtualDevice {
     /// The sensor of the measuring part with this instance, to do something to it.
     pub fn sensor_mut(&mut self, instance: u8) -> Option<&mut Sensor> {
         let parts = self.unit.instrument().parts();
-        parts.iter().zip(&mut self.sensors).find(|(part, _)| part.instance == instance).map(|(_, sensor)| sensor)
+        parts.iter().zip(&mut self.sensors).find(|(part, _)| part.instance == instance).map(|(_, (sensor, _))| sensor)
     }
 
     /// The address by which people name the device: the setting of its switch.
@@ -132,6 +138,11 @@ impl VirtualDevice {
     #[must_use]
     pub fn instrument(&self) -> &dyn Instrument {
         self.unit.instrument()
+    }
+
+    /// The instrument, to do something to it that no bus and no line can.
+    pub fn instrument_mut(&mut self) -> &mut dyn Instrument {
+        self.unit.instrument_mut()
     }
 
     /// What the instrument shows.
@@ -201,21 +212,35 @@ impl VirtualDevice {
 
     /// Time passes for sensors and device; without power for the sensors alone.
     fn pass(&mut self, seconds: f64) {
-        if self.real {
-            self.sense(seconds);
+        if !self.real {
+            self.live_on(seconds);
+            return;
         }
+        let (mut left, mut step) = (seconds, SHORTEST_S);
+        while left > 0.0 {
+            let now = left.min(step);
+            self.sense(now);
+            self.live_on(now);
+            left -= now;
+            step = (2.0 * step).min(LONGEST_S);
+        }
+    }
+
+    fn live_on(&mut self, seconds: f64) {
         if self.powered {
             self.unit.instrument_mut().advance(seconds);
         }
     }
 
-    /// Time passes for the sensors, and the device is told what they indicate.
+    /// Time passes for the sensors as the device drives them, and then it is told what they indicate.
     fn sense(&mut self, seconds: f64) {
         let instrument = self.unit.instrument_mut();
-        for (part, sensor) in self.sensors.iter_mut().enumerate() {
-            let pa = sensor.read(&self.around, drive(instrument.drive(part)), seconds);
+        for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
+            *pa = sensor.read(&self.around, drive(instrument.drive(part)), seconds);
+        }
+        for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
             if self.powered {
-                instrument.sense(part, pa);
+                instrument.sense(part, *pa);
             }
             if sensor.filament_mut().is_some_and(sensor::Filament::has_just_broken) {
                 break_sensor(instrument, part);
@@ -235,10 +260,13 @@ impl VirtualDevice {
 }
 
 /// A sensor for each measuring part.
-fn sensors(instrument: &dyn Instrument, mut make: impl FnMut(sensor::Principle, Range) -> Sensor) -> Vec<Sensor> {
+fn sensors(
+    instrument: &dyn Instrument,
+    mut make: impl FnMut(sensor::Principle, Range) -> Sensor,
+) -> Vec<(Sensor, f64)> {
     let sensor = |(part, of): (usize, &profivac_devices::Part)| {
         let span = instrument.span(part);
-        make(principle(of.principle), Range { lowest_pa: span.lowest_pa, highest_pa: span.highest_pa })
+        (make(principle(of.principle), Range { lowest_pa: span.lowest_pa, highest_pa: span.highest_pa }), 0.0)
     };
     instrument.parts().iter().enumerate().map(sensor).collect()
 }

@@ -20,7 +20,7 @@ pub struct HotCathode {
 
 /// The pressure in the gauge by gas from filament and grid that are full of it, in Pa.
 ///
-/// free choice: in a degas some ten times the limit below which gauges allow it, in operation what takes an hour to wear off.
+/// free choice: a degas leads up to the limit below which gauges allow it, and what operation gives off is gone in hours.
 const DEGAS_PA: f64 = 5e-4;
 const WARM_PA: f64 = 2e-7;
 
