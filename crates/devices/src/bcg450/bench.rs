@@ -91,7 +91,7 @@ impl Behaviour for Gauge {
 
     fn drive(&self, part: usize) -> Drive {
         match part {
-            1 => self.cathode.current(self.reading_pa()).drive(),
+            1 => self.cathode.current().drive(),
             _ => Drive::On,
         }
     }

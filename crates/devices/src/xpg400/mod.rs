@@ -264,7 +264,7 @@ impl Gauge {
         self.pirani.reading_pa = Some(pirani_pa);
         self.ion.reading_pa = self.cathode.is_on().then(|| self.ion.sensor.indicated_pa());
         self.ion_is_active = self.cathode.is_on() && pirani_pa < self.switchover().pa;
-        self.cathode.forget_refused_degas(self.active().indicated_pa());
+        self.cathode.follow(self.active().indicated_pa());
     }
 
     /// free choice: as on the sister gauge, only in EXECUTING and not with any sensor alarm (112).
