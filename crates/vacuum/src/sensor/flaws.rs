@@ -91,10 +91,10 @@ impl Flaws {
     }
 }
 
-/// The number of a moment in which the noise is the same. A hair is added: sums of hundredths fall short of whole numbers.
+/// The number of a moment in which the noise is the same. A little is added: sums of hundredths fall short of whole numbers.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count, and saturating")]
 fn moment(time_s: f64) -> u64 {
-    ((time_s * NOISE_RATE + 1e-6) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
+    ((time_s * NOISE_RATE + 1e-3) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
 }
 
 /// A number of mean 0 and standard deviation 1, never beyond 3.5: the sum of four even ones is normal enough here.

@@ -10,6 +10,8 @@ mod element;
 mod flaws;
 mod hot_cathode;
 mod pirani;
+#[cfg(test)]
+mod tests;
 
 use crate::gas::Mixture;
 use element::Element;
