@@ -5,6 +5,7 @@
 
 mod adjust;
 mod curves;
+mod picture;
 mod time;
 
 use profivac_dp::link::Baud;
