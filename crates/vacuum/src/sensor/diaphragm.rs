@@ -7,8 +7,9 @@ use super::{Range, Surroundings};
 #[derive(Clone, Debug)]
 pub struct Diaphragm {
     range: Range,
-    /// The temperature its head is kept at, in K. None of the gauges here heats it, so there is no transpiration.
-    head_k: Option<f64>,
+    /// The temperature its head is kept at, in K. As far as their manuals say none of the gauges here heats it, and without
+    /// that there is no transpiration.
+    pub head_k: Option<f64>,
 }
 
 /// The diameter of the tube to a heated head, in m.
