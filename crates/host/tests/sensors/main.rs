@@ -5,6 +5,7 @@
 
 mod adjust;
 mod curves;
+mod drive;
 mod picture;
 mod time;
 
