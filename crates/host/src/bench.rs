@@ -157,7 +157,8 @@ impl VirtualDevice {
         &self.around
     }
 
-    /// The vacuum around the device changes, and everything that follows by itself has followed.
+    /// The vacuum around the device changes, and everything that follows by itself has followed. With real sensors this is
+    /// [`surround`](Self::surround).
     pub fn expose(&mut self, around: impl Into<Surroundings>) {
         self.around = around.into();
         self.settle();
@@ -184,7 +185,7 @@ impl VirtualDevice {
         }
     }
 
-    /// Time passes for the device alone.
+    /// Time passes for the device alone, as many seconds as there are: not infinitely many.
     pub fn advance(&mut self, seconds: f64) {
         self.pass(seconds);
         self.settle();
