@@ -17,7 +17,8 @@ use member::Member;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Standing;
 use profivac_dp::master::Mode;
-use profivac_host::port::{self, PortError};
+use profivac_host::open;
+use profivac_host::port::PortError;
 use profivac_host::tool::{Tool, ToolError, bus_parameters};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -37,6 +38,9 @@ const SHOW: Duration = Duration::from_millis(100);
 const FIRST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 
+/// A master with room for every slave a bus can have is moved a few times while it is made.
+const STACK: usize = 8 << 20;
+
 /// What a segment is told.
 enum Order {
     /// Its gauges are these from now on.
@@ -53,12 +57,15 @@ pub struct Running {
 }
 
 impl Running {
-    /// Begins. Nothing fails: what is in the way is shown, and tried again.
-    #[must_use]
-    pub fn start(config: config::Segment, plant: Arc<Plant>) -> Self {
+    /// Begins. What is in the way on the bus is shown, and tried again.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(config: config::Segment, plant: Arc<Plant>) -> std::io::Result<Self> {
         let (orders, inbox) = channel();
         let worker = Worker::new(config.clone(), plant, inbox);
-        Self { config, orders, thread: std::thread::spawn(move || worker.run()) }
+        let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
+        Ok(Self { config, orders, thread: thread.spawn(move || worker.run())? })
     }
 
     /// What it was started with, or told since.
@@ -151,7 +158,7 @@ impl Worker {
 
     fn open(&self) -> Result<Tool, PortError> {
         let config::Segment { port, baud, master, .. } = &self.config;
-        let opened = Tool::new(port::open(port, *baud)?, *baud, bus_parameters(*master, *baud), PATIENCE);
+        let opened = Tool::new(open::port(port, *baud)?, *baud, bus_parameters(*master, *baud), PATIENCE);
         match opened {
             Ok(mut tool) => {
                 tool.master().set_mode(Mode::Operate);
@@ -220,6 +227,9 @@ impl Worker {
         }
         let due = self.members.iter().map(Member::due).min().unwrap_or_else(|| Instant::now() + SERVE);
         tool.serve(&[], due.saturating_duration_since(Instant::now()).min(SERVE))?;
+        while let Some(remark) = tool.next_remark() {
+            self.plant.note(None, EventKind::Bus, format!("segment {}: {remark}", self.config.name));
+        }
         self.look(tool)?;
         let plant = &self.plant;
         self.members.iter_mut().for_each(|member| member.sample(plant, tool));
