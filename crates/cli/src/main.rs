@@ -10,11 +10,13 @@ mod failure;
 mod gauge;
 mod gsd;
 mod hub;
+mod init;
 mod list;
 mod monitor;
 mod output;
 mod read;
 mod restore;
+mod run;
 mod scan;
 mod screen;
 mod simulate;
@@ -52,6 +54,8 @@ enum Command {
     Diff(diff::Arguments),
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
+    Run(run::Arguments),
+    Init(init::Arguments),
     Conform(conform::Arguments),
     Gsd(gsd::Arguments),
 }
@@ -69,6 +73,8 @@ fn main() -> ExitCode {
         Command::Restore(arguments) => restore::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
     };
