@@ -105,6 +105,12 @@ impl<R: Requests> Active<R> {
         self.gap.set_hsa(hsa);
     }
 
+    /// Looks for newcomers only after the first pause. For a tool that is gone again by then: each question costs a slot
+    /// time, and those of a port of an operating system are long.
+    pub const fn search_later(&mut self) {
+        self.gap.set_lazy();
+    }
+
     /// Whether this station has the token.
     pub const fn has_token(&self) -> bool {
         match self.state {
@@ -233,7 +239,7 @@ impl<R: Requests> Station for Active<R> {
             State::Claiming => self.send_token(self.bus.address, Departure::Token, due),
             State::Holding { .. } => self.work(now, due),
             State::Waiting(cycle) => self.expire(now, cycle),
-            State::Passing(pass) => self.check_pass(pass, due),
+            State::Passing(pass) => self.check_pass(now, pass, due),
             State::Leaving(_) | State::Offline => None,
         }
     }
