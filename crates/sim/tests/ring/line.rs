@@ -207,9 +207,9 @@ impl Line {
         for (place, address) in addresses.iter().enumerate() {
             let master = self.master(*address);
             assert_eq!(master.standing(), Standing::InRing, "{address} {}", self.bus.trace());
-            let mut known: Vec<u8> = master.masters().collect();
+            let known: Vec<u8> = master.masters().collect();
             let mut all = addresses.to_vec();
-            (known.sort_unstable(), all.sort_unstable());
+            all.sort_unstable();
             assert_eq!(known, all, "what {address} knows");
             assert!(after[place] >= before[place] + 3, "{address} got {} answers", after[place] - before[place]);
         }

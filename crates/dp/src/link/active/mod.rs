@@ -13,7 +13,7 @@
 //!   └──┴──────── token from PS, T_TO ────────┘
 //! ```
 //!
-//! [`token`] is the table of what the telegrams of other masters mean in each state, `las` the list of who is in the ring,
+//! `token` is the table of what the telegrams of other masters mean in each state, `las` the list of who is in the ring,
 //! `gap` the search for newcomers, `visit` what a station does with the token, and `cycle` a request with its answer.
 
 mod answer;
