@@ -382,7 +382,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The next message beside the cycle: the raw request and the acyclic ones in turn.
+    #[inline(never)]
     fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
+        self.elapse(now);
         let job = self.job.is_waiting().then_some(Pending::Job);
         let next = match job.filter(|_| !self.job_was_last) {
             Some(job) => Some(job),
@@ -393,7 +395,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The parameter channel of a slave that has just been exchanged with.
-    #[inline]
+    #[inline(never)]
     fn channel_exchanged(&mut self, place: usize, ask: Ask) {
         let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
         if let (Ask::DataExch, Some(inputs)) = (ask, slave.inputs()) {
@@ -410,10 +412,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             Ask::DataExch => services::data_exchange(
                 da,
                 match self.mode {
-                    Mode::Operate => match self.acyclic.with_channel(da, slave.outputs(), &mut self.du) {
-                        None => slave.outputs(),
-                        Some(length) => self.du.get(..length)?,
-                    },
+                    Mode::Operate if self.acyclic.is_idle() => slave.outputs(),
+                    Mode::Operate => self.acyclic.with_channel(da, slave.outputs(), &mut self.du),
                     Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
                 },
             ),
@@ -461,7 +461,6 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                 }
             }
             Priority::Low => {
-                self.elapse(now);
                 self.pending = self.next_beside(now)?;
                 match self.pending {
                     Pending::Job => self.job.start(),
@@ -478,7 +477,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
                 self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
-                self.channel_exchanged(place, ask);
+                if !self.acyclic.is_idle() {
+                    self.channel_exchanged(place, ask);
+                }
             }
             Pending::Control => self.control_due |= confirmation != Confirmation::Sent,
             Pending::Job => self.job.finish(confirmation),
