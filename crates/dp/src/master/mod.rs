@@ -3,7 +3,8 @@
 //! [`Master`] is the layer above an [`Active`] station. Each of its cycles gives every slave one message, in the order in
 //! which they were added: whatever its handler needs next. A tool beside the cycle hands over one request at a time
 //! ([`Master::submit`]) and takes its result ([`Master::take`]); a master without slaves, or in [`Mode::Stop`], sends
-//! nothing but those.
+//! nothing but those. MS2, MS1 and the parameter channel have handles: [`Master::ms2_open`], [`Master::ms1_read`],
+//! [`Master::pkw_read`] and [`Master::outcome`].
 //!
 //! ```
 //! use profivac_dp::link::active::BusParameters;
