@@ -47,10 +47,12 @@ fn act(line: &mut Bus, random: &mut Random, added: &mut BTreeSet<u8>) {
         7 => master.restart(address),
         8 => master.set_mode([Mode::Operate, Mode::Operate, Mode::Clear, Mode::Stop][random.below(4)]),
         9 => master.set_cleared_groups(random.below(256) as u8),
-        10 => drop(master.control(ControlCommand::from_bits_retain(random.below(256) as u8), parameters.group)),
+        10 => {
+            let _ = master.control(ControlCommand::from_bits_retain(random.below(256) as u8), parameters.group);
+        }
         _ => {
-            drop(master.submit(&services::slave_diag(address)));
-            drop(master.take());
+            let _ = master.submit(&services::slave_diag(address));
+            let _ = master.take();
         }
     }
     if random.below(20) == 0 {

@@ -336,6 +336,15 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         context.change
     }
 
+    /// Whatever became of a message to a slave.
+    #[inline(never)]
+    fn confirm_slave(&mut self, place: usize, ask: Ask, confirmation: Confirmation<'_>) {
+        let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+        if change != Change::Nothing {
+            self.changed(place, change);
+        }
+    }
+
     /// The next message of the cycle, nothing at its end.
     #[inline]
     fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
@@ -512,10 +521,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.now = now;
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
-                let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
-                if change != Change::Nothing {
-                    self.changed(place, change);
-                } else if !self.acyclic.is_idle() {
+                let asked = self.asked_at;
+                let usual =
+                    self.slaves.get_mut(place).is_some_and(|slave| slave.took_inputs(ask, &confirmation, now, asked));
+                if !usual {
+                    self.confirm_slave(place, ask, confirmation);
+                }
+                if !self.acyclic.is_idle() {
                     self.channel_exchanged(place, ask);
                 }
             }
