@@ -6,7 +6,7 @@
 use crate::clock::tbit_of;
 use crate::port::{Port, PortError};
 use crate::segment::Segment;
-use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
+use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Busy, Master, Settings};
 use profivac_wire::MAX_DU;
@@ -21,8 +21,9 @@ pub type BusMaster = Master<125, MAX_DU>;
 /// (profibus-wire 9.4, point 36), and some more.
 const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 
-/// One absent address is asked for in so many token visits: each costs a slot time that is long on such a port.
-const GAP_FACTOR: u8 = 100;
+/// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
+/// waits longer until it is let into the ring. free choice.
+const GAP_FACTOR: u8 = 5;
 
 /// The bus parameters of a master behind an operating system.
 #[must_use]
@@ -41,9 +42,12 @@ pub enum ToolError {
     /// No bus can have such parameters.
     #[error("{0}")]
     Parameters(OutOfRange),
-    /// Another master has the line and keeps it.
+    /// Another master has the line and does not let this one into its ring.
     #[error("master {0} is using the line")]
     Taken(u8),
+    /// Another master with the address of this one is on the line.
+    #[error("another master has the address {0}")]
+    AddressTaken(u8),
     /// The line is never quiet.
     #[error("the line is never quiet")]
     Babble,
@@ -78,7 +82,8 @@ impl Tool {
     /// [`ToolError::Parameters`] when `bus` cannot be.
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
         bus.check().map_err(ToolError::Parameters)?;
-        let station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
+        let mut station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
+        station.search_later();
         let segment = Segment::new(port, baud, false, [station]);
         Ok(Self { segment, patience })
     }
@@ -86,6 +91,11 @@ impl Tool {
     /// The master.
     pub fn master(&mut self) -> &mut BusMaster {
         &mut self.station().user
+    }
+
+    /// The masters of the ring, this one included once it is in.
+    pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
+        self.station().masters()
     }
 
     /// How long it waits for the line, and for somebody to answer.
@@ -142,11 +152,14 @@ impl Tool {
         let left = self.patience.saturating_sub(begun.elapsed());
         self.serve(&[], left)?;
         let station = self.station();
-        match (left.is_zero() && !station.has_token(), station.other_master()) {
-            (true, Some(master)) => Err(ToolError::Taken(master)),
-            (true, None) => Err(ToolError::Babble),
-            (false, _) => Ok(()),
+        if !left.is_zero() || station.has_token() {
+            return Ok(());
         }
+        Err(match (station.standing(), station.other_master()) {
+            (Standing::AddressTaken, _) => ToolError::AddressTaken(station.bus().address),
+            (_, Some(master)) => ToolError::Taken(master),
+            (_, None) => ToolError::Babble,
+        })
     }
 
     fn station(&mut self) -> &mut Active<BusMaster> {
