@@ -189,8 +189,8 @@ fn forged_telegrams() {
         // DA, SA, FC, DSAP, SSAP, function, slot, index, length.
         for place in 4..13 {
             for octet in (0..=255u8).filter(|octet| *octet != telegram[place]) {
-                // Which kind of station answers is not looked at.
-                if place == 6 && octet & 0x4F == 0x08 {
+                // Which kind of station answers is not looked at, and a request is the ring's affair.
+                if place == 6 && (octet & 0x4F == 0x08 || octet & 0x40 != 0) {
                     continue;
                 }
                 let mut wrong = telegram.clone();
