@@ -437,8 +437,11 @@ fn without_the_token_waiting_ends_too() {
 fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
     let (mut desk, connection) = stand(PollManager);
     desk.station.user.ms2_close(connection).unwrap();
+    answer(&mut desk, 49, "SC");
+    let said = desk.asks_within(40_000).expect("SAP 49 is polled on");
+    assert!(said.text().contains(" 31 32 "), "{}", said.text());
     answer(&mut desk, 49, MANAGER);
-    assert_eq!(desk.asks().text()[18..], *"7C 30 32 58 00 20 60 16");
+    assert_eq!(desk.asks().text()[18..], *"5C 30 32 58 00 20 40 16");
     answer(&mut desk, 48, "SC");
     let end = End::Closed(AbortReason::User(0));
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
