@@ -38,7 +38,7 @@ use gap::Gap;
 use las::Las;
 use profivac_wire::control::StationType;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
-use state::{Departure, Part, Pass, State, Twin, Visit};
+use state::{Departure, Part, Pass, State, Twin, Unheard, Visit};
 use token::Word;
 
 /// How long the longest telegram takes.
@@ -63,6 +63,7 @@ pub struct Active<R> {
     /// Who has offered the token and is not our predecessor.
     suspect: Option<u8>,
     twin: Twin,
+    unheard: Unheard,
     /// This station passes the token on and takes it no more.
     leaving: bool,
     /// What was sent last may come back from the adapter.
@@ -87,6 +88,7 @@ impl<R: Requests> Active<R> {
             other: None,
             suspect: None,
             twin: Twin::NONE,
+            unheard: Unheard::NONE,
             leaving: false,
             may_echo: false,
             telegram: [0; MAX_TELEGRAM],
@@ -196,6 +198,7 @@ impl<R: Requests> Station for Active<R> {
     #[inline]
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.busy = self.busy.max(end);
+        self.unheard.visits = 0;
         match Word::of(telegram, self.bus.address) {
             Some(word) => self.foreign(end, telegram, word),
             None => {
@@ -219,7 +222,10 @@ impl<R: Requests> Station for Active<R> {
         match &mut self.state {
             State::Waiting(cycle) => cycle.left = Some(end),
             State::Leaving(Departure::Claim) => self.state = State::Claiming,
-            State::Leaving(Departure::Token) => self.begin_visit(end, self.token_idle_tbit()),
+            State::Leaving(Departure::Token) => {
+                let idle_tbit = self.token_idle_tbit().saturating_add(self.unheard.visit(self.bus.address));
+                self.begin_visit(end, idle_tbit);
+            }
             State::Leaving(Departure::Pass(pass)) => self.state = State::Passing(*pass),
             State::Leaving(Departure::Unconfirmed) => {
                 self.state = State::Holding { idle_tbit: self.bus.id2_tbit() };
