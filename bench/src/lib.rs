@@ -7,6 +7,7 @@ pub mod cycle;
 mod desk;
 mod master;
 mod receiver;
+mod sensor;
 mod slave;
 mod telegram;
 
@@ -143,5 +144,13 @@ pub const ROWS: &[Row] = &[
         peer: Some(master::exchange_peer::<1>),
         units: 1,
         target: None,
+    },
+    Row {
+        what: "one reading of a real sensor, the mean of four principles",
+        ours: sensor::four_sensors,
+        minus: None,
+        peer: None,
+        units: 4,
+        target: 1000,
     },
 ];
