@@ -151,6 +151,6 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: None,
         units: 4,
-        target: 1000,
+        target: Some(1000),
     },
 ];
