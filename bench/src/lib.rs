@@ -8,6 +8,7 @@ pub mod cycle;
 mod desk;
 mod master;
 mod receiver;
+mod sensor;
 mod slave;
 mod telegram;
 
@@ -153,5 +154,13 @@ pub const ROWS: &[Row] = &[
         peer: None,
         units: 1,
         target: Some(2 * 1000),
+    },
+    Row {
+        what: "one reading of a real sensor, the mean of four principles",
+        ours: sensor::four_sensors,
+        minus: None,
+        peer: None,
+        units: 4,
+        target: Some(1000),
     },
 ];
