@@ -11,6 +11,7 @@
 //! | [`tool`] | a master on a port that asks one thing after the other |
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
+//! | [`explain`] | what was on a line, told in words |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
 //! | [`scene`] | a whole segment in memory |
@@ -19,6 +20,7 @@
 
 pub mod bench;
 pub mod clock;
+pub mod explain;
 pub mod gsd;
 pub mod instrument;
 pub mod line;
