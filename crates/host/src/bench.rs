@@ -38,7 +38,7 @@ impl Conditions {
 }
 
 /// A slave with an instrument behind it, whichever it is.
-pub trait Unit: Station {
+pub trait Unit: Station + Send {
     /// The instrument.
     fn instrument(&self) -> &dyn Instrument;
 
@@ -52,7 +52,7 @@ pub trait Unit: Station {
     fn power_up(&mut self);
 }
 
-impl<I: Instrument> Unit for Slave<I> {
+impl<I: Instrument + Send> Unit for Slave<I> {
     fn instrument(&self) -> &dyn Instrument {
         self.device()
     }

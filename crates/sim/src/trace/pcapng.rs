@@ -32,21 +32,29 @@ const NANOSECONDS: u128 = 1_000_000_000;
 /// The trace as a capture file of `link_type`, [`PROFIBUS_DL`] or [`USER0`].
 #[must_use]
 pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
-    let mut file = Vec::new();
-    // Version 1.0, length of the section not given.
-    block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
-    let rate = u64::from(trace.baud.bits_per_second());
-    let mut options = option(IF_TSRESOL, &[9]);
-    options.extend(option(IF_SPEED, &rate.to_le_bytes()));
-    options.extend(option(0, &[]));
-    // No limit to the length of a packet.
-    block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
-    trace.entries.iter().for_each(|entry| packet(&mut file, entry, rate));
+    let mut file = head(trace.baud, link_type);
+    trace.entries.iter().for_each(|entry| file.extend(packet(entry, trace.baud)));
     file
 }
 
-fn packet(file: &mut Vec<u8>, entry: &Entry, rate: u64) {
-    let rate = u128::from(rate);
+/// What a file begins with: for a file that grows, packet by packet.
+#[must_use]
+pub fn head(baud: Baud, link_type: u16) -> Vec<u8> {
+    let mut file = Vec::new();
+    // Version 1.0, length of the section not given.
+    block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
+    let mut options = option(IF_TSRESOL, &[9]);
+    options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
+    options.extend(option(0, &[]));
+    // No limit to the length of a packet.
+    block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
+    file
+}
+
+/// The octets of one packet.
+#[must_use]
+pub fn packet(entry: &Entry, baud: Baud) -> Vec<u8> {
+    let (mut file, rate) = (Vec::new(), u128::from(baud.bits_per_second()));
     let time = ((u128::from(entry.start.0) * NANOSECONDS + rate / 2) / rate) as u64;
     let length = (entry.octets.len() as u32).to_le_bytes();
     let (high, low) = ((time >> 32) as u32, time as u32);
@@ -58,7 +66,8 @@ fn packet(file: &mut Vec<u8>, entry: &Entry, rate: u64) {
     }
     let octets = padded(&entry.octets);
     let (high, low) = (high.to_le_bytes(), low.to_le_bytes());
-    block(file, ENHANCED_PACKET, &[&[0; 4], &high, &low, &length, &length, &octets, &options]);
+    block(&mut file, ENHANCED_PACKET, &[&[0; 4], &high, &low, &length, &length, &octets, &options]);
+    file
 }
 
 fn block(file: &mut Vec<u8>, kind: u32, parts: &[&[u8]]) {

@@ -1,0 +1,151 @@
+//! Start-ups, good and bad, on the simulated bus: the trace and the story next to it in `tests/golden/story`.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_devices::model::Model;
+use profivac_dp::link::active::{Active, BusParameters};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+use profivac_host::bench::{Conditions, VirtualDevice};
+use profivac_host::explain::Teller;
+use profivac_host::explain::input::Recording;
+use profivac_host::instrument::{Spec, entry};
+use profivac_host::memory::Memory;
+use profivac_host::pressure::Pressure;
+use profivac_sim::{Bus, Handle, Trace};
+use profivac_vacuum::Gas;
+use std::fs;
+use std::path::PathBuf;
+
+const BAUD: Baud = Baud::B500000;
+const OWN: u8 = 2;
+
+type OneMaster = Active<Master<2, 64>>;
+
+/// A bus with a device at address 5 and a master that wants to exchange data with it.
+struct Desk {
+    bus: Bus,
+    device: Handle<VirtualDevice>,
+    master: Handle<OneMaster>,
+    now: u64,
+}
+
+fn model(device: &str) -> &'static Model {
+    entry(device).unwrap().model
+}
+
+impl Desk {
+    fn new(device: &str, parameters: &SlaveParameters<'_>) -> Self {
+        let spec: Spec = format!("{device}@5").parse().unwrap();
+        let conditions =
+            Conditions { pressure: Pressure::from_mbar(1e-3), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 };
+        let unit = spec.build(Memory::volatile(), BAUD).unwrap();
+        let mut bus = Bus::new(BAUD);
+        let device = bus.attach(VirtualDevice::new(unit, 5, BAUD, conditions));
+        let mut master = Master::on(BusParameters::new(OWN, BAUD), Settings::new(BAUD), BitTime(0));
+        master.user.add(parameters).unwrap();
+        master.user.set_mode(Mode::Operate);
+        let master = bus.attach(master);
+        bus.record(usize::MAX);
+        Self { bus, device, master, now: 0 }
+    }
+
+    /// Time passes.
+    fn run(&mut self, milliseconds: u64) {
+        self.now += milliseconds * u64::from(BAUD.bits_per_second()) / 1000;
+        self.bus.run_until(BitTime(self.now)).unwrap();
+    }
+
+    /// Compares trace and story with their goldens.
+    fn golden(self, name: &str) {
+        let trace: Trace = self.bus.trace().clone();
+        let text = trace.to_string();
+        golden(&format!("{name}.trace"), &text);
+        golden(&format!("{name}.txt"), &story(&text));
+    }
+}
+
+/// One sentence a line, with time and station.
+fn story(trace: &str) -> String {
+    let recording = Recording::read(trace.as_bytes(), Baud::B9600).unwrap();
+    let baud = recording.baud.unwrap();
+    let (mut teller, mut told) = (Teller::new(baud), Vec::new());
+    recording.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
+    teller.end(&mut told);
+    let notes = told.iter().flat_map(|told| &told.notes);
+    let lines = notes.map(|note| {
+        let seconds = note.at.unwrap().0 as f64 / f64::from(baud.bits_per_second());
+        let station = note.station.map(|station| station.to_string()).unwrap_or_default();
+        format!("{seconds:10.6} {station:>3}  {}\n", note.text)
+    });
+    lines.collect()
+}
+
+/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
+fn golden(name: &str, text: &str) {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/story").join(name);
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, text).unwrap();
+        return;
+    }
+    let expected = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    for (number, (line, expected)) in (1..).zip(text.lines().zip(expected.lines())) {
+        assert_eq!(line, expected, "{name}, line {number}");
+    }
+    assert_eq!(text.len(), expected.len(), "{name}");
+}
+
+/// The parameters that fit the device, with its default configuration and mbar.
+fn fitting(model: &'static Model) -> SlaveParameters<'static> {
+    let user_prm = model.user_prm.first().map_or(&[][..], |prm| prm.octets);
+    SlaveParameters { user_prm, ..SlaveParameters::new(5, model.ident, model.default_configuration.octets) }
+}
+
+#[test]
+fn every_device_starts() {
+    for device in ["bcg450", "bpg400", "pcg550", "tpg500", "img400"] {
+        let mut desk = Desk::new(device, &fitting(model(device)));
+        desk.run(15);
+        desk.golden(&format!("start-{device}"));
+    }
+}
+
+#[test]
+fn a_configuration_is_refused_with_both_strings() {
+    let bcg = model("bcg450");
+    let mut desk = Desk::new("bcg450", &SlaveParameters { cfg: &[0x44, 0x86, 0x05, 0x05, 0x0A, 0x08], ..fitting(bcg) });
+    desk.run(11);
+    desk.golden("refused-configuration");
+}
+
+#[test]
+fn parameters_are_refused_with_their_reason() {
+    let bcg = model("bcg450");
+    let mut desk = Desk::new("bcg450", &SlaveParameters { user_prm: &[0, 0, 0, 0x10, 0x01], ..fitting(bcg) });
+    desk.run(11);
+    desk.golden("refused-user-parameters");
+}
+
+#[test]
+fn a_power_cut_is_silence_and_a_start_again() {
+    let mut desk = Desk::new("bcg450", &fitting(model("bcg450")));
+    desk.run(14);
+    desk.bus.station_mut(desk.device).power(false);
+    desk.run(30);
+    desk.bus.station_mut(desk.device).power(true);
+    desk.run(40);
+    desk.golden("power-cut");
+}
+
+#[test]
+fn a_watchdog_that_expires_is_told_with_both_times() {
+    let parameters = SlaveParameters { watchdog: Some([2, 1]), ..fitting(model("bcg450")) };
+    let mut desk = Desk::new("bcg450", &parameters);
+    desk.run(14);
+    desk.bus.station_mut(desk.master).user.set_mode(Mode::Stop);
+    desk.run(60);
+    desk.bus.station_mut(desk.master).user.set_mode(Mode::Operate);
+    desk.run(12);
+    desk.golden("watchdog");
+}
