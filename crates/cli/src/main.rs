@@ -2,6 +2,7 @@
 
 mod bus;
 mod console;
+mod decode;
 mod demo;
 mod failure;
 mod gsd;
@@ -11,6 +12,8 @@ mod output;
 mod scan;
 mod screen;
 mod simulate;
+mod sniff;
+mod story;
 mod values;
 
 use clap::{Parser, Subcommand};
@@ -38,6 +41,8 @@ enum Command {
     Hub(hub::Arguments),
     Scan(scan::Arguments),
     Monitor(monitor::Arguments),
+    Sniff(sniff::Arguments),
+    Decode(decode::Arguments),
     Gsd(gsd::Arguments),
 }
 
@@ -48,6 +53,8 @@ fn main() -> ExitCode {
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Sniff(arguments) => sniff::run(&arguments),
+        Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
     };
     match done {

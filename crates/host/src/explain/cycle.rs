@@ -85,7 +85,7 @@ pub const fn status_words(status: Status) -> &'static str {
         Status::ServiceNotActivated => "RS: this service is not open to this master",
         Status::DataLow | Status::DataHigh => "data",
         Status::NoReply => "NR: nothing to say",
-        Status::DataLowNotTaken | Status::DataHighNotTaken => "data, but it did not take those that were sent",
+        Status::DataLowNotTaken | Status::DataHighNotTaken => "RDL: it has data, and took none of those that were sent",
         Status::Other(_) => "an unknown answer",
     }
 }

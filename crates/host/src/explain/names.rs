@@ -18,18 +18,24 @@ pub struct Tables {
 const SELECTORS: [&str; 2] = ["Channel Instance Selector", "Analog Input Sensor Function Block Instance"];
 
 impl Tables {
-    /// The name of a parameter with its numbers. Instances that share a slot are all named.
+    /// The name of a parameter with its numbers. Instances that share a slot are all named: `pirani/ba.safe-value`.
     #[must_use]
     pub fn name(&self, slot: u8, index: u8) -> String {
-        let mut names: Vec<String> = Vec::new();
-        for (name, row) in self.rows(slot, index) {
-            let name = format!("{}.{}", slug(name), slug(row.name));
-            if !names.contains(&name) {
-                names.push(name);
+        let mut names: Vec<(String, String)> = Vec::new();
+        for (block, row) in self.rows(slot, index) {
+            let (block, row) = (slug(block), slug(row.name));
+            match names.iter_mut().find(|(_, known)| *known == row) {
+                Some((blocks, _)) if blocks.split('/').any(|known| known == block) => {}
+                Some((blocks, _)) => *blocks = format!("{blocks}/{block}"),
+                None => names.push((block, row)),
             }
         }
         let numbers = format!("slot {slot} index {index}");
-        if names.is_empty() { numbers } else { format!("{} ({numbers})", names.join(" or ")) }
+        if names.is_empty() {
+            return numbers;
+        }
+        let names: Vec<String> = names.into_iter().map(|(blocks, row)| format!("{blocks}.{row}")).collect();
+        format!("{} ({numbers})", names.join(" or "))
     }
 
     /// The value of a parameter, as far as the octets and the unit tell.
@@ -178,7 +184,7 @@ mod tests {
         assert_eq!(tables().name(0, 17), "device.device-type (slot 0 index 17)");
         assert_eq!(
             tables().name(1, 201),
-            "setpoint-a.setpoint-function or setpoint-b.setpoint-function or ba.emission-user-mode-state (slot 1 index 201)"
+            "setpoint-a/setpoint-b.setpoint-function or ba.emission-user-mode-state (slot 1 index 201)"
         );
         // The selector says whose row it is.
         let mut selected = tables();

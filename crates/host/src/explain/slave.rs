@@ -255,7 +255,7 @@ impl Slave {
             owner: diag.master_add,
             ext_diag: diag.ext_diag.to_vec(),
         });
-        self.judge(&diag, notes);
+        let refused = self.judge(&diag, notes);
         self.identify(diag.ident);
         let Some(before) = before else {
             let owner = seen.owner.map_or_else(|| "nobody".to_owned(), |owner| format!("master {owner}"));
@@ -265,7 +265,9 @@ impl Slave {
             notes.say(self.address, Kind::Presence, text);
             return self.reported(&diag, notes);
         };
-        self.lost(&before, &diag, baud, notes);
+        if !refused {
+            self.lost(&before, &diag, baud, notes);
+        }
         if before.owner != diag.master_add {
             notes.say(self.address, Kind::Owner, ownership(before.owner, diag.master_add));
         }
@@ -279,18 +281,21 @@ impl Slave {
         }
     }
 
-    /// What became of Set_Prm and Chk_Cfg.
-    fn judge(&mut self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
+    /// What became of Set_Prm and Chk_Cfg: whether one was refused.
+    fn judge(&mut self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) -> bool {
         let (prm, cfg) = (self.prm.is_new, self.cfg_is_new);
         (self.prm.is_new, self.cfg_is_new) = (false, false);
-        if prm && diag.status.contains(StationStatus::PRM_FAULT) {
+        let text = if prm && diag.status.contains(StationStatus::PRM_FAULT) {
             self.identify(diag.ident);
-            let text = format!("Set_Prm refused: {}", refusal::parameters(self, diag.ident));
-            notes.say(self.address, Kind::Refused, text);
+            format!("Set_Prm refused: {}", refusal::parameters(self, diag.ident))
         } else if cfg && diag.status.contains(StationStatus::CFG_FAULT) {
-            let text = format!("Chk_Cfg refused: {}", refusal::configuration(self));
-            notes.say(self.address, Kind::Refused, text);
-        }
+            format!("Chk_Cfg refused: {}", refusal::configuration(self))
+        } else {
+            return false;
+        };
+        notes.say(self.address, Kind::Refused, text);
+        self.cyclic.end();
+        true
     }
 
     /// A slave that exchanged data and wants parameters again has been restarted, released, or its watchdog has expired.
