@@ -10,6 +10,8 @@
 //! In each line the longest row of octets counts; of columns the one that has it. What cannot be read between octets
 //! (`??`, `0G`, `08!`) is an octet with an error. A line without octets is a remark.
 
+use profivac_wire::Telegram;
+
 /// Octets of one line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Printed {
@@ -207,13 +209,14 @@ fn octets_in(row: &[Word]) -> usize {
     row.iter().map(|word| if let Word::Octets(octets) = word { octets.len() } else { 1 }).sum()
 }
 
-/// Up to three words before a whole telegram and one behind it are numbers: of lines, stations, channels, octets.
+/// Up to three words before a whole telegram with a check octet and one behind it are numbers: of lines, stations, channels,
+/// octets.
 fn without_numbers(printed: Printed, row: &[Word]) -> Printed {
     let single = row.iter().take_while(|word| !matches!(word, Word::Octets(octets) if octets.len() != 1)).count();
     for (skip, behind) in (0..=single.min(3)).flat_map(|skip| [(skip, 0), (skip, 1)]) {
         let end = printed.octets.len().saturating_sub(behind);
         let rest = printed.octets.get(skip..end).unwrap_or_default();
-        if profivac_wire::Telegram::parse(rest).is_ok() {
+        if matches!(Telegram::parse(rest), Ok(Telegram::Frame(_))) {
             let errors = printed.errors.iter().filter_map(|place| place.checked_sub(skip));
             let errors = errors.filter(|place| *place < rest.len()).collect();
             return Printed { octets: rest.to_vec(), errors, ..printed };
