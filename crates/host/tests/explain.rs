@@ -149,3 +149,35 @@ fn a_watchdog_that_expires_is_told_with_both_times() {
     desk.run(12);
     desk.golden("watchdog");
 }
+
+/// Whatever a file holds: a recording or a sentence, never a panic.
+#[test]
+fn no_file_does_harm() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/story");
+    let text = fs::read(folder.join("power-cut.trace")).unwrap();
+    let trace: Trace = std::str::from_utf8(&text).unwrap().parse().unwrap();
+    let lines: Vec<u8> =
+        trace.entries.iter().flat_map(|entry| format!("{:02X?}\n", entry.octets).into_bytes()).collect();
+    let octets: Vec<u8> = trace.entries.iter().flat_map(|entry| entry.octets.to_vec()).collect();
+    let capture = profivac_sim::trace::pcapng::write(&trace, profivac_sim::trace::pcapng::USER0);
+    let mut random = profivac_sim::Random::new(3);
+    let mut told = 0;
+    for round in 0..100 {
+        let mut file = [&text, &lines, &octets, &capture][round % 4].clone();
+        for _ in 0..1 + random.below(200) {
+            let place = random.below(file.len() as u64) as usize;
+            match random.below(3) {
+                0 => file[place] = random.octet(),
+                1 => file[place] ^= 1 << random.below(8),
+                _ => drop(file.remove(place)),
+            }
+        }
+        if let Ok(recording) = Recording::read(&file, Baud::B19200) {
+            let (mut teller, mut all) = (Teller::new(Baud::B19200), Vec::new());
+            recording.noted.iter().for_each(|noted| teller.noted(noted, &mut all));
+            teller.end(&mut all);
+            told += all.len();
+        }
+    }
+    assert!(told > 5_000, "{told}");
+}

@@ -13,7 +13,7 @@
 //! may stand there, and are [`Sort::Doubtful`] where they touch damaged octets that came in the same piece.
 
 use profivac_dp::link::{BitTime, CHARACTER_TBIT};
-use profivac_wire::{Extent, Telegram};
+use profivac_wire::{Extent, MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
 
 /// The highest address in a token: the EXT bit and everybody cannot be.
@@ -207,8 +207,10 @@ impl Framer {
         }
     }
 
+    /// Whether a telegram begins here that would go on behind the last octet.
     fn is_incomplete(&self, from: usize) -> bool {
-        let Some(rest) = self.octets.get(from..) else { return false };
+        // The last octets only: a telegram that begins before them would be complete.
+        let Some(rest) = self.octets.get(from..).filter(|rest| rest.len() < MAX_TELEGRAM) else { return false };
         if self.wrong.iter().skip(from).any(|wrong| *wrong) {
             return false;
         }
@@ -293,7 +295,7 @@ mod tests {
     use super::*;
     use profivac_sim::Random;
     use profivac_sim::scenario::hex;
-    use profivac_wire::{Frame, MAX_TELEGRAM};
+    use profivac_wire::Frame;
 
     fn framed(chunks: &[&[u8]]) -> Vec<Piece> {
         let (mut framer, mut out) = (Framer::default(), Vec::new());
@@ -335,8 +337,11 @@ mod tests {
         octets
     }
 
+    /// A telegram and where it begins.
+    type Placed = (usize, Vec<u8>);
+
     /// A line of valid telegrams with damage between them, and where the valid ones begin.
-    fn line(random: &mut Random) -> (Vec<Vec<u8>>, Vec<(usize, Vec<u8>)>) {
+    fn line(random: &mut Random) -> (Vec<Vec<u8>>, Vec<Placed>) {
         let (mut line, mut valid, mut at) = (Vec::new(), Vec::new(), 0);
         for _ in 0..10 {
             let damaged = if random.below(2) == 0 { junk(random) } else { Vec::new() };
