@@ -28,7 +28,7 @@ const STORY: &str = "   12.010000 s    5  is there: bcg450 (ident 08E6), belongs
    12.070000 s       damaged, 17 octets: character error in octet 7: 68 0B 0B 68 82 85 00 3E 3C 06 05 00 FF 08 E6 81 16
    12.090000 s    5  Chk_Cfg refused: the bcg450 offers 44 86 05 05 05 08 and 7 others, the master asked for 44 86 05 05 0A 08; octet 5 is 0A and should be 05
 
-9 telegrams, 1 damaged pieces
+9 telegrams, 1 damaged piece (10.0 %)
 ADDR  DEVICE        SENT  REQUESTS  RETRIES  UNANSWERED  EXCHANGES
    2  master           5
    5  bcg450           4         5        1           1          0
@@ -93,6 +93,21 @@ fn a_capture_file_tells_the_same_story() {
         assert_eq!(number, if matches!(link_type, "user0" | "147") { 147 } else { 257 });
         assert_eq!(decode(&folder, "again", &file, &[]), (Some(0), STORY.to_owned(), String::new()));
     }
+}
+
+#[test]
+fn a_capture_that_was_cut_off_is_told_up_to_there_and_ends_with_2() {
+    let folder = Folder::new();
+    let capture = folder.name("capture.pcapng");
+    decode(&folder, "log", LOG.as_bytes(), &["--out", &capture]);
+    let file = std::fs::read(&capture).unwrap();
+    let (code, story, complaint) = decode(&folder, "cut", &file[..file.len() - 3], &[]);
+    assert!(story.contains("8 telegrams, 1 damaged piece (11.1 %)"), "{story}");
+    let offset = file.len() - 52;
+    let expected = format!(
+        "profivac: cut: the block at octet {offset} does not fit the file; what comes before it is told above\n"
+    );
+    assert_eq!((code, complaint), (Some(2), expected));
 }
 
 #[test]

@@ -50,14 +50,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut teller = Teller::new(baud);
     let mut capture = Capture::begin(&arguments.style, baud)?;
     tell(&recording.noted, &mut teller, &Printer::new(&arguments.style, baud), capture.as_mut())?;
-    let summary = teller.explainer().summary();
-    if summary.telegrams == 0 {
-        let octets: usize = recording.noted.iter().map(|noted| noted.octets.len()).sum();
-        return Err(Failure::usage(format!(
-            "{name}: expected telegrams, none of {octets} octets belongs to a valid one"
-        )));
+    verdict(&recording, &teller, name)
+}
+
+/// A recording without a telegram is a bad file, and so is a capture that ends before its end.
+fn verdict(recording: &Recording, teller: &Teller, name: &str) -> Result<(), Failure> {
+    if let Some(damage) = &recording.damage {
+        return Err(Failure::usage(format!("{name}: {damage}; what comes before it is told above")));
     }
-    Ok(())
+    if teller.explainer().summary().telegrams > 0 {
+        return Ok(());
+    }
+    let octets: usize = recording.noted.iter().map(|noted| noted.octets.len()).sum();
+    Err(Failure::usage(format!("{name}: expected telegrams, none of {octets} octets belongs to a valid one")))
 }
 
 fn read(file: &str) -> io::Result<Vec<u8>> {

@@ -166,10 +166,19 @@ impl<'a> Printer<'a> {
             let [telegrams, damaged, doubtful] = [telegrams, damaged, doubtful].map(|count| *count);
             return out(&json(&SummaryRow { kind: "summary", telegrams, damaged, doubtful, sent, slaves: rows }));
         }
-        let doubtful = if summary.doubtful == 0 { String::new() } else { format!(", {} doubtful", summary.doubtful) };
-        out(&format!("\n{} telegrams, {} damaged pieces{doubtful}", summary.telegrams, summary.damaged));
+        out(&format!("\n{}", counted(summary)));
         out(&table(summary, &rows));
     }
+}
+
+/// `5 telegrams, 1 damaged piece (16.7 %)`
+fn counted(summary: &Summary) -> String {
+    let Summary { telegrams, damaged, doubtful, .. } = *summary;
+    let many = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let percent = damaged as f64 * 100.0 / telegrams.saturating_add(damaged).max(1) as f64;
+    let share = if damaged == 0 { String::new() } else { format!(" ({percent:.1} %)") };
+    let doubtful = if doubtful == 0 { String::new() } else { format!(", {doubtful} doubtful") };
+    format!("{}, {}{share}{doubtful}", many(telegrams, "telegram"), many(damaged, "damaged piece"))
 }
 
 fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {

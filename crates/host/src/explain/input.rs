@@ -28,6 +28,8 @@ pub struct Recording {
     pub noted: Vec<Noted>,
     /// Lines without octets, counted from 1.
     pub skipped: Vec<usize>,
+    /// Why there is no more of a capture file.
+    pub damage: Option<BadCapture>,
 }
 
 /// Why nothing can be decoded.
@@ -73,7 +75,7 @@ impl Recording {
             return Err(BadInput::Empty);
         }
         if file.starts_with(&PCAPNG) {
-            return pcapng::read(file, baud).map(|trace| Self::of("pcapng", trace)).map_err(BadInput::Capture);
+            return Self::captured(file, baud);
         }
         if PCAP.iter().any(|magic| file.starts_with(magic)) {
             return Err(BadInput::Pcap);
@@ -94,12 +96,20 @@ impl Recording {
             octets: entry.octets.to_vec(),
             errors: entry.errors,
         });
-        Self { kind, baud, noted: noted.collect(), skipped: Vec::new() }
+        Self { kind, baud, noted: noted.collect(), skipped: Vec::new(), damage: None }
+    }
+
+    /// What a capture file holds before it is damaged, if that is anything.
+    fn captured(file: &[u8], baud: Baud) -> Result<Self, BadInput> {
+        match pcapng::read_until_damage(file, baud) {
+            (trace, Some(damage)) if trace.entries.is_empty() => Err(BadInput::Capture(damage)),
+            (trace, damage) => Ok(Self { damage, ..Self::of("pcapng", trace) }),
+        }
     }
 
     fn raw(file: &[u8]) -> Self {
         let noted = vec![Noted { start: None, octets: file.to_vec(), errors: Vec::new() }];
-        Self { kind: "octets", baud: None, noted, skipped: Vec::new() }
+        Self { kind: "octets", baud: None, noted, skipped: Vec::new(), damage: None }
     }
 
     fn printed(text: &str, baud: Baud) -> Result<Self, BadInput> {
@@ -120,7 +130,7 @@ impl Recording {
             let Some((line, number)) = first else { return Err(BadInput::Empty) };
             return Err(BadInput::NoOctets { line: number, found: line.trim().chars().take(SHOWN).collect() });
         }
-        Ok(Self { kind: "text", baud: None, noted, skipped })
+        Ok(Self { kind: "text", baud: None, noted, skipped, damage: None })
     }
 }
 

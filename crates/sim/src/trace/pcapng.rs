@@ -129,31 +129,45 @@ impl std::error::Error for BadCapture {}
 /// # Errors
 /// [`BadCapture`] when the octets are no such file.
 pub fn read(file: &[u8], otherwise: Baud) -> Result<Trace, BadCapture> {
+    let (trace, damage) = read_until_damage(file, otherwise);
+    damage.map_or(Ok(trace), Err)
+}
+
+/// Reads a capture file as far as it is whole: one whose writer was killed ends within a packet. Says what stopped it.
+#[must_use]
+pub fn read_until_damage(file: &[u8], otherwise: Baud) -> (Trace, Option<BadCapture>) {
     let mut blocks = Blocks { file, offset: 0, big_endian: false };
-    let mut interfaces: Vec<Interface> = Vec::new();
     let mut trace = Trace { baud: otherwise, entries: Default::default() };
     if !matches!(blocks.next(), Some(Ok((_, SECTION_HEADER, _)))) {
-        return Err(BadCapture::NotPcapng);
+        return (trace, Some(BadCapture::NotPcapng));
     }
-    for block in blocks {
-        let (offset, kind, body) = block?;
-        match kind {
-            SECTION_HEADER => interfaces.clear(),
-            INTERFACE => {
-                let interface = Interface::read(body).ok_or(BadCapture::Block { offset })??;
-                trace.baud = interface.baud.unwrap_or(trace.baud);
-                interfaces.push(interface);
-            }
-            ENHANCED_PACKET => {
-                let number = body.clone().long().ok_or(BadCapture::Block { offset })?;
-                let interface = interfaces.get(number as usize).ok_or(BadCapture::Interface { offset })?;
-                let entry = interface.entry(body, trace.baud).ok_or(BadCapture::Block { offset })?;
-                trace.entries.push_back(entry);
-            }
-            _ => {}
+    let mut interfaces = Vec::new();
+    let damage = blocks.find_map(|block| block.and_then(|block| add(&mut trace, &mut interfaces, block)).err());
+    (trace, damage)
+}
+
+/// What a block adds to the trace.
+fn add(
+    trace: &mut Trace,
+    interfaces: &mut Vec<Interface>,
+    (offset, kind, body): (usize, u32, Fields<'_>),
+) -> Result<(), BadCapture> {
+    match kind {
+        SECTION_HEADER => interfaces.clear(),
+        INTERFACE => {
+            let interface = Interface::read(body).ok_or(BadCapture::Block { offset })??;
+            trace.baud = interface.baud.unwrap_or(trace.baud);
+            interfaces.push(interface);
         }
+        ENHANCED_PACKET => {
+            let number = body.clone().long().ok_or(BadCapture::Block { offset })?;
+            let interface = interfaces.get(number as usize).ok_or(BadCapture::Interface { offset })?;
+            let entry = interface.entry(body, trace.baud).ok_or(BadCapture::Block { offset })?;
+            trace.entries.push_back(entry);
+        }
+        _ => {}
     }
-    Ok(trace)
+    Ok(())
 }
 
 /// Walks over the blocks of a file.
@@ -349,6 +363,17 @@ mod tests {
                 let _ = read(&altered, Baud::B9600);
             }
         }
+    }
+
+    #[test]
+    fn a_file_that_was_cut_off_is_read_up_to_there() {
+        let trace = trace(Baud::B1500000);
+        let file = write(&trace, USER0);
+        let (whole, damage) = read_until_damage(&file, Baud::B9600);
+        assert_eq!((whole, damage), (trace.clone(), None));
+        let (cut, damage) = read_until_damage(&file[..file.len() - 1], Baud::B9600);
+        assert_eq!(cut.entries.len(), trace.entries.len() - 1);
+        assert_eq!(damage, Some(BadCapture::Block { offset: file.len() - 36 }));
     }
 
     #[test]
