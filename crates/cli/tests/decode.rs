@@ -6,12 +6,12 @@ mod common;
 
 use common::{Folder, run};
 
-/// What a master printed: words, times, an answer in two pieces, damage, an octet that cannot be read.
+/// What a master printed: words, times, an answer in two pieces with a pause between, damage, an octet that cannot be read.
 const LOG: &str = "\
 Starting master 2 ...
 12.000 PHY-serial: TX   68 05 05 68 85 82 6D 3C 3E EE 16
-12.010 PHY-serial: RX (fragment)   68 0B 0B 68 82 85
-12.011 PHY-serial: RX   08 3E 3C 02 05 00 FF 08 E6 7D 16
+12.005 PHY-serial: RX (fragment)   68 0B 0B 68 82 85
+12.016 PHY-serial: RX   08 3E 3C 02 05 00 FF 08 E6 7D 16
 12.020 PHY-serial: TX   68 11 11 68 85 82 5D 3D 3E 88 02 05 0B 08 E6 00 80 00 00 05 1C 08 16
 12.030 PHY-serial: RX   E5
 12.040 PHY-serial: TX   68 0B 0B 68 85 82 7D 3E 3E 44 86 05 05 0A 08 E6 16
@@ -22,7 +22,7 @@ Starting master 2 ...
 12.090 PHY-serial: RX   68 0B 0B 68 82 85 08 3E 3C 06 05 00 FF 08 E6 81 16
 ";
 
-const STORY: &str = "   12.010000 s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready
+const STORY: &str = "   12.005000 s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready
    12.030000 s    5  master 2 sets its parameters: lock, watchdog 100 ms, min T_SDR 11, ident 08E6, groups 00, user 80 00 00 05 1C (unit mbar)
    12.050000 s    5  master 2 asks for the configuration 44 86 05 05 0A 08: 0 octets out, 7 in
    12.070000 s       damaged, 17 octets: character error in octet 7: 68 0B 0B 68 82 85 00 3E 3C 06 05 00 FF 08 E6 81 16

@@ -69,7 +69,7 @@ impl Desk {
 fn story(trace: &str) -> String {
     let recording = Recording::read(trace.as_bytes(), Baud::B9600).unwrap();
     let baud = recording.baud.unwrap();
-    let (mut teller, mut told) = (Teller::new(baud), Vec::new());
+    let (mut teller, mut told) = (Teller::new(baud, recording.times), Vec::new());
     recording.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
     teller.end(&mut told);
     let notes = told.iter().flat_map(|told| &told.notes);
@@ -173,11 +173,79 @@ fn no_file_does_harm() {
             }
         }
         if let Ok(recording) = Recording::read(&file, Baud::B19200) {
-            let (mut teller, mut all) = (Teller::new(Baud::B19200), Vec::new());
+            let (mut teller, mut all) = (Teller::new(Baud::B19200, recording.times), Vec::new());
             recording.noted.iter().for_each(|noted| teller.noted(noted, &mut all));
             teller.end(&mut all);
             told += all.len();
         }
     }
     assert!(told > 5_000, "{told}");
+}
+
+/// Sentences about a dialogue that is written as a log.
+fn told(log: &str) -> Vec<String> {
+    let recording = Recording::read(log.as_bytes(), BAUD).unwrap();
+    let (mut teller, mut told) = (Teller::new(BAUD, recording.times), Vec::new());
+    recording.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
+    teller.end(&mut told);
+    told.into_iter().flat_map(|told| told.notes).map(|note| note.text).collect()
+}
+
+/// SD2 with access points, as master `master` asks and the slave at 5 answers.
+fn asked(master: u8, sap: u8, fc: u8, du: &[u8]) -> String {
+    frame(5, master, sap, 62, fc, du)
+}
+
+fn answered(master: u8, sap: u8, du: &[u8]) -> String {
+    frame(master, 5, 62, sap, 0x08, du)
+}
+
+fn frame(da: u8, sa: u8, dsap: u8, ssap: u8, fc: u8, du: &[u8]) -> String {
+    let frame = profivac_wire::Frame { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
+    let mut out = [0; profivac_wire::MAX_TELEGRAM];
+    let length = profivac_wire::Telegram::Frame(frame).emit(&mut out).unwrap();
+    format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
+}
+
+#[test]
+fn another_owner_and_what_a_master_may_not_do_are_told() {
+    let diag = |fc, status: u8, owner| asked(3, 60, fc, &[]) + &answered(3, 60, &[status, 0x0C, 0, owner, 0x08, 0xE6]);
+    let log = [
+        diag(0x6D, 0, 2),
+        diag(0x5D, 0, 3),
+        asked(3, 61, 0x7D, &[0x88, 10, 10, 11, 0x08, 0xE6, 0]) + &frame(3, 5, 62, 61, 0x03, &[0]),
+    ];
+    assert_eq!(
+        told(&log.concat()),
+        [
+            "is there: bcg450 (ident 08E6), belongs to master 2, exchanges data",
+            "belongs to master 3 now, before to master 2",
+            "does not take Set_Prm of master 3: RS: this service is not open to this master",
+        ]
+    );
+}
+
+#[test]
+fn without_times_a_lost_slave_is_told_with_both_reasons() {
+    let start = asked(2, 61, 0x5D, &[0x88, 1, 10, 11, 0x08, 0xE6, 0, 0, 0, 0, 5, 0x1C]) + "E5\n";
+    let diag = |fc, second: u8, owner, first: u8| {
+        asked(2, 60, fc, &[]) + &answered(2, 60, &[first, second, 0, owner, 0x08, 0xE6])
+    };
+    let story = told(&[start, diag(0x7D, 0x0C, 2, 0), diag(0x5D, 0x05, 0xFF, 2)].concat());
+    assert_eq!(story[2], "has lost its parameters: its watchdog of 100 ms has expired, or it was restarted");
+    assert_eq!(story[3], "belongs to nobody any more, before to master 2");
+}
+
+#[test]
+fn repetitions_are_counted_and_silence_is_told_once() {
+    let request = asked(2, 60, 0x5D, &[]);
+    let answer = answered(2, 60, &[0, 0x0C, 0, 2, 0x08, 0xE6]);
+    let log = request.clone() + &answer + &asked(2, 60, 0x7D, &[]).repeat(4) + &request + &answer;
+    let recording = Recording::read(log.as_bytes(), BAUD).unwrap();
+    let (mut teller, mut all) = (Teller::new(BAUD, recording.times), Vec::new());
+    recording.noted.iter().for_each(|noted| teller.noted(noted, &mut all));
+    let counters = teller.explainer().counters(5);
+    assert_eq!((counters.requests, counters.retries, counters.unanswered), (6, 3, 4));
+    let texts = told(&log);
+    assert_eq!(texts[1..], ["does not answer master 2 any more", "answers again, 4 requests were in vain"]);
 }

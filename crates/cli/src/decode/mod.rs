@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Recording::read(&file, arguments.baud).map_err(|error| Failure::usage(format!("{name}: {error}")))?;
     remark(&recording, name);
     let baud = recording.baud.unwrap_or(arguments.baud);
-    let mut teller = Teller::new(baud);
+    let mut teller = Teller::new(baud, recording.times);
     let mut capture = Capture::begin(&arguments.style, baud)?;
     tell(&recording.noted, &mut teller, &Printer::new(&arguments.style, baud), capture.as_mut())?;
     verdict(&recording, &teller, name)

@@ -6,8 +6,9 @@ use crate::story::{Capture, Printer, Style};
 use crate::values;
 use clap::Args;
 use profivac_dp::link::Baud;
-use profivac_host::explain::Teller;
 use profivac_host::explain::ear::{Ear, Heard};
+use profivac_host::explain::frame::Times;
+use profivac_host::explain::{Teller, Told};
 use profivac_host::port;
 use rustix::fd::AsFd;
 use std::time::{Duration, Instant};
@@ -45,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let signals = Signals::catch()?;
     let mut ear = Ear::new(port::open(&arguments.port, arguments.baud)?, arguments.baud);
     eprintln!("profivac: listening on {}, Ctrl-C ends", arguments.port);
-    let mut teller = Teller::new(arguments.baud);
+    let mut teller = Teller::new(arguments.baud, Times::Platform);
     let mut capture = Capture::begin(&arguments.style, arguments.baud)?;
     let printer = Printer::new(&arguments.style, arguments.baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
@@ -72,11 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     ended
 }
 
-fn show(
-    printer: &Printer<'_>,
-    capture: Option<&mut Capture>,
-    told: &mut Vec<profivac_host::explain::Told>,
-) -> Result<(), Failure> {
+fn show(printer: &Printer<'_>, capture: Option<&mut Capture>, told: &mut Vec<Told>) -> Result<(), Failure> {
     printer.print(told);
     capture.map_or(Ok(()), |capture| capture.add(told))?;
     told.clear();

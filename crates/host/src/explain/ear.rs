@@ -1,15 +1,12 @@
 //! Listens to a port and never sends.
 
+use super::PLATFORM_SILENCE;
 use super::input::Noted;
 use crate::clock::{Clock, tbit_of};
 use crate::port::{Character, Port, PortError, wait};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use rustix::fd::BorrowedFd;
 use std::time::Duration;
-
-/// How long nothing may come before what came is taken for complete. free choice: longer than the 16 ms for which an adapter
-/// may keep octets (profibus-wire 9.4, point 36), short enough to watch.
-const SILENCE: Duration = Duration::from_millis(50);
 
 /// A port that is only listened to.
 pub struct Ear {
@@ -19,6 +16,8 @@ pub struct Ear {
     heard: Vec<Character>,
     /// When the last character came, until the silence after it was told.
     last: Option<BitTime>,
+    /// When the piece before began.
+    before: BitTime,
 }
 
 /// What was heard.
@@ -36,7 +35,14 @@ impl Ear {
     /// Listens from now on.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud) -> Self {
-        Self { port, baud, clock: Clock::starting_at(BitTime(0), baud), heard: Vec::new(), last: None }
+        Self {
+            port,
+            baud,
+            clock: Clock::starting_at(BitTime(0), baud),
+            heard: Vec::new(),
+            last: None,
+            before: BitTime(0),
+        }
     }
 
     /// Waits until something is heard, at most `at_most`. Also wakes when one of `others` becomes readable, and says
@@ -46,7 +52,7 @@ impl Ear {
     /// [`PortError::Lost`] when the port is gone.
     pub fn listen(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<(Heard, Vec<bool>), PortError> {
         let watched: Vec<_> = others.iter().copied().chain(self.port.watched()).collect();
-        let at_most = if self.last.is_some() { at_most.min(SILENCE) } else { at_most };
+        let at_most = if self.last.is_some() { at_most.min(PLATFORM_SILENCE) } else { at_most };
         let mut readable = wait(&watched, at_most)?;
         readable.truncate(others.len());
         self.heard.clear();
@@ -56,7 +62,7 @@ impl Ear {
             self.last = Some(now);
             return Ok((Heard::Octets(self.noted(now)), readable));
         }
-        let silence_tbit = tbit_of(self.baud, SILENCE).max(T_SYN_TBIT);
+        let silence_tbit = tbit_of(self.baud, PLATFORM_SILENCE).max(T_SYN_TBIT);
         let heard = match self.last {
             Some(last) if now - last >= silence_tbit => {
                 self.last = None;
@@ -67,15 +73,16 @@ impl Ear {
         Ok((heard, readable))
     }
 
-    /// What was heard, with the time at which its first octet may have begun.
-    fn noted(&self, now: BitTime) -> Noted {
+    /// What was heard, with the time at which its first octet may have begun. Time never goes back.
+    fn noted(&mut self, now: BitTime) -> Noted {
         let octet = |character: &Character| if let Character::Octet(octet) = character { *octet } else { 0 };
         let octets: Vec<u8> = self.heard.iter().map(octet).collect();
         let broken = self.heard.iter().enumerate().filter(|(_, character)| **character == Character::Broken);
         let errors = broken.map(|(place, _)| place).collect();
-        let duration = (octets.len() as u64).saturating_mul(CHARACTER_TBIT);
-        // An adapter hands over several characters at once: the first began that much earlier.
-        Noted { start: Some(BitTime(now.0.saturating_sub(duration))), octets, errors }
+        // A UART hands over several characters at once: the first began that much earlier.
+        let early_tbit = if self.port.is_timed() { (octets.len() as u64).saturating_mul(CHARACTER_TBIT) } else { 0 };
+        self.before = self.before.max(BitTime(now.0.saturating_sub(early_tbit)));
+        Noted { start: Some(self.before), octets, errors }
     }
 }
 
@@ -124,7 +131,7 @@ mod tests {
         assert_eq!((noted.octets, noted.errors), (vec![0x10, 0, 2], vec![1]));
         let mut silences = 0;
         while silences == 0 {
-            silences += usize::from(ear.listen(&[], SILENCE).unwrap().0 == Heard::Silence);
+            silences += usize::from(ear.listen(&[], PLATFORM_SILENCE).unwrap().0 == Heard::Silence);
         }
         assert_eq!(ear.listen(&[], Duration::ZERO).unwrap().0, Heard::Nothing);
         assert_eq!(sent.load(Ordering::Relaxed), 0);

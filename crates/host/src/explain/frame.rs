@@ -59,9 +59,20 @@ struct Mark {
     start: Option<BitTime>,
 }
 
+/// What the times of octets are worth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Times {
+    /// Those of the line: octets follow each other in eleven bit times, and no telegram goes on after T_SYN.
+    #[default]
+    Exact,
+    /// Those of an operating system: when a piece was handed over. A telegram may come in pieces.
+    Platform,
+}
+
 /// Divides octets that come in pieces of any size.
 #[derive(Clone, Debug, Default)]
 pub struct Framer {
+    times: Times,
     octets: Vec<u8>,
     wrong: Vec<bool>,
     marks: VecDeque<Mark>,
@@ -76,6 +87,20 @@ struct Span {
 }
 
 impl Framer {
+    /// For octets with such times.
+    #[must_use]
+    pub fn new(times: Times) -> Self {
+        Self { times, ..Self::default() }
+    }
+
+    /// How long after the beginning of a piece its `count`th octet began.
+    const fn passed_tbit(&self, count: usize) -> u64 {
+        match self.times {
+            Times::Exact => (count as u64).saturating_mul(CHARACTER_TBIT),
+            Times::Platform => 0,
+        }
+    }
+
     /// Octets came that follow those before. `errors` are the numbers of those with a character error. What is settled by
     /// them is appended to `out`.
     pub fn push(&mut self, start: Option<BitTime>, octets: &[u8], errors: &[usize], out: &mut Vec<Piece>) {
@@ -227,8 +252,8 @@ impl Framer {
         let errors = wrong.enumerate().filter(|(_, wrong)| **wrong).map(|(place, _)| place).collect();
         let mark = self.marks.iter().rev().find(|mark| mark.at <= span.from);
         let start = mark.and_then(|mark| {
-            let before = span.from.saturating_sub(mark.at) as u64;
-            mark.start.map(|start| start + before.saturating_mul(CHARACTER_TBIT))
+            let before = span.from.saturating_sub(mark.at);
+            mark.start.map(|start| start + self.passed_tbit(before))
         });
         Piece { start, octets, errors, sort: span.sort }
     }
@@ -243,7 +268,7 @@ impl Framer {
         self.marks.iter_mut().for_each(|mark| mark.at = mark.at.saturating_sub(done));
         // What is left of the piece in which the cut lies goes on counting from there.
         if let Some(Mark { at, start }) = last.filter(|_| !self.octets.is_empty()) {
-            let gone = (done.saturating_sub(at) as u64).saturating_mul(CHARACTER_TBIT);
+            let gone = self.passed_tbit(done.saturating_sub(at));
             self.marks.push_front(Mark { at: 0, start: start.map(|start| start + gone) });
         }
     }

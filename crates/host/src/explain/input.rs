@@ -1,5 +1,6 @@
 //! What can be decoded: a capture file, a trace, printed octets, or octets as they are.
 
+use super::frame::Times;
 use super::printed::Reader;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_sim::Trace;
@@ -24,6 +25,8 @@ pub struct Recording {
     pub kind: &'static str,
     /// The rate of the line, if the file tells it.
     pub baud: Option<Baud>,
+    /// What its times are worth.
+    pub times: Times,
     /// The octets.
     pub noted: Vec<Noted>,
     /// Lines without octets, counted from 1.
@@ -96,7 +99,7 @@ impl Recording {
             octets: entry.octets.to_vec(),
             errors: entry.errors,
         });
-        Self { kind, baud, noted: noted.collect(), skipped: Vec::new(), damage: None }
+        Self { kind, baud, times: Times::Exact, noted: noted.collect(), skipped: Vec::new(), damage: None }
     }
 
     /// What a capture file holds before it is damaged, if that is anything.
@@ -109,7 +112,7 @@ impl Recording {
 
     fn raw(file: &[u8]) -> Self {
         let noted = vec![Noted { start: None, octets: file.to_vec(), errors: Vec::new() }];
-        Self { kind: "octets", baud: None, noted, skipped: Vec::new(), damage: None }
+        Self { kind: "octets", baud: None, times: Times::Exact, noted, skipped: Vec::new(), damage: None }
     }
 
     fn printed(text: &str, baud: Baud) -> Result<Self, BadInput> {
@@ -130,7 +133,7 @@ impl Recording {
             let Some((line, number)) = first else { return Err(BadInput::Empty) };
             return Err(BadInput::NoOctets { line: number, found: line.trim().chars().take(SHOWN).collect() });
         }
-        Ok(Self { kind: "text", baud: None, noted, skipped, damage: None })
+        Ok(Self { kind: "text", baud: None, times: Times::Platform, noted, skipped, damage: None })
     }
 }
 

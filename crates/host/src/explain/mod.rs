@@ -16,7 +16,7 @@
 //!
 //! let log = b"TX 68 07 07 68 FF 82 46 3A 3E 02 00 41 16\n";
 //! let log = Recording::read(log, Baud::B19200)?;
-//! let mut teller = Teller::new(log.baud.unwrap_or(Baud::B19200));
+//! let mut teller = Teller::new(log.baud.unwrap_or(Baud::B19200), log.times);
 //! let mut told = Vec::new();
 //! log.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
 //! teller.end(&mut told);
@@ -38,10 +38,12 @@ pub mod ring;
 pub mod slave;
 pub mod story;
 
-use frame::{Framer, Piece};
+use crate::clock::tbit_of;
+use frame::{Framer, Piece, Times};
 use input::Noted;
 use note::Note;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
+use std::time::Duration;
 use story::Explainer;
 
 /// A piece and what is to be said about it.
@@ -66,14 +68,24 @@ pub struct Teller {
     number: usize,
     /// When the last octets with a time ended.
     end: Option<BitTime>,
+    /// After such a pause nothing goes on.
+    gap_tbit: u64,
 }
+
+/// How long an operating system or an adapter may pause within a telegram. free choice: longer than the 16 ms for which an
+/// adapter may keep octets (profibus-wire 9.4, point 36), short enough to watch.
+pub const PLATFORM_SILENCE: Duration = Duration::from_millis(50);
 
 impl Teller {
     /// Nothing was heard yet.
     #[must_use]
-    pub fn new(baud: Baud) -> Self {
-        let (framer, explainer) = (Framer::default(), Explainer::new(baud));
-        Self { framer, explainer, pieces: Vec::new(), number: 0, end: None }
+    pub fn new(baud: Baud, times: Times) -> Self {
+        let gap_tbit = match times {
+            Times::Exact => T_SYN_TBIT,
+            Times::Platform => tbit_of(baud, PLATFORM_SILENCE).max(T_SYN_TBIT),
+        };
+        let (framer, explainer) = (Framer::new(times), Explainer::new(baud));
+        Self { framer, explainer, pieces: Vec::new(), number: 0, end: None, gap_tbit }
     }
 
     /// What is known of the line.
@@ -82,10 +94,10 @@ impl Teller {
         &self.explainer
     }
 
-    /// Octets came. A telegram does not go on after an idle line of T_SYN.
+    /// Octets came. A telegram does not go on after an idle line.
     pub fn noted(&mut self, noted: &Noted, told: &mut Vec<Told>) {
         if let (Some(end), Some(start)) = (self.end, noted.start)
-            && start - end >= T_SYN_TBIT
+            && start - end >= self.gap_tbit
         {
             self.framer.flush(&mut self.pieces);
         }
