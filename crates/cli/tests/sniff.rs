@@ -59,6 +59,28 @@ fn it_tells_what_happens_survives_junk_sends_nothing_and_ends_with_ctrl_c() {
     assert_eq!(sent, [0; 0], "it only listens");
 }
 
+/// On a hub beside a virtual gauge and a master that scans: the story of the scan, and the scan as if nobody listened.
+#[test]
+fn a_scan_is_overheard_without_being_disturbed() {
+    let folder = Folder::new();
+    let [gauge, master, ear] = ["gauge", "master", "ear"].map(|name| folder.name(name));
+    let hub = Program::start(&["hub", "--pty", &gauge, "--pty", &master, "--pty", &ear]);
+    hub.ready();
+    let simulator = Program::start(&["simulate", "--serial", &gauge, "bcg450@5"]);
+    simulator.ready();
+    let mut program = Program::start(&["sniff", "--port", &ear]);
+    assert!(program.complaint().starts_with(LISTENING));
+    // The gauge joins a line that may be busy, and the machine may be slow: a scan that finds nobody is repeated.
+    let mut scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
+    assert!((0..10).any(|_| scan() == Some(0)), "nobody was found");
+    while !program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
+    {
+    }
+    program.interrupt();
+    while !program.line().contains("bcg450 ") {}
+    assert_eq!(program.exit_code(), 0);
+}
+
 #[test]
 fn json_and_a_capture_file_while_it_happens() {
     let folder = Folder::new();
