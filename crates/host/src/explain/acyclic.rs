@@ -67,44 +67,50 @@ impl Records {
         answer: Answer<'_>,
         notes: &mut Notes<'_>,
     ) -> String {
-        match (Pdu::parse(&request.du), request.sap) {
-            (Ok(Pdu::Abort(abort)), sap) => {
-                let text = format!("master {} closes {}: {}", request.master, way(sap), abort.reason);
-                notes.say(address, Kind::Connection, text);
-                self.asked.remove(&connection(sap));
-            }
-            (Ok(Pdu::Initiate(_)), _) => self.opening = Some(request.master),
-            _ => {}
-        }
+        self.connects(address, request, notes);
         if answer.du.is_empty() {
             return self.bare(address, request, answer, notes);
         }
+        let sap = request.sap;
         match Response::parse(answer.du) {
             Ok(Response::Read(Transfer { slot, index, data })) => {
-                self.read(address, tables, (request.sap, slot, index), data, notes)
+                self.read(address, tables, (sap, slot, index), data, notes)
             }
-            Ok(Response::Write(Access { slot, index, .. })) => {
-                self.written(address, tables, (request.sap, slot, index), notes)
-            }
-            Ok(Response::Negative(refusal)) => self.refused(address, tables, request.sap, refusal, notes),
-            Ok(Response::Abort(abort)) => {
-                let text = format!("closes {}: {}", way(request.sap), abort.reason);
-                notes.say(address, Kind::Connection, text.clone());
-                text
-            }
-            Ok(Response::ResourceManager(open)) => {
-                let master = self.opening.take().unwrap_or(request.master);
-                let text = format!("gives master {master} an MS2 connection on SAP {}", open.server_sap);
-                notes.say(address, Kind::Connection, text.clone());
-                text
-            }
-            Ok(Response::Initiate(open)) => {
-                let text = format!("{} is open, records up to {} octets", way(request.sap), open.max_len_data_unit);
-                notes.say(address, Kind::Connection, text.clone());
-                text
-            }
-            _ => String::new(),
+            Ok(Response::Write(Access { slot, index, .. })) => self.written(address, tables, (sap, slot, index), notes),
+            Ok(Response::Negative(refusal)) => self.refused(address, tables, sap, refusal, notes),
+            Ok(response) => self.connected(address, request, &response, notes),
+            Err(_) => String::new(),
         }
+    }
+
+    /// What a master opens and closes.
+    fn connects(&mut self, address: u8, request: &Request, notes: &mut Notes<'_>) {
+        match Pdu::parse(&request.du) {
+            Ok(Pdu::Abort(abort)) => {
+                let text = format!("master {} closes {}: {}", request.master, way(request.sap), abort.reason);
+                notes.say(address, Kind::Connection, text);
+                self.asked.remove(&connection(request.sap));
+            }
+            Ok(Pdu::Initiate(_)) => self.opening = Some(request.master),
+            _ => {}
+        }
+    }
+
+    /// What a slave says about a connection.
+    fn connected(&mut self, address: u8, request: &Request, response: &Response<'_>, notes: &mut Notes<'_>) -> String {
+        let text = match response {
+            Response::Abort(abort) => format!("closes {}: {}", way(request.sap), abort.reason),
+            Response::ResourceManager(open) => {
+                let master = self.opening.take().unwrap_or(request.master);
+                format!("gives master {master} an MS2 connection on SAP {}", open.server_sap)
+            }
+            Response::Initiate(open) => {
+                format!("{} is open, records up to {} octets", way(request.sap), open.max_len_data_unit)
+            }
+            _ => return String::new(),
+        };
+        notes.say(address, Kind::Connection, text.clone());
+        text
     }
 
     /// An answer without a PDU: taken, not ready yet, or closed.

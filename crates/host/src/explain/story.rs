@@ -172,7 +172,6 @@ impl Explainer {
 
     fn finish(&mut self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) -> String {
         let Some(slave) = self.slaves.get_mut(&request.slave) else { return String::new() };
-        // The next request with the same octets is a new one.
         slave.answered(request, answer, self.baud, notes)
     }
 
