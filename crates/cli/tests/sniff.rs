@@ -71,7 +71,7 @@ fn a_scan_is_overheard_without_being_disturbed() {
     let mut program = Program::start(&["sniff", "--port", &ear]);
     assert!(program.complaint().starts_with(LISTENING));
     // The gauge joins a line that may be busy, and the machine may be slow: a scan that finds nobody is repeated.
-    let mut scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
+    let scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
     assert!((0..10).any(|_| scan() == Some(0)), "nobody was found");
     while !program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
     {
