@@ -3,6 +3,7 @@
 mod bus;
 mod conform;
 mod console;
+mod decode;
 mod demo;
 mod failure;
 mod gsd;
@@ -12,6 +13,8 @@ mod output;
 mod scan;
 mod screen;
 mod simulate;
+mod sniff;
+mod story;
 mod values;
 
 use clap::{Parser, Subcommand};
@@ -40,6 +43,8 @@ enum Command {
     Scan(scan::Arguments),
     Monitor(monitor::Arguments),
     Conform(conform::Arguments),
+    Sniff(sniff::Arguments),
+    Decode(decode::Arguments),
     Gsd(gsd::Arguments),
 }
 
@@ -51,6 +56,8 @@ fn main() -> ExitCode {
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
+        Command::Sniff(arguments) => sniff::run(&arguments),
+        Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
     };
     match done {
