@@ -1,6 +1,8 @@
 //! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
 
+mod address;
 mod bus;
+mod completions;
 mod console;
 mod demo;
 mod diff;
@@ -20,7 +22,7 @@ mod simulate;
 mod values;
 mod write;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// PROFIBUS DP for vacuum gauges: virtual devices, a bus master, and the tools around them.
@@ -51,7 +53,9 @@ enum Command {
     Diff(diff::Arguments),
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
+    Address(address::Arguments),
     Gsd(gsd::Arguments),
+    Completions(completions::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -67,7 +71,9 @@ fn main() -> ExitCode {
         Command::Restore(arguments) => restore::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Address(arguments) => address::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,6 +6,7 @@
 //! | [`values`] | values in words and units, and their octets |
 //! | [`owned`] | MS1 and the parameter channel of a slave that this master owns |
 //! | [`records`] | the ways to the records of a slave, and what it answers |
+//! | [`address`] | a new station address |
 //! | [`identify`] | which device stands at an address |
 //! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
 //! | `gauge` | [`Gauge`]: read, write, command |
@@ -13,6 +14,7 @@
 //! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
 
 mod access;
+pub mod address;
 mod conditions;
 mod error;
 mod gauge;

@@ -347,8 +347,12 @@ pub(super) fn key(text: &str) -> String {
 pub fn slug(text: &str) -> String {
     let mut slug = String::new();
     let mut before = ' ';
-    for letter in text.chars() {
-        let begins = letter.is_ascii_uppercase() && before.is_ascii_lowercase();
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        // "ProcessValue", and "AIBlock": the last capital before a small letter.
+        let small_follows = letters.peek().is_some_and(char::is_ascii_lowercase);
+        let begins = letter.is_ascii_uppercase()
+            && (before.is_ascii_lowercase() || (before.is_ascii_uppercase() && small_follows));
         if (begins || !letter.is_ascii_alphanumeric()) && !slug.is_empty() && !slug.ends_with('-') {
             slug.push('-');
         }
@@ -458,6 +462,8 @@ mod tests {
             ("ProcessValue (PV)", "process-value-pv"),
             ("Device Exception Detail Alarm 0 ... 3", "device-exception-detail-alarm-0-3"),
             ("Sensor On_Off", "sensor-on-off"),
+            ("AIBlockAdjust Command", "ai-block-adjust-command"),
+            ("OneOfN PV Selector", "one-of-n-pv-selector"),
             ("Run hours (*4)", "run-hours-4"),
         ] {
             assert_eq!(slug(text), expected);
