@@ -197,40 +197,49 @@ impl<R: Records> Gauge<R> {
             .map_err(|error| ClientError::of(error, Doing::Reading, self.raw_place(slot, index), None))
     }
 
-    /// The pressure of the whole gauge: of the instance that the PV Selector names, or else of the first channel.
+    /// The pressure of the whole gauge: of the instance that the PV Selector names; of a controller, of the first channel that
+    /// is valid.
     ///
     /// # Errors
     /// As [`parameter`](Self::parameter).
     pub fn pressure(&mut self) -> Result<Pressure, ClientError> {
         let names = self.names();
-        let is = |named: &&Named, name: &str| named.parameter.row.name.contains(name);
-        let selector = names.all().iter().find(|named| is(named, "PV Selector"));
-        let instance = selector.map(|selector| self.read(selector)).transpose()?;
-        let instance = instance.and_then(|reading| reading.octets.first().copied()).unwrap_or_default();
-        let value = |named: &&Named| {
-            named.parameter.row.data_type == DataType::ByType
-                && (instance == 0 || named.parameter.place.instance == instance)
-                && (is(named, "Value (PV)") || is(named, "Measured value"))
+        let selector = names.all().iter().find(|named| named.parameter.row.name.contains("PV Selector"));
+        let active = selector.map(|selector| self.read(selector)).transpose()?;
+        let active = active.and_then(|reading| reading.octets.first().copied()).unwrap_or_default();
+        let is_value = |named: &&Named| {
+            let parameter = named.parameter;
+            parameter.row.name.contains("Value (PV)")
+                && self.model.ranges.iter().any(|facts| facts.part.instance == instance_of(named))
+                && (active == 0 || parameter.place.instance == active)
         };
-        let value = names.all().iter().find(value).ok_or_else(|| self.nothing("process-value"))?;
-        self.pressure_of(value)
+        let mut first = None;
+        for value in names.all().iter().filter(is_value).collect::<Vec<_>>() {
+            let pressure = self.pressure_of(value)?;
+            if pressure.pa.is_some() {
+                return Ok(pressure);
+            }
+            first = first.or(Some(pressure));
+        }
+        first.ok_or_else(|| self.nothing("process-value"))
     }
 
-    /// The pressure of a Process Value, if Reading Valid beside it says so.
+    /// The pressure of a Process Value, if Reading Valid and Status Extension of the same part say that it is one.
     ///
     /// # Errors
     /// As [`parameter`](Self::parameter).
     pub fn pressure_of(&mut self, named: &Named) -> Result<Pressure, ClientError> {
         let reading = self.read(named)?;
-        let place = named.parameter.place;
         let names = self.names();
-        let valid = names
-            .all()
-            .iter()
-            .find(|other| std::ptr::eq(other.parameter.place, place) && other.parameter.row.name == "Reading Valid");
-        let valid = valid.map(|valid| self.read(valid)).transpose()?;
-        let is_valid = valid.is_none_or(|valid| valid.value == Value::Integer(1));
-        let instance = if place.instance > 0 { place.instance } else { place.slot };
+        let mut is_valid = true;
+        for beside in names.all().iter().filter(|other| other.is_beside(named)) {
+            is_valid &= match beside.parameter.row.name {
+                "Reading Valid" => self.read(beside)?.value == Value::Integer(1),
+                "Status Extension" => self.read(beside)?.octets.first().is_some_and(|octet| octet & 1 == 0),
+                _ => true,
+            };
+        }
+        let instance = instance_of(named);
         Ok(Pressure { pa: self.pa(&reading, instance).filter(|_| is_valid), instance })
     }
 
@@ -416,6 +425,12 @@ impl<R: Records> Gauge<R> {
     fn raw_place(&self, slot: u8, index: u8) -> Place {
         Place { device: self.model.name, address: self.address, name: None, slot, instance: 0, index }
     }
+}
+
+/// The number of the measuring part or channel a parameter belongs to.
+const fn instance_of(named: &Named) -> u8 {
+    let place = named.parameter.place;
+    if place.instance > 0 { place.instance } else { place.slot }
 }
 
 /// The code of a table that a value is.

@@ -7,6 +7,7 @@
 //! | [`owned`] | MS1 and the parameter channel of a slave that this master owns |
 //! | [`records`] | the ways to the records of a slave, and what it answers |
 //! | [`address`] | a new station address |
+//! | [`bus`] | the same from many threads, and async in any runtime |
 //! | [`identify`] | which device stands at an address |
 //! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
 //! | `gauge` | [`Gauge`]: read, write, command |
@@ -15,6 +16,7 @@
 
 mod access;
 pub mod address;
+pub mod bus;
 mod conditions;
 mod error;
 mod gauge;

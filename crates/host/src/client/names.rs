@@ -102,6 +102,15 @@ impl fmt::Display for Named {
     }
 }
 
+impl Named {
+    /// Whether both are about the same part: slot and instance.
+    #[must_use]
+    pub fn is_beside(&self, other: &Self) -> bool {
+        let (place, other) = (self.parameter.place, other.parameter.place);
+        (place.slot, place.instance) == (other.slot, other.instance)
+    }
+}
+
 impl Parameter {
     /// `1/19`, or `1:2/19` where several instances share the slot.
     #[must_use]
