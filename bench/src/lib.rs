@@ -3,6 +3,7 @@
 //! Everything that must be ready beforehand is made before the loop, so that the difference between two runs of different
 //! length is the operation alone. [`ROWS`] is the table of `docs/benchmarks.md`.
 
+mod acyclic;
 mod desk;
 mod master;
 mod receiver;
@@ -111,5 +112,14 @@ pub const ROWS: &[Row] = &[
         peer: Some(master::exchange_peer),
         units: 1,
         target: 1000,
+    },
+    // free choice of the target: what a slave may take for its side.
+    Row {
+        what: "master, one MS2 read of four octets, request and poll",
+        ours: acyclic::read,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: 2 * 1000,
     },
 ];

@@ -3,7 +3,8 @@
 //! [`Master`] is the layer above an [`Active`] station. Each of its cycles gives every slave one message, in the order in
 //! which they were added: whatever its handler needs next. A tool beside the cycle hands over one request at a time
 //! ([`Master::submit`]) and takes its result ([`Master::take`]); a master without slaves, or in [`Mode::Stop`], sends
-//! nothing but those.
+//! nothing but those. MS2, MS1 and the parameter channel have handles: [`Master::ms2_open`], [`Master::ms1_read`],
+//! [`Master::pkw_read`] and [`Master::outcome`].
 //!
 //! ```
 //! use profivac_dp::link::active::BusParameters;
@@ -382,7 +383,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The next message beside the cycle: the raw request and the acyclic ones in turn.
+    #[inline(never)]
     fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
+        self.elapse(now);
         let job = self.job.is_waiting().then_some(Pending::Job);
         let next = match job.filter(|_| !self.job_was_last) {
             Some(job) => Some(job),
@@ -393,7 +396,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The parameter channel of a slave that has just been exchanged with.
-    #[inline]
+    #[inline(never)]
     fn channel_exchanged(&mut self, place: usize, ask: Ask) {
         let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
         if let (Ask::DataExch, Some(inputs)) = (ask, slave.inputs()) {
@@ -410,10 +413,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             Ask::DataExch => services::data_exchange(
                 da,
                 match self.mode {
-                    Mode::Operate => match self.acyclic.with_channel(da, slave.outputs(), &mut self.du) {
-                        None => slave.outputs(),
-                        Some(length) => self.du.get(..length)?,
-                    },
+                    Mode::Operate if self.acyclic.is_idle() => slave.outputs(),
+                    Mode::Operate => self.acyclic.with_channel(da, slave.outputs(), &mut self.du),
                     Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
                 },
             ),
@@ -461,7 +462,6 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                 }
             }
             Priority::Low => {
-                self.elapse(now);
                 self.pending = self.next_beside(now)?;
                 match self.pending {
                     Pending::Job => self.job.start(),
@@ -478,7 +478,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
                 self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
-                self.channel_exchanged(place, ask);
+                if !self.acyclic.is_idle() {
+                    self.channel_exchanged(place, ask);
+                }
             }
             Pending::Control => self.control_due |= confirmation != Confirmation::Sent,
             Pending::Job => self.job.finish(confirmation),

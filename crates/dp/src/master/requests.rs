@@ -234,9 +234,18 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.acyclic.outcome(handle)
     }
 
+    /// Whether nothing more will become of a handle, but for an outcome to be taken.
+    pub fn is_over(&self, handle: Handle) -> bool {
+        self.acyclic.is_over(handle)
+    }
+
     /// Time has come to `now`, without the token: waiting for responses ends as if this station had been asked for work.
     pub fn elapse(&mut self, now: BitTime) {
         self.now = self.now.max(now);
+        if let super::Pending::Acyclic(_) = self.pending {
+            // What becomes of the message on its way is told before anything else is decided.
+            return;
+        }
         let (slaves, places) = (&self.slaves, &self.places);
         let starts = |address: u8| {
             let slave = slaves.get(usize::from(*places.get(usize::from(address))?))?;

@@ -62,7 +62,7 @@ impl fmt::Display for Wrong {
                 write!(f, "the response is about {other_slot}/{other_index} instead of {slot}/{index}")
             }
             Self::Length { expected, received } => {
-                write!(f, "the response has a length of {received} octets instead of {expected}")
+                write!(f, "the response has a length of {received} octets, expected were {expected}")
             }
             Self::Specifier => f.write_str("the response acknowledges another alarm"),
         }

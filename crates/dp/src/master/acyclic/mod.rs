@@ -107,6 +107,15 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         }
     }
 
+    /// Whether nothing more will become of it. What nobody holds is over.
+    pub(super) fn is_over(&self, handle: Handle) -> bool {
+        match handle.service() {
+            Service::Ms2 => self.ms2.get(handle).is_none_or(Held::is_over),
+            Service::Ms1 => self.ms1.get(handle).is_none_or(Held::is_over),
+            Service::Pkw => self.pkw.get(handle).is_none_or(Held::is_over),
+        }
+    }
+
     /// Time has come to `now`. `starts` tells of a slave in data exchange how often it has come there.
     pub(super) fn elapse(
         &mut self,
@@ -215,26 +224,25 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         }
     }
 
-    /// The outputs of a slave with an instruction under way, as they are to be sent: a copy in `du` with the channel put
-    /// in, and its length. The image itself stays the user's.
+    /// Whether nothing was ever handed in. Then none of the other functions has anything to do.
     #[inline]
-    pub(super) fn with_channel(&mut self, address: u8, outputs: &[u8], du: &mut [u8]) -> Option<usize> {
-        if self.idle {
-            return None;
-        }
-        let job = self.pkw.iter_mut().find(|job| job.address() == address && !job.is_over())?;
-        let copy = du.get_mut(..outputs.len())?;
+    pub(super) const fn is_idle(&self) -> bool {
+        self.idle
+    }
+
+    /// The outputs of a slave as they are to be sent: with an instruction under way a copy in `du` with the channel put in.
+    /// The image itself stays the user's.
+    #[inline(never)]
+    pub(super) fn with_channel<'a>(&mut self, address: u8, outputs: &'a [u8], du: &'a mut [u8]) -> &'a [u8] {
+        let job = self.pkw.iter_mut().find(|job| job.address() == address && !job.is_over());
+        let (Some(job), Some(copy)) = (job, du.get_mut(..outputs.len())) else { return outputs };
         copy.copy_from_slice(outputs);
         job.put(copy);
-        Some(outputs.len())
+        copy
     }
 
     /// A slave has answered with these inputs.
-    #[inline]
     pub(super) fn exchanged(&mut self, now: BitTime, address: u8, inputs: &[u8], events: &mut Sink<'_>) {
-        if self.idle {
-            return;
-        }
         for number in 0..PLACES {
             let job = self.pkw.at(number).filter(|job| job.address() == address);
             let notice = job.and_then(|job| job.exchanged(inputs));

@@ -76,7 +76,7 @@ impl fmt::Display for End {
             Self::Closed(reason) => write!(f, "the MS2 connection was closed: {reason}"),
             Self::Refused(negative) => write!(f, "the slave refused the MS2 connection: {}", negative.code_1),
             Self::Aborted(reason) => write!(f, "the slave aborted the MS2 connection: {reason}"),
-            Self::Failed { reason, cause } => write!(f, "the MS2 connection failed: {cause}, {reason}"),
+            Self::Failed { reason, cause } => write!(f, "the MS2 connection failed: {cause}; {reason}"),
         }
     }
 }
