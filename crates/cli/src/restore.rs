@@ -161,3 +161,89 @@ fn report(arguments: &Arguments, rows: &[Row]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::model::Via;
+    use profivac_host::client::Gauge;
+    use profivac_host::client::records::{RecordError, Records};
+    use profivac_host::client::settings::File;
+    use profivac_host::instrument::entry;
+    use std::collections::BTreeMap;
+
+    /// A gauge that takes everything, until its cable breaks after so many writes.
+    struct Cable {
+        records: BTreeMap<(u8, u8), Vec<u8>>,
+        writes_left: usize,
+    }
+
+    impl Records for Cable {
+        fn via(&self) -> Via {
+            Via::Class2
+        }
+
+        fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+            match self.writes_left {
+                0 => Err(RecordError::Lost("no answer".to_owned())),
+                _ => Ok(self.records.get(&(slot, index)).cloned().unwrap_or_else(|| vec![0])),
+            }
+        }
+
+        fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+            self.writes_left = self.writes_left.saturating_sub(1);
+            match self.writes_left {
+                0 => Err(RecordError::Lost("no answer".to_owned())),
+                _ => {
+                    self.records.insert((slot, index), octets.to_vec());
+                    Ok(())
+                }
+            }
+        }
+    }
+
+    const FILE: &str = r#"
+device = "img400"
+ident = 0x0947
+[settings]
+"relay.1/low-trip-enable" = "true"
+"relay.2/low-trip-enable" = "true"
+"relay.3/low-trip-enable" = "true"
+"device.key-lock" = "full-lock"
+"#;
+
+    fn restored(writes: usize) -> (Vec<String>, Result<(), Failure>) {
+        let records: Box<dyn Records> = Box::new(Cable { records: BTreeMap::new(), writes_left: writes });
+        let mut gauge = Gauge::known(records, 5, entry("img400").unwrap().model);
+        let settings: Vec<_> = {
+            let text = FILE.replace("\"device.key-lock\" = \"full-lock\"\n", "");
+            File::parse(&text).unwrap().in_order(&gauge).unwrap()
+        };
+        let mut rows = Vec::new();
+        let done = write_all(&mut gauge, &settings, &mut rows);
+        (rows.into_iter().map(|row| row.name).collect(), done)
+    }
+
+    #[test]
+    fn a_line_that_is_lost_ends_it_and_what_was_written_is_known() {
+        let all = ["relay.1/low-trip-enable", "relay.2/low-trip-enable", "relay.3/low-trip-enable"];
+        let (names, done) = restored(100);
+        assert_eq!(names, all);
+        done.unwrap();
+        let (names, done) = restored(3);
+        assert_eq!(names, all[..2]);
+        let said = done.unwrap_err().to_string();
+        let lost =
+            "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing came to nothing: no answer";
+        assert_eq!(said, lost);
+    }
+
+    /// Key Lock is lost with the power: it is no setting, and a file that has it is not of `dump`.
+    #[test]
+    fn what_is_not_kept_is_no_setting() {
+        let records: Box<dyn Records> = Box::new(Cable { records: BTreeMap::new(), writes_left: 1 });
+        let gauge: AnyGauge<'_> = Gauge::known(records, 5, entry("img400").unwrap().model);
+        let error = File::parse(FILE).unwrap().in_order(&gauge).unwrap_err().to_string();
+        assert_eq!(error, "line 8, column 21: device.key-lock is no setting of img400");
+    }
+}

@@ -1,6 +1,7 @@
 //! `write`: values and commands, what is checked before anything is sent, and what the gauge refuses.
 
 use crate::Line;
+use crate::common::run_on_terminal;
 use serde_json::{Value, json};
 
 #[test]
@@ -120,4 +121,22 @@ fn what_the_gauge_refuses_is_told_with_its_reason() {
                    (B5), code 17: instruction not allowed in this state; read device.device-state, and the parameter that says \
                    who sets this one";
     line.fails("write", 6, &["trip-point.1/low-trip-point", "1"], 1, refused);
+}
+
+/// Somebody in front of a terminal is asked, and decides.
+#[test]
+fn a_risk_is_asked_about_on_a_terminal() {
+    let mut line = Line::with(&["bcg450@5"]);
+    line.output("write", 5, &["execute"]);
+    let stop = ["write", "--port", &line.path, "--address", "5", "stop"];
+    for (typed, code, printed, state) in [
+        ("n\n", 2, "", "EXECUTING"),
+        ("\n", 2, "", "EXECUTING"),
+        ("y\n", 0, "device.device-block-state-command: stop done\n", "IDLE"),
+    ] {
+        let (ended, out, shown) = run_on_terminal(&stop, "[y/N] ", typed);
+        assert!(shown.contains("relays and outputs go to their safe state. Go on?"), "{shown}");
+        assert_eq!((ended, out.as_str()), (code, printed), "{typed:?}");
+        assert_eq!(line.simulation.state(5)["device_state"], state);
+    }
 }
