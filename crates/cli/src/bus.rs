@@ -5,6 +5,7 @@ use crate::values;
 use clap::Args;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
+use profivac_host::conform::PortWire;
 use profivac_host::port;
 use profivac_host::tool::{Tool, bus_parameters};
 use std::time::Duration;
@@ -38,6 +39,11 @@ impl Bus {
         let bus = self.parameters();
         bus.check().map_err(|error| Failure::usage(error.to_string()))?;
         Ok(Tool::new(port::open(&self.port, self.baud)?, self.baud, bus, self.timeout)?)
+    }
+
+    /// A station on the bus that says anything, also what no master would.
+    pub fn probe(&self) -> Result<PortWire, Failure> {
+        Ok(PortWire::new(port::open(&self.port, self.baud)?, self.baud, self.parameters()))
     }
 
     fn parameters(&self) -> BusParameters {

@@ -3,6 +3,7 @@
 mod address;
 mod bus;
 mod completions;
+mod conform;
 mod console;
 mod demo;
 mod diff;
@@ -54,6 +55,7 @@ enum Command {
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
     Address(address::Arguments),
+    Conform(conform::Arguments),
     Gsd(gsd::Arguments),
     Completions(completions::Arguments),
 }
@@ -72,6 +74,7 @@ fn main() -> ExitCode {
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
+        Command::Conform(arguments) => conform::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
     };

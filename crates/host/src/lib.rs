@@ -12,6 +12,7 @@
 //! | [`tool`] | a master on a port that asks one thing after the other |
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
+//! | [`conform`] | whether a slave keeps the rules |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
 //! | [`scene`] | a whole segment in memory |
@@ -21,6 +22,7 @@
 pub mod bench;
 pub mod client;
 pub mod clock;
+pub mod conform;
 pub mod gsd;
 pub mod instrument;
 pub mod line;
