@@ -4,7 +4,7 @@ use super::conditions;
 use super::error::{ClientError, Doing, Place};
 use super::identify;
 use super::names::{Named, Names, Target, TargetError};
-use super::records::Records;
+use super::records::{RecordError, Records};
 use super::values::{Meaning, Value};
 use crate::ms2::Ms2;
 use crate::tool::Tool;
@@ -13,6 +13,9 @@ use std::sync::Arc;
 
 /// The name of the parameter that says which instance a slot shows: tira41d1 3.2.1.2, tira56e1 9.1.1.
 const SELECTOR: &str = "Channel Instance Selector";
+
+/// How often the selector is written when telegrams are lost on the way.
+const ATTEMPTS: usize = 3;
 
 /// A gauge, reached over `R`.
 ///
@@ -397,7 +400,14 @@ impl<R: Records> Gauge<R> {
         let selector = names.all().iter().find(|named| named.parameter.row.name == SELECTOR);
         let selector = selector.ok_or_else(|| self.nothing("channel-instance-selector"))?;
         let (slot, index) = (selector.parameter.place.slot, selector.parameter.row.id);
-        let written = self.records.write(slot, index, &[instance]);
+        let mut written = self.records.write(slot, index, &[instance]);
+        // Twice the same is no other instance.
+        for _ in 1..ATTEMPTS {
+            if !matches!(written, Err(RecordError::Lost(_))) {
+                break;
+            }
+            written = self.records.write(slot, index, &[instance]);
+        }
         written.map_err(|error| ClientError::of(error, Doing::Writing, self.place(selector), Some(selector)))
     }
 
