@@ -7,6 +7,7 @@ mod acyclic;
 mod desk;
 mod master;
 mod receiver;
+mod sensor;
 mod slave;
 mod telegram;
 
@@ -121,5 +122,13 @@ pub const ROWS: &[Row] = &[
         peer: None,
         units: 1,
         target: 2 * 1000,
+    },
+    Row {
+        what: "one reading of a real sensor, the mean of four principles",
+        ours: sensor::four_sensors,
+        minus: None,
+        peer: None,
+        units: 4,
+        target: 1000,
     },
 ];

@@ -89,16 +89,3 @@ fn a_port_in_use_is_not_shared() {
     let address = tcp.ready();
     fails(&["simulate", "--tcp", &address, "bcg450@6"], 3, &format!("{address} is in use by another program"));
 }
-
-#[test]
-fn a_port_that_is_lost_ends_the_simulation() {
-    let folder = Folder::new();
-    let (a, b) = (folder.name("a"), folder.name("b"));
-    let mut hub = Program::start(&["hub", "--pty", &a, "--pty", &b]);
-    hub.ready();
-    let mut simulation = Program::start(&["simulate", "--serial", &a, "bcg450@5"]);
-    simulation.ready();
-    hub.kill();
-    assert_eq!(simulation.exit_code(), 3);
-    assert_eq!(simulation.complaint(), format!("profivac: lost {a}: it was unplugged, or its other side was closed"));
-}

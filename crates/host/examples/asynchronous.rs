@@ -7,7 +7,7 @@
 
 use profivac_dp::link::Baud;
 use profivac_host::client::bus::{Bus, BusError};
-use profivac_host::port;
+use profivac_host::open;
 use profivac_host::tool::{Tool, bus_parameters};
 use std::error::Error;
 use std::pin::pin;
@@ -21,7 +21,7 @@ pub fn report(port_name: &str, addresses: &[u8]) -> Result<Vec<String>, Box<dyn 
     let name = port_name.to_owned();
     let bus = Bus::open(move || {
         let baud = Baud::B19200;
-        Tool::new(port::open(&name, baud)?, baud, bus_parameters(0, baud), Duration::from_secs(5))
+        Tool::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), Duration::from_secs(5))
     })?;
     Ok(block_on(all(&bus, addresses))?)
 }

@@ -6,6 +6,9 @@
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
 //! | [`client`] | a gauge by name: parameters, values, commands, settings |
+//! | [`segment_file`] | a segment in memory, described by a file |
+//! | [`mod@open`] | ports as people name them |
+//! | [`rate`] | the rate of a line, found by listening |
 //! | [`live`] | who is on a bus |
 //! | [`ms2`] | a record, as a class 2 master reads it |
 //! | [`watch`] | a slave to be watched, and what its inputs say |
@@ -29,9 +32,12 @@ pub mod line;
 pub mod live;
 pub mod memory;
 pub mod ms2;
+pub mod open;
 pub mod port;
 pub mod pressure;
+pub mod rate;
 pub mod scene;
 pub mod segment;
+pub mod segment_file;
 pub mod tool;
 pub mod watch;

@@ -81,7 +81,8 @@ impl Gas {
     }
 
     fn factors(self) -> (f64, f64) {
-        GASES.into_iter().find(|(gas, ..)| *gas == self).map_or((1.0, 1.0), |(_, _, pirani, ion)| (pirani, ion))
+        let (_, _, pirani, ion) = GASES[self as usize];
+        (pirani, ion)
     }
 }
 

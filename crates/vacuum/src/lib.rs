@@ -4,5 +4,6 @@
 //! times in s, whatever a scenario or a screen shows.
 
 pub mod gas;
+pub mod sensor;
 
 pub use gas::{Gas, Mixture};

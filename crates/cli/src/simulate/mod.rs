@@ -5,7 +5,7 @@ mod state;
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{out, remarks};
 use crate::values;
 use clap::{ArgGroup, Args};
 use order::{DeviceOrder, Order};
@@ -14,6 +14,7 @@ use profivac_dp::link::Baud;
 use profivac_host::bench::{Conditions, VirtualDevice};
 use profivac_host::instrument::{Spec, check_places};
 use profivac_host::memory::Memory;
+use profivac_host::open;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::pressure::Pressure;
 use profivac_host::segment::Segment;
@@ -32,7 +33,7 @@ pub struct Arguments {
     /// Make a pty and link PATH to it: the serial port of a master
     #[arg(long, value_name = "PATH", group = "port")]
     pty: Option<PathBuf>,
-    /// Use a serial device, or the pty of a hub
+    /// Use a serial device, or the pty of a hub; it may go and come back
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
     /// Listen for masters; port 0 takes a free one
@@ -92,11 +93,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         devices.push(VirtualDevice::new(unit, spec.place, arguments.baud, conditions));
     }
     let mut console = Console::open()?;
-    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
+    let segment = segment(arguments, devices)?;
     let mut simulation = Simulation { segment, conditions };
     out(&format!("ready {}", simulation.segment.port().name()));
     loop {
         let readable = simulation.segment.serve(&console.watched(), Duration::MAX)?;
+        remarks(|| simulation.segment.next_remark());
         for said in console.said(&readable) {
             if simulation.hear(&said).is_break() {
                 return Ok(());
@@ -118,6 +120,15 @@ fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
         );
     }
     Ok(opened.memory)
+}
+
+/// The devices on the port. Only a serial device can be lost, and then it is looked for.
+fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
+    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
+    Ok(match &arguments.serial {
+        Some(device) => segment.lasting(open::again(device, arguments.baud)),
+        None => segment,
+    })
 }
 
 fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
