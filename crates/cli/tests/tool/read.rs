@@ -1,8 +1,9 @@
 //! `read`: by words and numbers, in units and names, on every family, and everything that can be wrong.
 
 use crate::Line;
-use crate::common::{End, run, sd2};
+use crate::common::{End, Program, octets, run, sd2};
 use serde_json::{Value, json};
+use std::time::Duration;
 
 #[test]
 fn parameters_are_read_by_words_and_by_numbers() {
@@ -107,4 +108,47 @@ fn a_device_that_loses_its_power_is_told_so() {
     line.tell("power 5 off");
     let nobody = "nobody answers at address 5; `profivac scan` shows who is there";
     line.fails("read", 5, &["--timeout", "0.5", "0/25"], 3, nobody);
+}
+
+/// The master that owns a gauge sees the instance that is shown: it is said when another was shown meanwhile.
+#[test]
+fn the_owner_of_a_gauge_is_named_when_the_selector_was_moved() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let port = format!("tcp://{address}");
+    let mut master = End::tcp(&address);
+    master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
+    for (target, said) in [
+        ("1:1/24", ""),
+        ("1:2/24", "profivac: the Channel Instance Selector was moved and put back while master 2 owns the gauge\n"),
+    ] {
+        let read = run(&["read", "--port", &port, "--address", "5", target]);
+        assert_eq!((read.status.code(), String::from_utf8(read.stderr).unwrap().as_str()), (Some(0), said), "{target}");
+    }
+}
+
+/// Somebody who stops a command finds the gauge as it was before.
+#[test]
+fn a_command_that_is_stopped_puts_the_selector_back() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let port = format!("tcp://{address}");
+    let mut listener = End::tcp(&address);
+    // More than anybody waits for.
+    let targets = vec!["1:2/24"; 5000];
+    let mut reader = Program::start(&[&["read", "--port", &port, "--address", "5"][..], &targets].concat());
+    // Write to slot 1, index 46: instance 2.
+    let moved = octets("5F 01 2E 01 02");
+    let mut heard = Vec::new();
+    while !heard.windows(moved.len()).any(|octets| octets == moved) {
+        let more = listener.receive_within(Duration::from_secs(5));
+        assert!(!more.is_empty(), "it is over: {}", reader.complaint());
+        heard.extend(more);
+    }
+    reader.terminate();
+    assert_eq!(reader.exit_code(), 3);
+    assert!(reader.complaint().ends_with("interrupted by a signal"));
+    let read = run(&["read", "--port", &port, "--address", "5", "1/46"]);
+    let shown = String::from_utf8(read.stdout).unwrap();
+    assert_eq!(shown, "one-of-n.channel-instance-selector = 1\n");
 }

@@ -28,7 +28,11 @@ pub struct Gauge<R> {
     names: Arc<Names>,
     unit: Option<&'static Unit>,
     shown: Option<Shown>,
+    moved: bool,
 }
+
+/// What no instance is called: the one that is shown has to be asked for.
+const UNKNOWN: u8 = 0;
 
 /// Which instance is shown, and which was at the beginning.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +116,7 @@ impl<R: Records> Gauge<R> {
 
     /// A gauge that is known already.
     pub fn known(records: R, address: u8, model: &'static Model) -> Self {
-        Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None }
+        Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None, moved: false }
     }
 
     /// The same, of which it is known that its pressures are in `unit`.
@@ -284,13 +288,17 @@ impl<R: Records> Gauge<R> {
     pub fn carry_out(&mut self, order: Order) -> Result<Written, ClientError> {
         let Order { named, octets, text, before, .. } = order;
         // Somebody else may have moved the selector since.
-        self.shown = self.shown.map(|shown| Shown { now: 0, ..shown });
+        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
         self.select(&named)?;
         let (slot, index) = (named.parameter.place.slot, named.parameter.row.id);
         let written = self.records.write(slot, index, &octets);
         written.map_err(|error| ClientError::of(error, Doing::Writing, self.place(&named), Some(&named)))?;
         if named.parameter.row.codes == Codes::Units {
             self.unit = None;
+        }
+        // Whoever moves it wants it there.
+        if named.parameter.row.name == SELECTOR {
+            self.shown = None;
         }
         let after = if before.is_some() { Some(self.read(&named)?) } else { None };
         Ok(Written { named, before, after, text })
@@ -328,6 +336,12 @@ impl<R: Records> Gauge<R> {
             Some(Shown { first, now }) if first != now => self.show(first),
             _ => Ok(()),
         }
+    }
+
+    /// Whether the Channel Instance Selector had to be moved: the master that owns the gauge saw another instance meanwhile.
+    #[must_use]
+    pub const fn has_moved(&self) -> bool {
+        self.moved
     }
 
     /// The unit of all pressures, read once.
@@ -374,7 +388,7 @@ impl<R: Records> Gauge<R> {
 
     /// Which instance a slot shows.
     fn shown(&mut self, slot: u8) -> Result<u8, ClientError> {
-        if let Some(Shown { now, .. }) = self.shown.filter(|shown| shown.now > 0) {
+        if let Some(Shown { now, .. }) = self.shown.filter(|shown| shown.now != UNKNOWN) {
             return Ok(now);
         }
         let Some(selector) = self.selector(slot) else { return Ok(0) };
@@ -390,6 +404,9 @@ impl<R: Records> Gauge<R> {
         if place.instance == 0 || self.shown(place.slot)? == place.instance {
             return Ok(());
         }
+        // Until it is known that the telegram arrived.
+        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
+        self.moved = true;
         self.show(place.instance)?;
         self.shown = self.shown.map(|shown| Shown { now: place.instance, ..shown });
         Ok(())
