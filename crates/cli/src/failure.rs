@@ -44,7 +44,7 @@ impl From<ToolError> for Failure {
         match error {
             ToolError::Port(error) => error.into(),
             ToolError::Parameters(error) => Self::usage(error.to_string()),
-            ToolError::Taken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+            ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
         }
     }
 }

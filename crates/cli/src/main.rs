@@ -5,6 +5,7 @@ mod bus;
 mod completions;
 mod conform;
 mod console;
+mod decode;
 mod demo;
 mod diff;
 mod dump;
@@ -20,6 +21,8 @@ mod restore;
 mod scan;
 mod screen;
 mod simulate;
+mod sniff;
+mod story;
 mod values;
 mod write;
 
@@ -56,6 +59,8 @@ enum Command {
     Monitor(monitor::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
+    Sniff(sniff::Arguments),
+    Decode(decode::Arguments),
     Gsd(gsd::Arguments),
     Completions(completions::Arguments),
 }
@@ -75,6 +80,8 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
+        Command::Sniff(arguments) => sniff::run(&arguments),
+        Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
     };

@@ -16,6 +16,7 @@
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`conform`] | whether a slave keeps the rules |
+//! | [`explain`] | what was on a line, told in words |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
 //! | [`scene`] | a whole segment in memory |
@@ -26,6 +27,7 @@ pub mod bench;
 pub mod client;
 pub mod clock;
 pub mod conform;
+pub mod explain;
 pub mod gsd;
 pub mod instrument;
 pub mod line;

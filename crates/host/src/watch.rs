@@ -204,8 +204,20 @@ impl Value {
     /// The status, in words.
     #[must_use]
     pub fn words(&self) -> Vec<&'static str> {
-        EXTENSIONS.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word).collect()
+        extension_words(self.status)
     }
+}
+
+/// A status extension, in words.
+#[must_use]
+pub fn extension_words(status: StatusExtension) -> Vec<&'static str> {
+    EXTENSIONS.into_iter().filter(|(bit, _)| status.contains(*bit)).map(|(_, word)| word).collect()
+}
+
+/// An Exception Status, in words.
+#[must_use]
+pub fn exception_words(exception: ExceptionStatus) -> Vec<&'static str> {
+    EXCEPTIONS.into_iter().filter(|(bit, _)| exception.contains(*bit)).map(|(_, word)| word).collect()
 }
 
 impl Default for Reading {
@@ -219,7 +231,7 @@ impl Reading {
     /// The exceptions, in words.
     #[must_use]
     pub fn exceptions(&self) -> Vec<&'static str> {
-        EXCEPTIONS.into_iter().filter(|(bit, _)| self.exception.contains(*bit)).map(|(_, word)| word).collect()
+        exception_words(self.exception)
     }
 }
 

@@ -30,6 +30,22 @@ pub enum What {
     Diagnosis,
     /// Something became of an acyclic request.
     Acyclic(Handle, Notice),
+    /// The slave has fallen out of data exchange, and [`Settings::auto_clear`](super::Settings::auto_clear) has taken the
+    /// master to Clear.
+    AutoClear,
+}
+
+impl fmt::Display for What {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Entered(state) => state.fmt(f),
+            Self::Trouble(trouble) => trouble.fmt(f),
+            Self::Diagnosis => f.write_str("new diagnosis"),
+            Self::Acyclic(handle, Notice::Done) => write!(f, "there is an outcome of {}", handle.service()),
+            Self::Acyclic(_, Notice::Ended(end)) => end.fmt(f),
+            Self::AutoClear => f.write_str("it fell out of data exchange, and the master went to CLEAR"),
+        }
+    }
 }
 
 /// What keeps a slave from exchanging data.
@@ -89,6 +105,10 @@ impl fmt::Display for Trouble {
             Self::Refused(Status::ServiceNotActivated) => f.write_str("it does not exchange data with us (RS)"),
             Self::Refused(Status::NoResource) => f.write_str("it has no room for the data (RR)"),
             Self::Refused(Status::UserError) => f.write_str("its application has failed (UE)"),
+            Self::Refused(Status::NoReply) => f.write_str("it acknowledges where it should answer with data"),
+            Self::Refused(status) if status.carries_data() => {
+                f.write_str("it answers with data where it should only acknowledge")
+            }
             Self::Refused(status) => write!(f, "it answers {status:?}"),
             Self::Length { expected, received } => {
                 write!(f, "its answer has {received} octets instead of {expected}")
