@@ -7,10 +7,10 @@ use crate::clock::tbit_of;
 use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
-use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
-use profivac_wire::MAX_DU;
 use profivac_wire::control::{StationType, Status};
+use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
 use std::time::{Duration, Instant};
 
@@ -72,9 +72,46 @@ pub enum Reply {
     Nothing(Failure),
 }
 
+/// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
+struct Boxed(Box<Active<BusMaster>>);
+
+impl Boxed {
+    /// Never part of its caller's stack.
+    #[inline(never)]
+    fn new(bus: BusParameters, baud: Baud) -> Self {
+        Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
+    }
+}
+
+impl Station for Boxed {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.0.telegram(end, telegram)
+    }
+
+    fn activity(&mut self, end: BitTime) {
+        self.0.activity(end);
+    }
+
+    fn sent(&mut self, end: BitTime) {
+        self.0.sent(end);
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.0.poll(now)
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.0.wake_at()
+    }
+
+    fn listening(&self) -> Listening {
+        self.0.listening()
+    }
+}
+
 /// A master on a port.
 pub struct Tool {
-    segment: Segment<[Active<BusMaster>; 1]>,
+    segment: Segment<[Boxed; 1]>,
     baud: Baud,
     patience: Duration,
 }
@@ -86,8 +123,8 @@ impl Tool {
     /// [`ToolError::Parameters`] when `bus` cannot be.
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
         bus.check().map_err(ToolError::Parameters)?;
-        let mut station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
-        station.search_later();
+        let mut station = Boxed::new(bus, baud);
+        station.0.search_later();
         let segment = Segment::new(port, baud, false, [station]);
         Ok(Self { segment, baud, patience })
     }
@@ -205,7 +242,7 @@ impl Tool {
 
     fn station(&mut self) -> &mut Active<BusMaster> {
         let [station] = self.segment.stations_mut();
-        station
+        &mut station.0
     }
 }
 
