@@ -54,7 +54,7 @@ impl From<WatchError> for Failure {
         match error {
             WatchError::Tool(error) => error.into(),
             WatchError::Nobody(_) => Self::no_answer(error.to_string()),
-            WatchError::Owned { .. } | WatchError::Unknown { .. } | WatchError::Unit { .. } => {
+            WatchError::Owned { .. } | WatchError::Unknown { .. } | WatchError::Unit { .. } | WatchError::NoUnit(_) => {
                 Self::refused(error.to_string())
             }
         }

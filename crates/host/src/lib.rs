@@ -5,6 +5,7 @@
 //! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
+//! | [`client`] | a gauge by name: parameters, values, commands, settings |
 //! | [`segment_file`] | a segment in memory, described by a file |
 //! | [`mod@open`] | ports as people name them |
 //! | [`rate`] | the rate of a line, found by listening |
@@ -23,6 +24,7 @@
 //! | [`pressure`] | pressures as people write them |
 
 pub mod bench;
+pub mod client;
 pub mod clock;
 pub mod conform;
 pub mod explain;
