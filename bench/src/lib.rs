@@ -6,6 +6,7 @@
 mod desk;
 mod master;
 mod receiver;
+mod sensor;
 mod slave;
 mod telegram;
 
@@ -110,6 +111,14 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: Some(master::exchange_peer),
         units: 1,
+        target: 1000,
+    },
+    Row {
+        what: "one reading of a real sensor, the mean of four principles",
+        ours: sensor::four_sensors,
+        minus: None,
+        peer: None,
+        units: 4,
         target: 1000,
     },
 ];

@@ -2,13 +2,14 @@
 //!
 //! What one says the other decodes: between them is the real codec and nothing else.
 
-use crate::bench::{Conditions, VirtualDevice};
+use crate::bench::VirtualDevice;
 use crate::line::{Line, Pace};
 use crate::tool::BusMaster;
 use crate::watch::{Reading, Watched};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime, Heard, Listening, Receiver, Station, T_SYN_TBIT, Transmit};
 use profivac_dp::master::{Mode, Rejected, Settings};
+use profivac_vacuum::sensor::Surroundings;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
 
@@ -133,8 +134,9 @@ impl Scene {
     }
 
     /// The vacuum around all devices changes.
-    pub fn surround(&mut self, conditions: Conditions) {
-        self.devices_mut().for_each(|device| device.surround(conditions));
+    pub fn surround(&mut self, around: impl Into<Surroundings>) {
+        let around = around.into();
+        self.devices_mut().for_each(|device| device.surround(around));
     }
 
     /// The devices.
@@ -189,6 +191,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::Conditions;
     use crate::instrument::Spec;
     use crate::memory::Memory;
     use crate::pressure::Pressure;

@@ -10,6 +10,7 @@
 //! | [`conductance`] | tubes, openings, leaks |
 //! | [`pump`] | roughing and turbomolecular pumps |
 //! | [`surface`] | walls that give off gas |
+//! | [`sensor`] | what sensors make of the gas |
 //! | [`network`] | a plant of all these, and its time |
 
 pub mod atmosphere;
@@ -17,6 +18,7 @@ pub mod conductance;
 pub mod gas;
 pub mod network;
 pub mod pump;
+pub mod sensor;
 mod series;
 pub mod surface;
 
