@@ -13,6 +13,7 @@
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
+//! | [`scenario`] | a plant, its gauges, what happens, and what has to come of it |
 //! | [`scene`] | a whole segment in memory |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
 //! | [`pressure`] | pressures as people write them |
@@ -27,6 +28,7 @@ pub mod memory;
 pub mod ms2;
 pub mod port;
 pub mod pressure;
+pub mod scenario;
 pub mod scene;
 pub mod segment;
 pub mod tool;

@@ -294,6 +294,24 @@ impl Network {
         self.joins[joint.0].opening
     }
 
+    /// How far a leak or a vent is open.
+    #[must_use]
+    pub fn vent_of(&self, opening: Opening) -> f64 {
+        self.holes[opening.0].opening
+    }
+
+    /// Whether a roughing pump runs.
+    #[must_use]
+    pub fn roughs(&self, pump: RoughingPump) -> bool {
+        self.roughings[pump.0].1.running
+    }
+
+    /// Whether a gas inlet lets something in.
+    #[must_use]
+    pub fn feeds(&self, inlet: Inlet) -> bool {
+        self.feeds[inlet.0].supply != Supply::Closed
+    }
+
     /// How fast the rotor of a turbomolecular pump turns, 0 to 1.
     #[must_use]
     pub fn rotor(&self, pump: TurboPump) -> f64 {
