@@ -37,8 +37,10 @@ pub use plant::{Part, Plant};
 pub use run::{Bus, Finding, Run};
 
 use crate::bench::VirtualDevice;
-use crate::instrument::{Spec, SpecError, check_places};
+use crate::instrument::{Spec, SpecError, check_places, entry};
 use crate::memory::Memory;
+use crate::scene::Scene;
+use crate::watch::Watched;
 use event::Reader;
 use file::File;
 use profivac_dp::link::Baud;
@@ -74,6 +76,17 @@ pub enum ScenarioError {
         /// What was expected, and what came.
         what: String,
     },
+}
+
+/// Why there is no segment in memory.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// A device.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// The master.
+    #[error("{0}")]
+    Master(String),
 }
 
 /// A scenario that can be run.
@@ -152,6 +165,23 @@ impl Scenario {
             Ok(device.driven())
         };
         self.gauges.iter().map(device).collect()
+    }
+
+    /// Puts the devices on a segment in memory with a master at `address` that exchanges data with all of them.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the master cannot have so many slaves, or a device is not as the file says; it has been checked.
+    pub fn scene(&self, address: u8, baud: Baud) -> Result<Scene, SceneError> {
+        let devices = self.devices(baud, |_| Ok::<_, SpecError>(Memory::volatile()))?;
+        let watched = |(spec, _): &(Spec, Volume)| {
+            let model = entry(&spec.device)?.model;
+            let configuration = model.default_configuration;
+            // Every device knows mbar; without it what it shows could not be told from counts.
+            let unit = model.unit_named("mbar").ok_or_else(|| SpecError::Device(spec.device.clone()))?;
+            Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit })
+        };
+        let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
+        Scene::new(devices, watched, address, baud).map_err(|error| SceneError::Master(error.to_string()))
     }
 
     /// A run from the beginning.

@@ -4,6 +4,7 @@ use super::event::{Act, Check, DeviceAct, Event, Expectation, Subject};
 use super::plant::{Part, Plant};
 use super::{Scenario, around};
 use crate::bench::VirtualDevice;
+use crate::scene::Scene;
 use profivac_devices::Report;
 use profivac_dp::slave::Relation;
 use profivac_vacuum::network::Volume;
@@ -128,6 +129,14 @@ impl Run {
             if let Some((_, volume)) = self.places.iter().find(|(known, _)| *known == place) {
                 device.follow(around(&self.plant, *volume), self.step_s);
             }
+        }
+    }
+
+    /// Steps on with a segment in memory, to `seconds` and not beyond the end.
+    pub fn step_scene(&mut self, scene: &mut Scene, seconds: f64) {
+        while !self.is_over() && self.seconds() + self.step_s <= seconds {
+            self.step(scene.devices_mut());
+            scene.run_until(self.seconds());
         }
     }
 
