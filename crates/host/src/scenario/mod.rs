@@ -43,6 +43,7 @@ use crate::scene::Scene;
 use crate::watch::Watched;
 use event::Reader;
 use file::File;
+use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
@@ -175,7 +176,7 @@ impl Scenario {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(Memory::volatile()))?;
         let watched = |(spec, _): &(Spec, Volume)| {
             let model = entry(&spec.device)?.model;
-            let configuration = model.default_configuration;
+            let configuration = telling(model);
             // Every device knows mbar; without it what it shows could not be told from counts.
             let unit = model.unit_named("mbar").ok_or_else(|| SpecError::Device(spec.device.clone()))?;
             Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit })
@@ -189,6 +190,15 @@ impl Scenario {
     pub fn start(&self, bus: Bus) -> Run {
         Run::new(self, bus)
     }
+}
+
+/// The first configuration that tells a number as it is and which sensor it comes from, or the usual one.
+fn telling(model: &'static Model) -> &'static Configuration {
+    let tells = |configuration: &&Configuration| {
+        let has = |field| configuration.inputs.is_some_and(|inputs| inputs.fields.contains(&field));
+        has(Field::PvSelector) && has(Field::ProcessValue(NumberType::Float)) && configuration.outputs.is_none()
+    };
+    model.configurations.iter().find(tells).unwrap_or(model.default_configuration)
 }
 
 /// What surrounds a gauge at a volume.

@@ -132,9 +132,9 @@ impl Run {
         }
     }
 
-    /// Steps on with a segment in memory, to `seconds` and not beyond the end.
+    /// Steps on with a segment in memory, to `seconds`.
     pub fn step_scene(&mut self, scene: &mut Scene, seconds: f64) {
-        while !self.is_over() && self.seconds() + self.step_s <= seconds {
+        while self.seconds() + self.step_s <= seconds {
             self.step(scene.devices_mut());
             scene.run_until(self.seconds());
         }
