@@ -65,12 +65,16 @@ impl From<WatchError> for Failure {
 impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
-            PortError::Address(_) => Kind::Usage,
+            PortError::Address(_) | PortError::NoRate(_) | PortError::File(_) => Kind::Usage,
             PortError::Missing(_)
             | PortError::InUse(_)
             | PortError::Denied(_)
             | PortError::NotSerial(_)
             | PortError::Rate { .. }
+            | PortError::Character { .. }
+            | PortError::Silent { .. }
+            | PortError::Host { .. }
+            | PortError::Unreachable { .. }
             | PortError::Exists(_)
             | PortError::Lost(_)
             | PortError::System { .. } => Kind::Port,

@@ -1,6 +1,7 @@
 //! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
 
 mod bus;
+mod conform;
 mod console;
 mod demo;
 mod failure;
@@ -38,6 +39,7 @@ enum Command {
     Hub(hub::Arguments),
     Scan(scan::Arguments),
     Monitor(monitor::Arguments),
+    Conform(conform::Arguments),
     Gsd(gsd::Arguments),
 }
 
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
         Command::Hub(arguments) => hub::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Conform(arguments) => conform::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
     };
     match done {

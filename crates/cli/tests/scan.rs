@@ -121,7 +121,7 @@ fn impossible_bus_parameters_are_refused() {
     for (option, value, sentence) in [
         ("--master", "126", "the master's address must be 0 to 125, not 126"),
         ("--slot-time", "10", "the slot time must be at least 75, not 10"),
-        ("--baud", "auto", "expected a PROFIBUS rate out of 9600, "),
+        ("--baud", "fast", "expected a PROFIBUS rate out of 9600, "),
         ("--timeout", "-1", "expected a number of seconds, got \"-1\""),
     ] {
         let failed = run(&["scan", "--port", "/nowhere", option, value]);

@@ -42,7 +42,7 @@ impl From<Conditions> for Surroundings {
 }
 
 /// A slave with an instrument behind it, whichever it is.
-pub trait Unit: Station {
+pub trait Unit: Station + Send {
     /// The instrument.
     fn instrument(&self) -> &dyn Instrument;
 
@@ -59,7 +59,7 @@ pub trait Unit: Station {
     fn power_up(&mut self);
 }
 
-impl<I: Instrument> Unit for Slave<I> {
+impl<I: Instrument + Send> Unit for Slave<I> {
     fn instrument(&self) -> &dyn Instrument {
         self.device()
     }
@@ -207,7 +207,8 @@ impl VirtualDevice {
         &self.around
     }
 
-    /// The vacuum around the device changes, and everything that follows by itself has followed.
+    /// The vacuum around the device changes, and everything that follows by itself has followed. With real sensors this is
+    /// [`surround`](Self::surround).
     pub fn expose(&mut self, around: impl Into<Surroundings>) {
         self.around = around.into();
         self.settle();
@@ -234,7 +235,7 @@ impl VirtualDevice {
         }
     }
 
-    /// Time passes for the device alone.
+    /// Time passes for the device alone, as many seconds as there are: not infinitely many.
     pub fn advance(&mut self, seconds: f64) {
         self.pass(seconds);
         self.settle();

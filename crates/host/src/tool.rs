@@ -4,7 +4,7 @@
 //! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
 
 use crate::clock::tbit_of;
-use crate::port::{Port, PortError};
+use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
 use profivac_dp::link::{Baud, BitTime};
@@ -105,7 +105,23 @@ impl Tool {
     /// # Errors
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-        self.segment.serve(others, at_most)
+        let readable = self.segment.serve(others, at_most)?;
+        if self.segment.take_rejoined() {
+            let now = self.segment.now();
+            self.station().listen(now);
+        }
+        Ok(readable)
+    }
+
+    /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
+    #[must_use]
+    pub fn lasting(self, opener: Opener) -> Self {
+        Self { segment: self.segment.lasting(opener), ..self }
+    }
+
+    /// What somebody should know about the port.
+    pub fn next_remark(&mut self) -> Option<Remark> {
+        self.segment.next_remark()
     }
 
     /// Asks once and waits for what comes of it.
@@ -152,5 +168,58 @@ impl Tool {
     fn station(&mut self) -> &mut Active<BusMaster> {
         let [station] = self.segment.stations_mut();
         station
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::port::Character;
+    use rustix::fd::AsFd;
+    use std::os::unix::net::UnixStream;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// A port on which nobody else is, and that was lost as often as the number says.
+    struct Quiet(UnixStream, Arc<AtomicU32>);
+
+    impl Port for Quiet {
+        fn name(&self) -> &str {
+            "quiet"
+        }
+
+        fn watched(&self) -> Vec<BorrowedFd<'_>> {
+            vec![self.0.as_fd()]
+        }
+
+        fn receive(&mut self, _heard: &mut Vec<Character>) -> Result<(), PortError> {
+            Ok(())
+        }
+
+        fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
+            Ok(())
+        }
+
+        fn generation(&self) -> u32 {
+            self.1.load(Ordering::Relaxed)
+        }
+    }
+
+    /// On the line it comes back to there may be another master by now.
+    #[test]
+    fn a_master_whose_port_is_back_has_no_token() {
+        let (ours, _theirs) = UnixStream::pair().unwrap();
+        let lost = Arc::new(AtomicU32::new(0));
+        let port = Quiet(ours, Arc::clone(&lost));
+        let (baud, patience) = (Baud::B19200, Duration::from_secs(30));
+        let mut tool = Tool::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
+        for _ in 0..2 {
+            while !tool.station().has_token() {
+                tool.serve(&[], patience).unwrap();
+            }
+            lost.fetch_add(1, Ordering::Relaxed);
+            tool.serve(&[], Duration::ZERO).unwrap();
+            assert!(!tool.station().has_token());
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::instrument::DEVICES;
 use crate::live::{SlaveSeen, look};
 use crate::ms2::{self, Ms2Error};
 use crate::tool::{Reply, Tool, ToolError};
-use profivac_devices::model::{Configuration, Direction, Field, Format, Model, NumberType, Unit, UserPrm, Via};
+use profivac_devices::model::{Configuration, Counts, Direction, Field, Format, Model, NumberType, Scale, Unit, UserPrm, Via};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::master::{SlaveParameters, services};
 use std::time::Instant;
@@ -99,17 +99,24 @@ impl Watched {
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
+            // IF300P/IF301P manual 3.2.4.1: anything but 0 is no value.
+            let measured = fields.octet(Field::MeasurementStatus(instance)).is_none_or(|status| status == 0);
             // What does not travel says nothing against the value.
             let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
-            let valid = !status.contains(StatusExtension::INVALID);
+            let valid = measured && !status.contains(StatusExtension::INVALID);
             Some(Value { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
         });
         Reading { values: values.collect(), exception: ExceptionStatus::from_bits_retain(exception) }
     }
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
-        let facts = self.model.ranges.iter().find(|facts| facts.part.instance == instance)?;
-        Format { unit: self.unit, number, counts: facts.counts, highest: u16::MAX }.decode(octets)
+        let facts = self.model.ranges.iter().find(|facts| facts.part.instance == instance);
+        // The controllers have no ranges, and no counts.
+        let counts = facts.map_or(Counts::Linear { per_mbar: 1.0 }, |facts| facts.counts);
+        if facts.is_none() && matches!(self.unit.scale, Scale::Counts) {
+            return None;
+        }
+        Format { unit: self.unit, number, counts, highest: u16::MAX }.decode(octets)
     }
 }
 

@@ -5,7 +5,7 @@ mod state;
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{out, remarks};
 use crate::values;
 use clap::{ArgGroup, Args};
 use order::{DeviceOrder, Order};
@@ -14,6 +14,7 @@ use profivac_dp::link::Baud;
 use profivac_host::bench::{Conditions, VirtualDevice};
 use profivac_host::instrument::{Spec, check_places};
 use profivac_host::memory::Memory;
+use profivac_host::open;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::pressure::Pressure;
 use profivac_host::scenario::{Bus, Run, Scenario};
@@ -33,7 +34,7 @@ pub struct Arguments {
     /// Make a pty and link PATH to it: the serial port of a master
     #[arg(long, value_name = "PATH", group = "port")]
     pty: Option<PathBuf>,
-    /// Use a serial device, or the pty of a hub
+    /// Use a serial device, or the pty of a hub; it may go and come back
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
     /// Listen for masters; port 0 takes a free one
@@ -96,13 +97,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => devices(arguments, conditions)?,
     };
     let mut console = Console::open()?;
-    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
-    let run = scenario.map(|scenario| Playing { run: scenario.start(Bus::There), told: 0 });
-    let mut simulation = Simulation { segment, conditions, playing: run };
+    let segment = segment(arguments, devices)?;
+    let playing = scenario.map(|scenario| Playing { run: scenario.start(Bus::There), told: 0 });
+    let mut simulation = Simulation { segment, conditions, playing };
     out(&format!("ready {}", simulation.segment.port().name()));
     let begun = Instant::now();
     loop {
         let readable = simulation.segment.serve(&console.watched(), simulation.until_step(begun))?;
+        remarks(|| simulation.segment.next_remark());
         simulation.play(begun);
         for said in console.said(&readable) {
             if simulation.hear(&said).is_break() {
@@ -135,6 +137,15 @@ fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
         );
     }
     Ok(opened.memory)
+}
+
+/// The devices on the port. Only a serial device can be lost, and then it is looked for.
+fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
+    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
+    Ok(match &arguments.serial {
+        Some(device) => segment.lasting(open::again(device, arguments.baud)),
+        None => segment,
+    })
 }
 
 fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {

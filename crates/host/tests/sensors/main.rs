@@ -5,6 +5,8 @@
 
 mod adjust;
 mod curves;
+mod drive;
+mod picture;
 mod time;
 
 use profivac_dp::link::Baud;

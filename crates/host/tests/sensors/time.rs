@@ -100,6 +100,19 @@ fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it(
     assert_eq!(gauge.report().exception_status & 0x0F, 0, "no alarm");
 }
 
+/// A Pirani that sees nothing keeps the emission on in air: three seconds later the filament is gone, and the gauge says so.
+#[test]
+fn without_its_protection_a_filament_burns() {
+    let mut gauge = real("bcg450", 1e-6, 4);
+    gauge.sensor_mut(1).unwrap().flaws_mut().unwrap().gain = 0.0;
+    gauge.surround(around(Gas::Air, 1000.0));
+    let seconds = (1..1000).find(|_| (gauge.advance(0.01), gauge.report().exception_status & 0x0F != 0).1);
+    let seconds = f64::from(seconds.unwrap()) / 100.0;
+    assert!((2.0..5.0).contains(&seconds), "{seconds}");
+    assert_eq!(gauge.report().emission.iter().collect::<Vec<_>>(), [&false]);
+    assert!(gauge.sensor_mut(2).unwrap().filament().unwrap().is_broken());
+}
+
 #[test]
 fn a_broken_filament_is_a_fault_of_the_device() {
     for (name, instance) in [("bcg450", 2), ("bpg400", 2), (FOUR, 1)] {

@@ -4,7 +4,8 @@ use super::flaws::Tolerance;
 use super::{Drive, Range};
 use fastrand::Rng;
 
-/// `I = k p^n`. General knowledge: n between 1.05 and 1.2.
+/// `I = k p^n`. Inverted magnetrons in the literature have n from 1.0 to 1.2 above 1e-9 Torr ("The influence of the magnetic
+/// field strength upon the characteristic curve of a cold cathode ionization gauge").
 const EXPONENT: f64 = 1.1;
 
 /// How much pressure for how long makes a discharge probable, in Pa s. General knowledge: the delay goes as 1/p, seconds at

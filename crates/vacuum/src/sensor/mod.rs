@@ -134,6 +134,14 @@ impl Sensor {
         }
     }
 
+    /// The head of a diaphragm is kept at this temperature, in K, and thermal transpiration begins. An ideal sensor and other
+    /// principles stay as they are.
+    pub const fn heat_head(&mut self, kelvin: f64) {
+        if let (Some(_), Element::Diaphragm(diaphragm)) = (&self.real, &mut self.element) {
+            diaphragm.head_k = Some(kelvin);
+        }
+    }
+
     /// The filament of a hot cathode; an ideal one wears out as little as it has gas to give off.
     #[must_use]
     pub const fn filament(&self) -> Option<&Filament> {

@@ -95,6 +95,23 @@ fn a_step_of_pressure_takes_the_time_of_the_principle() {
 }
 
 #[test]
+fn a_head_is_heated_on_request() {
+    let (principle, range) = PRINCIPLES[1];
+    let read = |mut sensor: Sensor, heated: bool| {
+        if let Some(flaws) = sensor.flaws_mut() {
+            *flaws = Flaws { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        }
+        if heated {
+            sensor.heat_head(373.15);
+        }
+        sensor.read(&around(Gas::N2, 1e-2), Drive::On, 1.0) / 1e-2
+    };
+    assert_eq!(read(Sensor::real(principle, range, 1), false), 1.0);
+    assert!((1.10..1.13).contains(&read(Sensor::real(principle, range, 1), true)));
+    assert_eq!(read(Sensor::ideal(principle, range), true), 1.0);
+}
+
+#[test]
 fn what_has_no_end_stays_a_number() {
     for (principle, range) in PRINCIPLES {
         for pa in [0.0, 1e-14, 1e7] {

@@ -1,0 +1,250 @@
+//! `profivac conform`: whether a slave keeps the rules.
+
+use crate::bus::Bus;
+use crate::failure::Failure;
+use crate::output::out;
+use crate::values;
+use clap::Args;
+use profivac_dp::master::services;
+use profivac_host::conform::probe::Heard;
+use profivac_host::conform::talk::{Exchange, Subject};
+use profivac_host::conform::{Finding, Outcome, run as run_checks};
+use profivac_host::live::{SlaveSeen, look};
+use profivac_host::tool::{Reply, Tool};
+use profivac_host::watch::{WatchError, Watched};
+use serde::Serialize;
+use std::io::{IsTerminal, stdin};
+
+/// Hold a slave against the rules of PROFIBUS DP: what was asked, what came, where the rule stands.
+///
+/// The slave may be anybody's. It is parameterised, led into data exchange and released again and again, with outputs of
+/// zero, and hears many damaged telegrams; nobody may need it meanwhile, and no other master may use the line. What it
+/// stores is not changed. Exit code 1 says that it breaks a rule.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    bus: Bus,
+    /// The address of the slave
+    #[arg(long, value_name = "N", value_parser = values::slave_address)]
+    address: u8,
+    /// The configuration it takes, in hex; by default what Get_Cfg says
+    #[arg(long, value_name = "HEX", value_parser = octets)]
+    cfg: Option<Octets>,
+    /// The user parameters it takes, in hex; by default those that leave a known gauge as it is, and none for others
+    #[arg(long, value_name = "HEX", value_parser = octets)]
+    prm: Option<Octets>,
+    /// Take the slave over without telling anybody: needed where no terminal is
+    #[arg(long)]
+    own: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac conform --port /dev/ttyUSB0 --address 5
+  profivac conform --port /tmp/line --address 5 --own --json > report.json
+  profivac conform --port tcp://127.0.0.1:4000 --address 9 --cfg '11 21' --prm '00 00 00'
+
+Sections are those of the protocol reference that docs/conformance.md follows.";
+
+/// Octets on a command line.
+#[derive(Clone, Debug)]
+struct Octets(Vec<u8>);
+
+fn octets(text: &str) -> Result<Octets, String> {
+    let digits: String = text.chars().filter(|letter| !letter.is_whitespace()).collect();
+    let wrong = || format!("expected octets in hex like '11 21', got {text:?}");
+    if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
+        return Err(wrong());
+    }
+    let pairs = digits.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
+    pairs.map(|pair| u8::from_str_radix(pair, 16)).collect::<Result<_, _>>().map(Octets).map_err(|_| wrong())
+}
+
+/// Asks everything, shows what came of it. A broken rule is a refusal.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let address = arguments.address;
+    if arguments.own {
+        // Nobody has to be told.
+    } else if stdin().is_terminal() {
+        eprintln!("profivac: conform parameterises the slave at address {address} and releases it again and again");
+    } else {
+        return Err(Failure::usage("conform parameterises the slave and owns it: say --own in a script"));
+    }
+    let subject = subject(arguments)?;
+    let mut wire = arguments.bus.probe()?;
+    if let Some(master) = wire.listen()? {
+        return Err(Failure::no_answer(format!("master {master} is using the line; conform needs it for itself")));
+    }
+    let findings = run_checks(&mut wire, &subject, |finding| {
+        if !arguments.json {
+            out(&line(finding));
+        }
+    })?;
+    if arguments.json {
+        let rows: Vec<_> = findings.iter().map(Row::of).collect();
+        // Texts and lists always have a JSON form.
+        out(&serde_json::to_string_pretty(&rows).unwrap_or_default());
+    }
+    verdict(address, &findings)
+}
+
+fn verdict(address: u8, findings: &[Finding]) -> Result<(), Failure> {
+    let count = |wanted: fn(&Outcome) -> bool| findings.iter().filter(|finding| wanted(&finding.outcome)).count();
+    let broken = count(|outcome| matches!(outcome, Outcome::Broken { .. }));
+    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
+    let holds = count(|outcome| *outcome == Outcome::Holds);
+    eprintln!("{holds} rules hold, {broken} are broken, {skipped} were not asked for");
+    match broken {
+        0 => Ok(()),
+        1 => Err(Failure::refused(format!("the slave at address {address} breaks a rule"))),
+        _ => Err(Failure::refused(format!("the slave at address {address} breaks {broken} rules"))),
+    }
+}
+
+/// What is known of the slave before, without changing it.
+fn subject(arguments: &Arguments) -> Result<Subject, Failure> {
+    let mut tool = arguments.bus.open()?;
+    let (address, master) = (arguments.address, arguments.bus.master());
+    let slave = meet(&mut tool, address)?;
+    if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
+        return Err(Failure::refused(format!("the slave at address {address} belongs to master {owner}")));
+    }
+    let user_prm = match &arguments.prm {
+        Some(octets) => octets.0.clone(),
+        None => known_prm(&mut tool, address, master)?,
+    };
+    let cfg = match &arguments.cfg {
+        Some(octets) => octets.0.clone(),
+        None => present_cfg(&mut tool, address)?,
+    };
+    Ok(Subject { address, ident: slave.ident, cfg, user_prm })
+}
+
+fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, Failure> {
+    let nobody = || Failure::no_answer(format!("no slave answers at address {address}"));
+    look(tool, address)?.and_then(|seen| seen.slave).ok_or_else(nobody)
+}
+
+/// The user parameters that keep the unit of a gauge; none for a slave that nobody knows.
+fn known_prm(tool: &mut Tool, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
+    match Watched::find(tool, address, master) {
+        Ok(watched) => Ok(watched.parameters().user_prm.to_vec()),
+        Err(WatchError::Unknown { .. }) => Ok(Vec::new()),
+        Err(WatchError::Unit { .. }) => Err(Failure::usage(format!(
+            "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one: say which with --prm, see \
+             `profivac gsd`"
+        ))),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn present_cfg(tool: &mut Tool, address: u8) -> Result<Vec<u8>, Failure> {
+    match tool.ask(&services::get_cfg(address))? {
+        Reply::Answer { du, .. } if !du.is_empty() => Ok(du),
+        _ => Err(Failure::refused(format!("the slave at address {address} does not answer Get_Cfg: say --cfg HEX"))),
+    }
+}
+
+/// A finding for people: a line, and for a broken rule what was asked and what came.
+fn line(finding: &Finding) -> String {
+    let check = finding.check;
+    let head = |word: &str| format!("{word:<8}{:<26}{} ({})", check.name, check.rule, check.section);
+    match &finding.outcome {
+        Outcome::Holds => head("ok"),
+        Outcome::Skipped(why) => format!("{}\n        not asked: {why}", head("-")),
+        Outcome::Broken { expected, shown } => {
+            let shown = shown
+                .as_ref()
+                .map(|shown| format!("\n        asked     {}\n        came      {}", hex(&shown.asked), came(shown)));
+            format!("{}{}\n        expected  {expected}", head("BROKEN"), shown.unwrap_or_default())
+        }
+    }
+}
+
+fn came(shown: &Exchange) -> String {
+    match &shown.came {
+        Heard::Nothing => "nothing".to_owned(),
+        Heard::Damaged => "octets that are no telegram".to_owned(),
+        Heard::Telegram(octets) => hex(octets),
+    }
+}
+
+fn hex(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+/// What JSON says about a check.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: &'static str,
+    rule: &'static str,
+    section: &'static str,
+    outcome: &'static str,
+    expected: Option<String>,
+    asked: Option<String>,
+    came: Option<String>,
+}
+
+impl Row {
+    fn of(finding: &Finding) -> Self {
+        let (outcome, expected, shown) = match &finding.outcome {
+            Outcome::Holds => ("holds", None, None),
+            Outcome::Skipped(why) => ("skipped", Some((*why).to_owned()), None),
+            Outcome::Broken { expected, shown } => ("broken", Some(expected.clone()), shown.as_ref()),
+        };
+        let check = finding.check;
+        Self {
+            name: check.name,
+            rule: check.rule,
+            section: check.section,
+            outcome,
+            expected,
+            asked: shown.map(|shown| hex(&shown.asked)),
+            came: shown.map(came),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_host::conform::checks;
+
+    fn finding(outcome: Outcome) -> Finding {
+        Finding { check: checks::all().next().unwrap(), outcome }
+    }
+
+    #[test]
+    fn octets_are_read_with_and_without_spaces() {
+        assert_eq!(octets("11 21").unwrap().0, [0x11, 0x21]);
+        assert_eq!(octets("c6878E").unwrap().0, [0xC6, 0x87, 0x8E]);
+        for bad in ["1", "0x11", "zz", "1é"] {
+            assert_eq!(octets(bad).unwrap_err(), format!("expected octets in hex like '11 21', got {bad:?}"));
+        }
+    }
+
+    #[test]
+    fn a_broken_rule_is_shown_with_the_octets_that_broke_it() {
+        let shown = Exchange { asked: vec![0x10, 8], came: Heard::Telegram(vec![0xE5]) };
+        let broken = Outcome::Broken { expected: "SD1 with FC 00".to_owned(), shown: Some(shown) };
+        let expected = "\
+BROKEN  layer2.fdl-status         FDL status is answered as a slave, without access points (1.11)
+        asked     10 08
+        came      E5
+        expected  SD1 with FC 00";
+        assert_eq!(line(&finding(broken)), expected);
+    }
+
+    #[test]
+    fn a_broken_rule_is_a_refusal() {
+        assert!(verdict(5, &[finding(Outcome::Holds), finding(Outcome::Skipped("no MS2"))]).is_ok());
+        let broken = || finding(Outcome::Broken { expected: String::new(), shown: None });
+        let sentence = |findings: &[Finding]| verdict(5, findings).unwrap_err().to_string();
+        assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");
+        assert_eq!(sentence(&[broken(), broken()]), "the slave at address 5 breaks 2 rules");
+    }
+}

@@ -1,0 +1,60 @@
+//! Builds the dashboard with Node, so that the program can embed it.
+//!
+//! Everything happens in a copy below the build folder: the source tree stays as it is.
+
+use std::fs;
+use std::io::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What the dashboard is made of.
+const SOURCES: [&str; 6] =
+    ["index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src"];
+
+fn main() -> Result<()> {
+    let web = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join("web");
+    let copy = PathBuf::from(variable("OUT_DIR")?).join("web");
+    println!("cargo::rerun-if-changed=build.rs");
+    for source in SOURCES {
+        println!("cargo::rerun-if-changed={}", web.join(source).display());
+    }
+    let unchanged = fs::read(web.join("package-lock.json")).ok() == fs::read(copy.join("package-lock.json")).ok();
+    fs::create_dir_all(&copy)?;
+    let _gone = fs::remove_dir_all(copy.join("src"));
+    for source in SOURCES {
+        duplicate(&web.join(source), &copy.join(source))?;
+    }
+    if !unchanged || !copy.join("node_modules").is_dir() {
+        npm(&copy, &["ci", "--no-audit", "--no-fund"])?;
+    }
+    npm(&copy, &["run", "build"])
+}
+
+fn variable(name: &str) -> Result<String> {
+    std::env::var(name).map_err(|error| Error::other(format!("{name}: {error}")))
+}
+
+fn duplicate(from: &Path, to: &Path) -> Result<()> {
+    if !from.is_dir() {
+        return fs::copy(from, to).map(drop);
+    }
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        duplicate(&entry.path(), &to.join(entry.file_name()))?;
+    }
+    Ok(())
+}
+
+fn npm(folder: &Path, arguments: &[&str]) -> Result<()> {
+    let output = Command::new("npm").args(arguments).current_dir(folder).output().map_err(|error| {
+        Error::other(format!(
+            "npm cannot be started ({error}): the dashboard needs Node 18 or newer, on Debian the packages nodejs and npm"
+        ))
+    })?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let told = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    Err(Error::other(format!("npm {}:\n{told}", arguments.join(" "))))
+}

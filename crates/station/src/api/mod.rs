@@ -1,0 +1,78 @@
+//! The API: what the dashboard uses, and anybody else. Reading only.
+//!
+//! | Path | Gives |
+//! |---|---|
+//! | `/api/station` | the station and its recorder |
+//! | `/api/segments` | segments, and who is on them |
+//! | `/api/gauges` | gauges and what they show |
+//! | `/api/gauges/{name}/blocks` | a gauge's blocks and parameters, read now |
+//! | `/api/trend` | what was recorded, drawn for so many pixels |
+//! | `/api/events` | what happened |
+//! | `/api/rise` | a rise of pressure, told apart |
+//! | `/api/export.csv` | what was recorded, as a table |
+//! | `/api/live` | gauges and segments as they change, as server-sent events |
+//! | `/api/openapi.json` | this, for programs |
+
+mod guard;
+mod live;
+mod problem;
+mod recorded;
+mod seen;
+
+use crate::plant::Plant;
+use axum::Router;
+use axum::routing::get;
+use problem::Problem;
+use std::sync::Arc;
+use utoipa::OpenApi;
+
+/// The description of the API.
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "profivac station",
+        description = "What a vacuum station sees and has recorded. Pressures in Pa, times in milliseconds since 1970."
+    ),
+    paths(
+        seen::station,
+        seen::segments,
+        seen::gauges,
+        seen::gauge,
+        seen::blocks,
+        recorded::trend,
+        recorded::events,
+        recorded::rise,
+        recorded::export,
+        live::live
+    )
+)]
+struct Description;
+
+/// The description of the API as JSON.
+#[must_use]
+pub fn description() -> String {
+    Description::openapi().to_pretty_json().unwrap_or_default()
+}
+
+/// The API of a plant, and the dashboard beside it.
+pub fn router(plant: Arc<Plant>) -> Router {
+    Router::new()
+        .route("/api/station", get(seen::station))
+        .route("/api/segments", get(seen::segments))
+        .route("/api/gauges", get(seen::gauges))
+        .route("/api/gauges/{name}", get(seen::gauge))
+        .route("/api/gauges/{name}/blocks", get(seen::blocks))
+        .route("/api/trend", get(recorded::trend))
+        .route("/api/events", get(recorded::events))
+        .route("/api/rise", get(recorded::rise))
+        .route("/api/export.csv", get(recorded::export))
+        .route("/api/live", get(live::live))
+        .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
+        .route(
+            "/api/{*rest}",
+            get(async || Problem::unknown("there is no such thing in the API; /api/openapi.json says what there is")),
+        )
+        .fallback(get(crate::web::file))
+        .layer(axum::middleware::from_fn(guard::headers))
+        .with_state(plant)
+}

@@ -1,0 +1,167 @@
+//! What all threads of the station share: what is seen of each segment now, the recorder, and the questions that are asked.
+
+use crate::recorder::{Event, EventKind, Micros, Reader, Recorder, StoreError};
+use crate::view::{Block, Gauge, RecorderView, Segment, Station, milliseconds};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::Duration;
+
+/// What a segment shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenery {
+    /// The segment.
+    pub segment: Segment,
+    /// Its gauges, in the order of the file.
+    pub gauges: Vec<Gauge>,
+}
+
+/// Something that a segment is asked to do beside its cycle.
+pub enum Question {
+    /// The blocks of the gauge of this name, with what their parameters show.
+    Blocks(String, SyncSender<Result<Vec<Block>, String>>),
+}
+
+/// Why a question has no answer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoAnswer {
+    /// There is no such gauge.
+    #[error("there is no gauge {0:?}")]
+    Unknown(String),
+    /// The segment is asked too much at once.
+    #[error("the segment is busy with other questions")]
+    Busy,
+    /// The segment does not run, or the gauge does not answer.
+    #[error("{0}")]
+    Refused(String),
+    /// It took too long.
+    #[error("no answer in time")]
+    Slow,
+}
+
+/// So many questions may wait for a segment.
+const QUESTIONS: usize = 8;
+
+/// So long may an answer take: a few hundred parameters at a slow rate.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What all threads share.
+pub struct Plant {
+    name: String,
+    started: Micros,
+    file: PathBuf,
+    recorder: Recorder,
+    scenery: RwLock<BTreeMap<String, Scenery>>,
+    questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
+}
+
+impl Plant {
+    /// A plant that nothing is known of yet. `file` is the recorder's.
+    #[must_use]
+    pub fn new(name: String, file: PathBuf, recorder: Recorder) -> Self {
+        Self {
+            name,
+            started: Micros::now(),
+            file,
+            recorder,
+            scenery: RwLock::new(BTreeMap::new()),
+            questions: Mutex::new(BTreeMap::new()),
+        }
+    }
+
+    /// The recorder.
+    pub const fn recorder(&self) -> &Recorder {
+        &self.recorder
+    }
+
+    /// A reader of what was recorded.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file is gone.
+    pub fn reader(&self) -> Result<Reader, StoreError> {
+        Reader::open(&self.file)
+    }
+
+    /// Something happened now; it is on the disk when this returns, unless the disk does not take it in time.
+    pub fn note(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
+        let event = Event { at: Micros::now(), gauge: gauge.map(str::to_owned), kind, text: text.into() };
+        // The recorder's health says so if it cannot write.
+        let _written = self.recorder.event(event);
+    }
+
+    /// What a segment shows from now on.
+    pub fn show(&self, scenery: Scenery) {
+        let mut all = self.scenery.write().unwrap_or_else(PoisonError::into_inner);
+        all.insert(scenery.segment.name.clone(), scenery);
+    }
+
+    /// A segment is not there any more.
+    pub fn forget(&self, segment: &str) {
+        self.scenery.write().unwrap_or_else(PoisonError::into_inner).remove(segment);
+        self.lines().remove(segment);
+    }
+
+    /// A segment takes questions from now on, here.
+    pub fn take_questions(&self, segment: &str) -> Receiver<Question> {
+        let (sender, receiver) = sync_channel(QUESTIONS);
+        self.lines().insert(segment.to_owned(), sender);
+        receiver
+    }
+
+    fn lines(&self) -> MutexGuard<'_, BTreeMap<String, SyncSender<Question>>> {
+        self.questions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The station.
+    #[must_use]
+    pub fn station(&self) -> Station {
+        let health = self.recorder.health();
+        let recorder =
+            RecorderView { written_ms: health.written.map(milliseconds), error: health.error, lost: health.lost };
+        Station {
+            name: self.name.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            started_ms: milliseconds(self.started),
+            now_ms: milliseconds(Micros::now()),
+            recorder,
+        }
+    }
+
+    /// All segments, by name.
+    #[must_use]
+    pub fn segments(&self) -> Vec<Segment> {
+        let all = self.scenery.read().unwrap_or_else(PoisonError::into_inner);
+        all.values().map(|scenery| scenery.segment.clone()).collect()
+    }
+
+    /// All gauges, segment by segment.
+    #[must_use]
+    pub fn gauges(&self) -> Vec<Gauge> {
+        let all = self.scenery.read().unwrap_or_else(PoisonError::into_inner);
+        all.values().flat_map(|scenery| scenery.gauges.iter().cloned()).collect()
+    }
+
+    /// The gauge of this name.
+    #[must_use]
+    pub fn gauge(&self, name: &str) -> Option<Gauge> {
+        self.gauges().into_iter().find(|gauge| gauge.name == name)
+    }
+
+    /// The blocks of a gauge with what their parameters show now. Waits for the segment.
+    ///
+    /// # Errors
+    /// [`NoAnswer`] says why there are none.
+    pub fn blocks(&self, name: &str) -> Result<Vec<Block>, NoAnswer> {
+        let unknown = || NoAnswer::Unknown(name.to_owned());
+        let segment = self.gauge(name).ok_or_else(unknown)?.segment;
+        let line = self.lines().get(&segment).cloned().ok_or_else(unknown)?;
+        let (sender, answer) = sync_channel(1);
+        line.try_send(Question::Blocks(name.to_owned(), sender)).map_err(|_| NoAnswer::Busy)?;
+        match answer.recv_timeout(PATIENCE) {
+            Ok(answer) => answer.map_err(NoAnswer::Refused),
+            Err(RecvTimeoutError::Timeout) => Err(NoAnswer::Slow),
+            Err(RecvTimeoutError::Disconnected) => Err(NoAnswer::Refused("the segment was stopped".to_owned())),
+        }
+    }
+}

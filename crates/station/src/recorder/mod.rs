@@ -1,0 +1,34 @@
+//! What was measured and what happened, in one SQLite file that survives a power cut.
+//!
+//! ```text
+//! push ── ring ── thinner ── sample ┐
+//!    └─────────── roll-ups ─────────┤ one transaction a second, or at once for an event
+//! event ────────────────────────────┘
+//! ```
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`sample`] | a pressure with its quality |
+//! | [`thin`] | the dead band on the logarithm of pressure |
+//! | [`ring`] | full rate around events |
+//! | [`rollup`] | the levels in which long times are kept and drawn |
+//! | [`store`] | the file: tables, transactions, retention |
+//! | [`writer`] | the thread that owns the file |
+//! | [`reader`] | drawing and exporting |
+//!
+//! Times are microseconds since 1970 (UTC), pressures are in Pa. No number stands for "no value": a sample says of what
+//! quality it is, and has no pressure where it has none.
+
+pub mod reader;
+pub mod ring;
+pub mod rollup;
+pub mod sample;
+pub mod store;
+pub mod thin;
+pub mod writer;
+
+pub use reader::{Bin, Reader};
+pub use sample::{Micros, Qualities, Quality, Sample};
+pub use store::{Event, EventKind, Retention, StoreError};
+pub use thin::Band;
+pub use writer::{Health, Recorder, Settings};

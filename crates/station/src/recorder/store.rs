@@ -1,0 +1,333 @@
+//! The file: tables, transactions, retention.
+//!
+//! SQLite with a write-ahead log and `synchronous = FULL`: what a transaction has returned from is on the disk, and a power
+//! cut in the middle of one leaves the file as it was before.
+
+use super::rollup::{Additions, LEVELS};
+use super::sample::{Micros, Sample};
+use rusqlite::{Connection, OpenFlags, OptionalExtension, Transaction, params};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The version of the tables, in the file's `user_version`.
+const VERSION: i64 = 1;
+
+const TABLES: &str = "
+    CREATE TABLE gauge (
+        id   INTEGER PRIMARY KEY,
+        name TEXT NOT NULL UNIQUE
+    );
+    -- Times in microseconds since 1970, pressures in Pa. quality: 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap.
+    CREATE TABLE sample (
+        gauge   INTEGER NOT NULL REFERENCES gauge,
+        at      INTEGER NOT NULL,
+        pa      REAL,
+        quality INTEGER NOT NULL,
+        PRIMARY KEY (gauge, at)
+    ) WITHOUT ROWID;
+    -- What happened in 10 s (level 1), 2 min, 30 min and 6 h. qualities: bit 0 valid, bit 1 overrange, ...
+    CREATE TABLE rollup (
+        level     INTEGER NOT NULL,
+        gauge     INTEGER NOT NULL REFERENCES gauge,
+        start     INTEGER NOT NULL,
+        low       REAL,
+        high      REAL,
+        decades   REAL NOT NULL,
+        count     INTEGER NOT NULL,
+        qualities INTEGER NOT NULL,
+        PRIMARY KEY (level, gauge, start)
+    ) WITHOUT ROWID;
+    CREATE TABLE event (
+        id    INTEGER PRIMARY KEY,
+        at    INTEGER NOT NULL,
+        gauge INTEGER REFERENCES gauge,
+        kind  TEXT NOT NULL,
+        text  TEXT NOT NULL
+    );
+    CREATE INDEX event_at ON event (at);
+";
+
+/// Why the file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// SQLite says so.
+    #[error("{path}: {error}", path = path.display())]
+    Sql {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        error: rusqlite::Error,
+    },
+    /// A newer program wrote it.
+    #[error("{path} has tables of version {found}, this program knows version {VERSION}", path = path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// What it has.
+        found: i64,
+    },
+}
+
+/// What kind of thing happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EventKind {
+    /// The station or a segment of it began or ended.
+    Station,
+    /// A slave came or went.
+    Bus,
+    /// A gauge reports a fault, or does no longer.
+    Gauge,
+    /// Somebody did something.
+    Command,
+    /// Somebody wrote something down.
+    Note,
+}
+
+impl EventKind {
+    const ALL: [Self; 5] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note];
+
+    /// As it stands in the file.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Station => "station",
+            Self::Bus => "bus",
+            Self::Gauge => "gauge",
+            Self::Command => "command",
+            Self::Note => "note",
+        }
+    }
+
+    /// The kind with this word.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.word() == word)
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    /// When.
+    pub at: Micros,
+    /// To which gauge, by its name.
+    pub gauge: Option<String>,
+    /// What kind of thing.
+    pub kind: EventKind,
+    /// One sentence.
+    pub text: String,
+}
+
+/// How long what is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Retention {
+    /// Samples.
+    pub samples: Duration,
+    /// Spans of 10 s, 2 min, 30 min and 6 h; for ever where nothing is said.
+    pub spans: [Option<Duration>; LEVELS.len()],
+}
+
+const DAY: Duration = Duration::from_secs(86_400);
+
+impl Default for Retention {
+    /// free choice, after what large sites keep: samples for two years, 10 s for five, everything coarser for ever.
+    fn default() -> Self {
+        Self { samples: DAY.saturating_mul(730), spans: [Some(DAY.saturating_mul(1826)), None, None, None] }
+    }
+}
+
+/// At most so many rows are deleted in one transaction: recording goes on meanwhile.
+const DELETIONS: u32 = 20_000;
+
+/// The file, open for writing.
+pub struct Store {
+    path: PathBuf,
+    connection: Connection,
+    gauges: HashMap<String, i64>,
+}
+
+impl Store {
+    /// Opens the file, or makes it.
+    ///
+    /// # Errors
+    /// [`StoreError`] when it cannot be used.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let failed = |error| StoreError::Sql { path: path.to_owned(), error };
+        let connection = Connection::open(path).map_err(failed)?;
+        prepare(&connection).map_err(failed)?;
+        let found = version(&connection).map_err(failed)?;
+        match found {
+            0 => create(&connection).map_err(failed)?,
+            VERSION => {}
+            found => return Err(StoreError::Version { path: path.to_owned(), found }),
+        }
+        Ok(Self { path: path.to_owned(), connection, gauges: HashMap::new() })
+    }
+
+    /// The number of a gauge in the file.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be written.
+    pub fn gauge(&mut self, name: &str) -> Result<i64, StoreError> {
+        if let Some(number) = self.gauges.get(name) {
+            return Ok(*number);
+        }
+        let number = number_of(&self.connection, name).map_err(|error| self.failed(error))?;
+        self.gauges.insert(name.to_owned(), number);
+        Ok(number)
+    }
+
+    /// Writes everything of a second, or nothing of it.
+    ///
+    /// # Errors
+    /// [`StoreError`] when nothing was written.
+    pub fn write(
+        &mut self,
+        samples: &[(i64, Sample)],
+        additions: &Additions,
+        events: &[Event],
+    ) -> Result<(), StoreError> {
+        let numbers: Vec<_> = events
+            .iter()
+            .map(|event| event.gauge.as_deref().map(|name| self.gauge(name)).transpose())
+            .collect::<Result<_, _>>()?;
+        let written = self.connection.transaction().and_then(|transaction| {
+            insert_samples(&transaction, samples)?;
+            add_spans(&transaction, additions)?;
+            insert_events(&transaction, events, &numbers)?;
+            transaction.commit()
+        });
+        written.map_err(|error| self.failed(error))
+    }
+
+    /// Deletes some of what is older than it is to be kept. Says whether there may be more.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be written.
+    pub fn prune(&mut self, retention: &Retention, now: Micros) -> Result<bool, StoreError> {
+        let deleted = self.delete_old(retention, now).map_err(|error| self.failed(error))?;
+        if deleted > 0 {
+            // Room in the file is given back to the disk in small pieces.
+            self.connection.execute_batch("PRAGMA incremental_vacuum(500)").map_err(|error| self.failed(error))?;
+        }
+        Ok(deleted >= DELETIONS as usize)
+    }
+
+    fn delete_old(&self, retention: &Retention, now: Micros) -> rusqlite::Result<usize> {
+        let mut deleted = self
+            .connection
+            .prepare_cached(
+                "DELETE FROM sample WHERE (gauge, at) IN (
+                     SELECT gauge, at FROM gauge JOIN sample ON sample.gauge = gauge.id AND at < ?1 LIMIT ?2)",
+            )?
+            .execute(params![now.before(retention.samples).0, DELETIONS])?;
+        for (level, kept) in LEVELS.iter().zip(retention.spans) {
+            let Some(kept) = kept else { continue };
+            deleted = deleted.saturating_add(
+                self.connection
+                    .prepare_cached(
+                        "DELETE FROM rollup WHERE (level, gauge, start) IN (
+                             SELECT level, gauge, start FROM gauge
+                             JOIN rollup ON rollup.gauge = gauge.id AND level = ?1 AND start < ?2 LIMIT ?3)",
+                    )?
+                    .execute(params![level.number, now.before(kept).0, DELETIONS])?,
+            );
+        }
+        Ok(deleted)
+    }
+
+    fn failed(&self, error: rusqlite::Error) -> StoreError {
+        StoreError::Sql { path: self.path.clone(), error }
+    }
+}
+
+/// Opens a file for reading; a file that is not there is an error.
+///
+/// # Errors
+/// What SQLite says.
+pub fn open_to_read(path: &Path) -> Result<Connection, StoreError> {
+    let failed = |error| StoreError::Sql { path: path.to_owned(), error };
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags).map_err(failed)?;
+    connection.busy_timeout(PATIENCE).map_err(failed)?;
+    match version(&connection).map_err(failed)? {
+        VERSION => Ok(connection),
+        found => Err(StoreError::Version { path: path.to_owned(), found }),
+    }
+}
+
+/// How long one connection waits for another.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+fn prepare(connection: &Connection) -> rusqlite::Result<()> {
+    connection.busy_timeout(PATIENCE)?;
+    // auto_vacuum must be chosen before the first table.
+    connection.execute_batch(
+        "PRAGMA auto_vacuum = INCREMENTAL;
+         PRAGMA journal_mode = WAL;
+         PRAGMA synchronous = FULL;
+         PRAGMA foreign_keys = ON;",
+    )
+}
+
+fn version(connection: &Connection) -> rusqlite::Result<i64> {
+    connection.query_row("PRAGMA user_version", [], |row| row.get(0))
+}
+
+fn create(connection: &Connection) -> rusqlite::Result<()> {
+    connection.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {VERSION}; COMMIT;"))
+}
+
+fn number_of(connection: &Connection, name: &str) -> rusqlite::Result<i64> {
+    let known = connection.query_row("SELECT id FROM gauge WHERE name = ?1", [name], |row| row.get(0)).optional()?;
+    match known {
+        Some(number) => Ok(number),
+        None => {
+            connection.execute("INSERT INTO gauge (name) VALUES (?1)", [name])?;
+            Ok(connection.last_insert_rowid())
+        }
+    }
+}
+
+/// A sample that is there already stays as it is: the ring brings some twice.
+fn insert_samples(transaction: &Transaction<'_>, samples: &[(i64, Sample)]) -> rusqlite::Result<()> {
+    let mut insert = transaction.prepare_cached("INSERT OR IGNORE INTO sample VALUES (?1, ?2, ?3, ?4)")?;
+    for (gauge, sample) in samples {
+        insert.execute(params![gauge, sample.at.0, sample.pa, sample.quality as u8])?;
+    }
+    Ok(())
+}
+
+fn add_spans(transaction: &Transaction<'_>, additions: &Additions) -> rusqlite::Result<()> {
+    let mut add = transaction.prepare_cached(
+        "INSERT INTO rollup VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)
+         ON CONFLICT DO UPDATE SET
+             low       = min(ifnull(low, excluded.low), ifnull(excluded.low, low)),
+             high      = max(ifnull(high, excluded.high), ifnull(excluded.high, high)),
+             decades   = decades + excluded.decades,
+             count     = count + excluded.count,
+             qualities = qualities | excluded.qualities",
+    )?;
+    for (key, extent) in additions.iter() {
+        add.execute(params![
+            key.level,
+            key.gauge,
+            key.start.0,
+            extent.low,
+            extent.high,
+            extent.decades,
+            extent.count,
+            extent.qualities.0
+        ])?;
+    }
+    Ok(())
+}
+
+fn insert_events(transaction: &Transaction<'_>, events: &[Event], gauges: &[Option<i64>]) -> rusqlite::Result<()> {
+    let mut insert = transaction.prepare_cached("INSERT INTO event (at, gauge, kind, text) VALUES (?1, ?2, ?3, ?4)")?;
+    for (event, gauge) in events.iter().zip(gauges) {
+        insert.execute(params![event.at.0, gauge, event.kind.word(), event.text])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,58 @@
+//! The dashboard, as it was built, embedded in the program.
+
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::{StatusCode, Uri};
+use axum::response::{IntoResponse, Response};
+use include_dir::{Dir, include_dir};
+
+static DASHBOARD: Dir<'_> = include_dir!("$OUT_DIR/web/dist");
+
+/// The page, for every path that the dashboard knows and for those it does not.
+const PAGE: &str = "index.html";
+
+/// Names below this carry a hash of what they hold: they never change.
+const HASHED: &str = "assets/";
+
+/// A file of the dashboard, or its page.
+pub async fn file(uri: Uri) -> Response {
+    let name = uri.path().trim_start_matches('/');
+    let file = DASHBOARD.get_file(name);
+    if file.is_none() && name.starts_with(HASHED) {
+        return StatusCode::NOT_FOUND.into_response();
+    }
+    let (name, kept) = match file {
+        Some(_) if name.starts_with(HASHED) => (name, "public, max-age=31536000, immutable"),
+        Some(_) => (name, "no-cache"),
+        None => (PAGE, "no-cache"),
+    };
+    let contents = DASHBOARD.get_file(name).map_or(&[][..], |file| file.contents());
+    ([(CONTENT_TYPE, kind(name)), (CACHE_CONTROL, kept)], contents).into_response()
+}
+
+fn kind(name: &str) -> &'static str {
+    match name.rsplit('.').next() {
+        Some("html") => "text/html; charset=utf-8",
+        Some("js") => "text/javascript; charset=utf-8",
+        Some("css") => "text/css; charset=utf-8",
+        Some("svg") => "image/svg+xml",
+        Some("json" | "webmanifest") => "application/json",
+        _ => "application/octet-stream",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_and_its_script_are_embedded() {
+        let page = DASHBOARD.get_file(PAGE).and_then(|file| file.contents_utf8()).unwrap();
+        assert!(page.contains("<div id=\"app\">"), "{page}");
+        let assets: Vec<_> =
+            DASHBOARD.get_dir("assets").unwrap().files().map(|file| file.path().to_str().unwrap()).collect();
+        assert!(
+            assets.iter().any(|name| kind(name).starts_with("text/javascript") && page.contains(name)),
+            "{assets:?}"
+        );
+    }
+}

@@ -1,0 +1,249 @@
+//! What the API answers, and how it refuses.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+use axum::body::{Body, to_bytes};
+use axum::http::{Request, Response};
+use profivac_station::api::{description, router};
+use profivac_station::plant::{Plant, Question, Scenery};
+use profivac_station::recorder::{Band, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_station::view::{Block, Gauge, Reading, Segment, SegmentState, Standing};
+use serde_json::Value;
+use std::sync::Arc;
+use std::time::Duration;
+use tempfile::TempDir;
+use tower::ServiceExt;
+
+const NEW_YEAR_MS: i64 = 1_767_225_600_000;
+
+struct Desk {
+    _folder: TempDir,
+    plant: Arc<Plant>,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plant.db");
+        let for_ever = Duration::from_secs(1_000_000_000);
+        let settings = Settings {
+            band: Band { decades: 0.0, longest: Duration::ZERO },
+            retention: Retention { samples: for_ever, spans: [None; 4] },
+            ..Settings::default()
+        };
+        let recorder = Recorder::start(&file, settings).unwrap();
+        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        plant.show(scenery());
+        Self { _folder: folder, plant }
+    }
+
+    /// The status, the type and the text of an answer.
+    fn get(&self, path: &str) -> (u16, String, String) {
+        let (response, text) = self.ask(path);
+        let kind = response.headers().get("content-type").map_or("", |kind| kind.to_str().unwrap()).to_owned();
+        (response.status().as_u16(), kind, text)
+    }
+
+    fn ask(&self, path: &str) -> (Response<()>, String) {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        runtime.block_on(async {
+            let request = Request::get(path).body(Body::empty()).unwrap();
+            let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
+            let (head, body) = response.into_parts();
+            let text = String::from_utf8(to_bytes(body, usize::MAX).await.unwrap().to_vec()).unwrap();
+            (Response::from_parts(head, ()), text)
+        })
+    }
+
+    fn json(&self, path: &str) -> Value {
+        let (status, kind, text) = self.get(path);
+        assert_eq!((status, kind.as_str()), (200, "application/json"), "{path}: {text}");
+        serde_json::from_str(&text).unwrap()
+    }
+
+    /// What is wrong with a request.
+    fn problem(&self, path: &str) -> (u16, String) {
+        let (status, kind, text) = self.get(path);
+        assert_eq!(kind, "application/json", "{path}: {text}");
+        let json: Value = serde_json::from_str(&text).unwrap();
+        (status, json["problem"].as_str().unwrap().to_owned())
+    }
+
+    fn record(&self, second: i64, pa: f64) {
+        let at = Micros((NEW_YEAR_MS + second * 1000) * 1000);
+        self.plant.recorder().push(&Arc::from("chamber"), Sample::new(at, Some(pa), Quality::Valid));
+    }
+}
+
+fn scenery() -> Scenery {
+    let reading = Reading {
+        series: "chamber".to_owned(),
+        instance: 2,
+        principle: Some("hot-cathode"),
+        pa: Some(1e-4),
+        corrected_pa: Some(8e-5),
+        quality: "valid",
+    };
+    let gauge = Gauge {
+        name: "chamber".to_owned(),
+        segment: "hall".to_owned(),
+        address: 5,
+        device: "bcg450".to_owned(),
+        standing: Standing::Exchanging,
+        trouble: None,
+        exceptions: Vec::new(),
+        gas: "ar".to_owned(),
+        levels: Vec::new(),
+        readings: vec![reading],
+        age_ms: Some(12),
+    };
+    let segment = Segment {
+        name: "hall".to_owned(),
+        port: "/dev/ttyUSB0".to_owned(),
+        baud: 19200,
+        master: 0,
+        state: SegmentState::Running,
+        trouble: None,
+        cycle_ms: Some(20.0),
+        damaged: 0,
+        stations: Vec::new(),
+    };
+    Scenery { segment, gauges: vec![gauge] }
+}
+
+#[test]
+fn what_is_seen_is_told() {
+    let desk = Desk::new();
+    assert_eq!(desk.json("/api/station")["name"], "Target hall");
+    assert_eq!(desk.json("/api/segments")[0]["state"], "running");
+    let gauge = desk.json("/api/gauges/chamber");
+    assert_eq!(gauge, desk.json("/api/gauges")[0]);
+    assert_eq!((&gauge["standing"], &gauge["readings"][0]["pa"]), (&"exchanging".into(), &1e-4.into()));
+    assert_eq!(desk.problem("/api/gauges/nobody"), (404, "there is no gauge \"nobody\"".to_owned()));
+}
+
+#[test]
+fn a_segment_that_is_gone_is_not_shown() {
+    let desk = Desk::new();
+    desk.plant.forget("hall");
+    assert_eq!(desk.json("/api/segments"), Value::Array(Vec::new()));
+    assert_eq!(desk.json("/api/gauges"), Value::Array(Vec::new()));
+}
+
+#[test]
+fn blocks_are_asked_of_the_segment() {
+    let desk = Desk::new();
+    assert_eq!(desk.problem("/api/gauges/nobody/blocks").0, 404);
+    let questions = desk.plant.take_questions("hall");
+    let answering = std::thread::spawn(move || {
+        let Question::Blocks(gauge, answer) = questions.recv().unwrap();
+        answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
+        let Question::Blocks(_, answer) = questions.recv().unwrap();
+        answer.send(Err("the gauge does not answer".to_owned())).unwrap();
+    });
+    assert_eq!(desk.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
+    assert_eq!(desk.problem("/api/gauges/chamber/blocks"), (503, "the gauge does not answer".to_owned()));
+    answering.join().unwrap();
+    assert_eq!(desk.problem("/api/gauges/chamber/blocks").0, 503);
+}
+
+#[test]
+fn a_trend_has_an_entry_for_every_pixel_with_something_in_it() {
+    let desk = Desk::new();
+    (0..100).for_each(|second| desk.record(second, if second < 50 { 1e-3 } else { 1e-5 }));
+    assert!(desk.plant.recorder().flush());
+    let to = NEW_YEAR_MS + 100_000;
+    let trend = desk.json(&format!("/api/trend?series=chamber&from={NEW_YEAR_MS}&to={to}&pixels=10"));
+    assert_eq!(trend["start_ms"].as_array().unwrap().len(), 10);
+    assert_eq!((&trend["high"][4], &trend["low"][5]), (&1e-3.into(), &1e-5.into()));
+    assert_eq!(trend["qualities"][0], 1);
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_with_a_sentence() {
+    let desk = Desk::new();
+    for (path, sentence) in [
+        ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, got 2 and 1"),
+        ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, got 0"),
+        ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, got 99999"),
+        ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, got -1"),
+        ("/api/rise?series=a&from=1&to=2", "expected at least 8 samples, got 0"),
+    ] {
+        assert_eq!(desk.problem(path), (400, sentence.to_owned()), "{path}");
+    }
+    for path in ["/api/trend", "/api/trend?series=a&from=x&to=2", "/api/events?from=1", "/api/export.csv"] {
+        assert_eq!(desk.problem(path).0, 400, "{path}");
+    }
+    assert_eq!(desk.problem("/api/no/such/thing").0, 404);
+}
+
+#[test]
+fn extreme_times_are_times() {
+    let desk = Desk::new();
+    desk.record(0, 1.0);
+    assert!(desk.plant.recorder().flush());
+    let (from, to) = (i64::MIN, i64::MAX);
+    assert_eq!(
+        desk.json(&format!("/api/trend?series=chamber&from={from}&to={to}"))["start_ms"].as_array().unwrap().len(),
+        1
+    );
+    assert_eq!(desk.json(&format!("/api/events?from={from}&to={to}")), Value::Array(Vec::new()));
+}
+
+#[test]
+fn a_rise_is_told_apart() {
+    let desk = Desk::new();
+    (0..300).for_each(|second| desk.record(second, 1e-4 + 1e-6 * second as f64));
+    assert!(desk.plant.recorder().flush());
+    let to = NEW_YEAR_MS + 300_000;
+    let rise = desk.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}&volume_m3=0.1"));
+    assert!((rise["leak_pa_m3_per_s"].as_f64().unwrap() / 1e-7 - 1.0).abs() < 1e-3, "{rise}");
+    assert!(rise["bend_pa"].is_null());
+}
+
+#[test]
+fn events_come_latest_first() {
+    let desk = Desk::new();
+    desk.plant.note(Some("chamber"), EventKind::Gauge, "emission is on");
+    desk.plant.note(None, EventKind::Station, "the station begins");
+    let events = desk.json(&format!("/api/events?from=0&to={}", i64::MAX));
+    let texts: Vec<_> = events.as_array().unwrap().iter().map(|event| event["text"].as_str().unwrap()).collect();
+    assert_eq!(texts, ["the station begins", "emission is on"]);
+    assert_eq!((&events[1]["gauge"], &events[1]["kind"]), (&"chamber".into(), &"gauge".into()));
+}
+
+#[test]
+fn an_export_is_a_table_to_be_saved() {
+    let desk = Desk::new();
+    desk.record(0, 1e-3);
+    assert!(desk.plant.recorder().flush());
+    let (status, kind, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1));
+    assert_eq!((status, kind.as_str()), (200, "text/csv; charset=utf-8"));
+    assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
+}
+
+#[test]
+fn every_answer_is_guarded() {
+    let desk = Desk::new();
+    for path in ["/api/station", "/api/no/such/thing"] {
+        let (response, _) = desk.ask(path);
+        let header = |name: &str| response.headers().get(name).map(|value| value.to_str().unwrap().to_owned());
+        assert_eq!(header("x-content-type-options").as_deref(), Some("nosniff"), "{path}");
+        assert_eq!(header("x-frame-options").as_deref(), Some("DENY"));
+        assert_eq!(header("cache-control").as_deref(), Some("no-store"));
+        assert!(header("content-security-policy").unwrap().starts_with("default-src 'self'"));
+    }
+}
+
+#[test]
+fn the_description_names_every_path() {
+    let description: Value = serde_json::from_str(&description()).unwrap();
+    let described: Vec<_> = description["paths"].as_object().unwrap().keys().cloned().collect();
+    let desk = Desk::new();
+    assert_eq!(described.len(), 10);
+    for path in described.iter().filter(|path| *path != "/api/live" && !path.contains("blocks")) {
+        let (status, _, text) = desk.get(&path.replace("{name}", "chamber"));
+        assert!(status == 200 || status == 400, "{path}: {text}");
+    }
+    assert_eq!(desk.json("/api/openapi.json"), description);
+}

@@ -1,0 +1,231 @@
+//! What the recorder takes, keeps and gives back.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+use profivac_station::recorder::{
+    Band, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
+};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+use tempfile::TempDir;
+
+const DAY: i64 = 86_400 * Micros::SECOND;
+
+/// 2026-01-01.
+const NEW_YEAR: i64 = 1_767_225_600 * Micros::SECOND;
+
+struct Desk {
+    _folder: TempDir,
+    path: PathBuf,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        Self { _folder: folder, path }
+    }
+
+    fn recorder(&self, settings: Settings) -> Recorder {
+        Recorder::start(&self.path, settings).unwrap()
+    }
+
+    fn reader(&self) -> Reader {
+        Reader::open(&self.path).unwrap()
+    }
+}
+
+/// Everything is kept, nothing ever deleted.
+fn everything() -> Settings {
+    let for_ever = Duration::from_secs(1_000_000_000);
+    Settings {
+        band: Band { decades: 0.0, longest: Duration::ZERO },
+        around: Duration::from_secs(5),
+        retention: Retention { samples: for_ever, spans: [None; 4] },
+    }
+}
+
+fn at(second: i64) -> Micros {
+    Micros(NEW_YEAR + second * Micros::SECOND)
+}
+
+fn valid(second: i64, pa: f64) -> Sample {
+    Sample::new(at(second), Some(pa), Quality::Valid)
+}
+
+fn gauge() -> Arc<str> {
+    Arc::from("chamber")
+}
+
+#[test]
+fn what_was_pushed_comes_back_with_its_quality() {
+    let desk = Desk::new();
+    let samples = [
+        valid(0, 1e-6),
+        Sample::new(at(1), Some(1e-8), Quality::Under),
+        Sample::new(at(2), None, Quality::Invalid),
+        Sample::gap(at(3)),
+        Sample::new(at(4), Some(1e5), Quality::Over),
+    ];
+    let recorder = desk.recorder(everything());
+    samples.iter().for_each(|sample| recorder.push(&gauge(), *sample));
+    assert!(recorder.flush());
+    assert_eq!(desk.reader().samples("chamber", at(0), at(10)).unwrap(), samples);
+    assert_eq!(desk.reader().gauges().unwrap(), ["chamber"]);
+    assert_eq!(desk.reader().samples("nobody", at(0), at(10)).unwrap(), []);
+}
+
+#[test]
+fn a_steady_pressure_takes_little_room_and_its_end_is_known() {
+    let desk = Desk::new();
+    let recorder = desk.recorder(Settings { retention: everything().retention, ..Settings::default() });
+    (0..600).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
+    drop(recorder);
+    let kept = desk.reader().samples("chamber", at(0), at(1000)).unwrap();
+    let seconds: Vec<_> = kept.iter().map(|sample| (sample.at.0 - NEW_YEAR) / Micros::SECOND).collect();
+    assert_eq!(seconds, [0, 60, 120, 180, 240, 300, 360, 420, 480, 540, 599]);
+}
+
+#[test]
+fn around_an_event_every_sample_is_kept() {
+    let desk = Desk::new();
+    let settings =
+        Settings { around: Duration::from_secs(5), retention: everything().retention, ..Settings::default() };
+    let recorder = desk.recorder(settings);
+    (0..20).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
+    let event =
+        Event { at: at(19), gauge: Some("chamber".to_owned()), kind: EventKind::Gauge, text: "degas".to_owned() };
+    assert!(recorder.event(event.clone()));
+    (20..40).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
+    assert!(recorder.flush());
+    let kept = desk.reader().samples("chamber", at(0), at(100)).unwrap();
+    let seconds: Vec<_> = kept.iter().map(|sample| (sample.at.0 - NEW_YEAR) / Micros::SECOND).collect();
+    assert_eq!(seconds, [0, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24]);
+    assert_eq!(desk.reader().events(at(0), at(100), 10).unwrap(), [event]);
+}
+
+#[test]
+fn a_picture_shows_extremes_at_every_zoom() {
+    let desk = Desk::new();
+    let recorder = desk.recorder(everything());
+    // A day at a sample a second, with one second of 1 Pa in it.
+    for second in 0..86_400 {
+        recorder.push(&gauge(), valid(second, if second == 40_000 { 1.0 } else { 1e-6 }));
+        assert!(second % 10_000 != 0 || recorder.flush());
+    }
+    assert!(recorder.flush());
+    assert_eq!(recorder.health().lost, 0);
+    let reader = desk.reader();
+    for (from, to, pixels) in
+        [(0, 86_400, 2000), (0, 86_400, 100), (0, 86_400, 4), (39_000, 41_000, 2000), (30_000, 50_000, 300)]
+    {
+        let bins = reader.draw("chamber", at(from), at(to), pixels).unwrap();
+        assert!(bins.len() <= pixels as usize + 1, "{} bins in {pixels} pixels", bins.len());
+        assert!(bins.windows(2).all(|pair| pair[0].start < pair[1].start));
+        let highest = bins.iter().filter_map(|bin| bin.extent.high).fold(0.0, f64::max);
+        let lowest = bins.iter().filter_map(|bin| bin.extent.low).fold(1e9, f64::min);
+        assert_eq!((lowest, highest), (1e-6, 1.0), "{pixels} pixels");
+        let mean = bins[0].extent.mean().unwrap();
+        assert!((mean.log10() + 6.0).abs() < 0.01 || pixels == 4, "{mean}");
+    }
+}
+
+#[test]
+fn gaps_are_bins_that_say_so_or_are_not_there() {
+    let desk = Desk::new();
+    let recorder = desk.recorder(everything());
+    (0..100).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
+    recorder.push(&gauge(), Sample::gap(at(100)));
+    (200..300).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
+    assert!(recorder.flush());
+    let bins = desk.reader().draw("chamber", at(0), at(300), 30).unwrap();
+    let missing: Vec<_> = bins.iter().filter(|bin| bin.extent.count == 0).collect();
+    assert_eq!(bins.len(), 21);
+    assert_eq!(missing.len(), 1);
+    assert!(missing[0].extent.qualities.contains(Quality::Gap));
+}
+
+#[test]
+fn a_recorder_that_begins_again_goes_on_in_the_same_spans() {
+    let desk = Desk::new();
+    for first in [0, 5] {
+        let recorder = desk.recorder(everything());
+        (first..first + 5).for_each(|second| recorder.push(&gauge(), valid(second, 10_f64.powi(second as i32))));
+    }
+    let bins = desk.reader().draw("chamber", at(0), at(100_000), 10).unwrap();
+    assert_eq!(bins.len(), 1);
+    let extent = bins[0].extent;
+    assert_eq!((extent.low, extent.high, extent.count), (Some(1.0), Some(1e9), 10));
+}
+
+#[test]
+fn what_is_old_goes_and_what_is_coarse_stays() {
+    let desk = Desk::new();
+    let now = Micros::now();
+    let old = Micros(now.0 - 30 * DAY);
+    let retention = Retention {
+        samples: Duration::from_secs(86_400),
+        spans: [Some(Duration::from_secs(10 * 86_400)), None, None, None],
+    };
+    let recorder = desk.recorder(Settings { retention, ..everything() });
+    for begin in [old, now] {
+        (0..10).for_each(|second| {
+            recorder.push(&gauge(), Sample::new(Micros(begin.0 + second * Micros::SECOND), Some(1.0), Quality::Valid))
+        });
+    }
+    // The first transaction is followed by the first look for what is old.
+    assert!(recorder.flush());
+    drop(recorder);
+    let reader = desk.reader();
+    let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
+    assert_eq!(samples.len(), 10);
+    assert!(samples.iter().all(|sample| sample.at >= now));
+    let count = |pixels: i64| {
+        let to = Micros(old.0 + 100 * Micros::SECOND);
+        reader.draw("chamber", old, to, u32::try_from(100 / pixels).unwrap()).unwrap().len()
+    };
+    assert_eq!(count(10), 0, "spans of 10 s are as old as they may be");
+    let year = reader.draw("chamber", Micros(old.0 - DAY), Micros(old.0 + DAY), 100).unwrap();
+    assert_eq!(year.iter().map(|bin| bin.extent.count).sum::<u32>(), 10, "coarser spans are kept");
+}
+
+#[test]
+fn an_export_is_csv_that_anybody_reads() {
+    let desk = Desk::new();
+    let recorder = desk.recorder(everything());
+    let odd: Arc<str> = Arc::from("pump, \"fore\"");
+    recorder.push(&odd, valid(0, 1.5e-6));
+    recorder.push(&odd, Sample::gap(at(1)));
+    assert!(recorder.flush());
+    let mut csv = Vec::new();
+    let reader = desk.reader();
+    assert_eq!(reader.export(&reader.gauges().unwrap(), at(0), at(10), &mut csv).unwrap(), 2);
+    let expected = "\
+time,gauge,pressure_pa,quality
+2026-01-01T00:00:00.000000Z,\"pump, \"\"fore\"\"\",1.5e-6,valid
+2026-01-01T00:00:01.000000Z,\"pump, \"\"fore\"\"\",,gap
+";
+    assert_eq!(String::from_utf8(csv).unwrap(), expected);
+}
+
+#[test]
+fn a_file_that_is_none_is_told_with_its_name() {
+    let desk = Desk::new();
+    std::fs::write(&desk.path, "no database at all, but long enough to have a header of a hundred octets or so, which is what is looked at first").unwrap();
+    let complaint = Recorder::start(&desk.path, Settings::default()).map(drop).unwrap_err().to_string();
+    assert_eq!(complaint, format!("{}: file is not a database", desk.path.display()));
+    let missing = desk.path.with_file_name("missing.db");
+    assert!(Reader::open(&missing).map(drop).unwrap_err().to_string().starts_with(&missing.display().to_string()));
+}
+
+#[test]
+fn a_file_of_a_newer_program_is_left_alone() {
+    let desk = Desk::new();
+    drop(desk.recorder(Settings::default()));
+    let connection = rusqlite::Connection::open(&desk.path).unwrap();
+    connection.execute_batch("PRAGMA user_version = 2").unwrap();
+    drop(connection);
+    let complaint = Recorder::start(&desk.path, Settings::default()).map(drop).unwrap_err().to_string();
+    assert_eq!(complaint, format!("{} has tables of version 2, this program knows version 1", desk.path.display()));
+}
