@@ -68,7 +68,7 @@ fn a_scenario_ends_with_its_verdict() {
             1,
             "9: after 1 s: expected chamber to have below 1.000e0 mbar, got 1.013e3 mbar\nprofivac: one expectation",
         ),
-        ("belwo = \"1 mbar\"", 2, "9:32: unknown field `belwo`, expected one of `volume`, `device`"),
+        ("belwo = \"1 mbar\"", 2, "9:33: unknown field `belwo`, expected one of `volume`, `device`"),
     ] {
         let file = scenario(expected);
         let path = file.path().to_str().unwrap();

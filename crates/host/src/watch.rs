@@ -4,7 +4,9 @@ use crate::instrument::DEVICES;
 use crate::live::{SlaveSeen, look};
 use crate::ms2::{self, Ms2Error};
 use crate::tool::{Reply, Tool, ToolError};
-use profivac_devices::model::{Configuration, Counts, Direction, Field, Format, Model, NumberType, Scale, Unit, UserPrm, Via};
+use profivac_devices::model::{
+    Configuration, Counts, Direction, Field, Format, Model, NumberType, Scale, Unit, UserPrm, Via,
+};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::master::{SlaveParameters, services};
 use std::time::Instant;

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod curves;
+mod picture;
 mod wrong;
 
 use profivac_dp::link::Baud;
