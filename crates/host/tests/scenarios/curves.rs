@@ -98,8 +98,7 @@ fn a_pump_down_is_seen_by_every_gauge_where_it_can() {
     let (names, coarse) = record(&scenario, &times(11.0, 3600.0, 8));
     golden("tests/golden/curves/pump-down.txt", &table(&names, &coarse));
     let (names, fine) = record(&scenario, &times(11.0, 3600.0, 60));
-    let curves =
-        curves(&names, &fine, |name| name.starts_with('b') || name.starts_with("pcg") && !name.contains("Atm"));
+    let curves = curves(&names, &fine, |name| !name.starts_with("psg") && !name.contains("Atmosphere"));
     let picture = Picture { title: "Pump-down of a clean chamber", x: "seconds", y: "mbar", curves };
     golden("docs/curves/pump-down.svg", &picture.svg());
 }

@@ -69,7 +69,7 @@ impl Picture<'_> {
             word(&mut svg, MARGIN - 6.0, at + 4.0, "end", &format!("1e{decade}"));
         }
         word(&mut svg, MARGIN + WIDTH / 2.0, HEIGHT + 1.7 * MARGIN, "middle", self.x);
-        word(&mut svg, MARGIN - 6.0, MARGIN - 14.0, "end", self.y);
+        word(&mut svg, MARGIN / 4.0, MARGIN - 14.0, "start", self.y);
         for (number, (curve, colour)) in self.curves.iter().zip(COLOURS.iter().cycle()).enumerate() {
             let points = curve.points.iter().map(|(x, y)| format!("{:.1},{:.1}", left(*x), top(*y)));
             let points = points.collect::<Vec<_>>().join(" ");
