@@ -8,7 +8,11 @@ use crate::scene::Scene;
 use profivac_devices::Report;
 use profivac_dp::slave::Relation;
 use profivac_vacuum::network::Volume;
+use profivac_vacuum::{Gas, Mixture};
 use std::fmt;
+
+/// What a grid that is degassed gives off, in Pa m^3/s. free choice: 1e-5 mbar l/s
+const DEGAS: f64 = 1e-6;
 
 /// Whether a master exchanges data with the devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,6 +126,7 @@ impl Run {
         {
             self.happen(event, &mut devices);
         }
+        self.degas(&devices);
         self.plant.network.advance(self.step_s);
         self.steps = self.steps.saturating_add(1);
         for device in devices {
@@ -137,6 +142,15 @@ impl Run {
         while self.seconds() + self.step_s <= seconds {
             self.step(scene.devices_mut());
             scene.run_until(self.seconds());
+        }
+    }
+
+    /// What is driven out of hot grids goes into the chamber.
+    fn degas(&mut self, devices: &[&mut VirtualDevice]) {
+        for volume in self.plant.volumes.values() {
+            let here = |device: &&&mut VirtualDevice| self.places.contains(&(device.place(), *volume));
+            let hot = devices.iter().filter(here).filter(|device| any(device.report().degas.iter())).count();
+            self.plant.network.load(*volume, &Mixture::pure(Gas::Co, DEGAS * hot as f64));
         }
     }
 
