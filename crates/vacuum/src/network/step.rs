@@ -16,7 +16,7 @@ use crate::series::{Edge, Lanes, Rates, Work, add, sum};
 const STANDS: f64 = 1e-6;
 
 /// It is made again with the mean of the rates if it is less than this, else halved.
-const BLENDS: f64 = 0.02;
+const BLENDS: f64 = 0.005;
 
 /// A step is halved if walls that slacken meanwhile would leave this part less in a volume.
 const SLACKENS: f64 = 2e-3;
