@@ -96,9 +96,9 @@ fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
 }
 
 /// On a segment in memory that is served in pieces of so many seconds; what is shown every ten seconds.
-fn on_a_bus(name: &str, piece_s: f64) -> (Run, Vec<Shown>) {
+fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
     let scenario = scenario(name);
-    let mut scene = scenario.scene(1, Baud::B187500).unwrap();
+    let mut scene = scenario.scene(1, baud).unwrap();
     let mut run = scenario.start(Bus::There);
     let mut trajectory = Vec::new();
     let mut served = 0.0;
@@ -115,17 +115,36 @@ fn on_a_bus(name: &str, piece_s: f64) -> (Run, Vec<Shown>) {
 
 #[test]
 fn a_master_finds_again_what_was_unplugged_or_without_power() {
-    let (run, _) = on_a_bus("bus", 1.0);
+    let (run, _) = on_a_bus("bus", Baud::B187500, 1.0);
     let findings: Vec<_> = run.findings().iter().map(ToString::to_string).collect();
     assert!(findings.is_empty(), "\n{}", findings.join("\n"));
 }
 
 #[test]
 fn the_trajectory_is_the_same_however_fast_it_is_run() {
-    let (_, slow) = on_a_bus("bus", 0.0371);
-    let (_, fast) = on_a_bus("bus", 3.0);
+    let (_, slow) = on_a_bus("bus", Baud::B187500, 0.0371);
+    let (_, fast) = on_a_bus("bus", Baud::B187500, 3.0);
     assert!(slow.len() >= 5 && slow.iter().all(|shown| shown.len() >= 5), "{slow:?}");
     assert_eq!(slow, fast);
+}
+
+/// Only where a device measures as soon as it has power: what the master does comes at other times at another rate.
+#[test]
+fn the_trajectory_is_the_same_at_any_rate_and_without_a_bus() {
+    let pcg = |trajectory: Vec<Shown>| -> Vec<Shown> {
+        let of_pcg = |shown: Shown| shown.into_iter().filter(|(place, ..)| *place == 3).collect();
+        trajectory.into_iter().map(of_pcg).collect()
+    };
+    let [slow, fast] = [Baud::B19200, Baud::B93750].map(|baud| pcg(on_a_bus("bus", baud, 10.0).1));
+    let mut alone = Vec::new();
+    run("bus", 10.0, |run, devices| {
+        if run.seconds() > 1.0 {
+            alone.push(shown(devices.iter()));
+        }
+    });
+    assert_eq!(slow, fast);
+    let alone = pcg(alone);
+    assert!(alone.len() >= 5 && alone.iter().zip(&slow).all(|(alone, bus)| alone == bus), "{alone:?}\n{slow:?}");
 }
 
 #[test]
