@@ -162,3 +162,8 @@ fn what_is_not_as_expected_is_told_with_its_line() {
     let told = run.findings().first().unwrap().to_string();
     assert!(told.starts_with("x.toml:32: after 300 s: expected bpg400@5 to show above 1.000e0 mbar, got "), "{told}");
 }
+
+#[test]
+fn the_demo_holds_what_it_expects() {
+    holds("demo");
+}
