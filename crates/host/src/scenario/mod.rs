@@ -23,7 +23,7 @@
 //! ```
 //!
 //! docs/scenarios.md has all keys. Everything is checked before anything starts; what is wrong is told with line, column and
-//! what was expected. The same file runs in [`Scene`](crate::scene::Scene)s, on real ports, and on devices without a bus,
+//! what was expected. The same file runs in [`Scene`]s, on real ports, and on devices without a bus,
 //! and [`Run`] takes the same steps everywhere, so that what the sensors see depends on the file alone.
 
 mod event;
