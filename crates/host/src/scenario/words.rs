@@ -62,7 +62,7 @@ pub const SPEED: Quantity = Quantity {
 /// A part, 0 to 1.
 pub const PART: Quantity = Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)] };
 
-/// A gas flow, in Pa m^3/s; those by molecules are counted at room temperature.
+/// A gas flow, in Pa m^3/s; that in sccm is no factor, but counted at room temperature.
 const FLOW: Quantity = Quantity {
     name: "a gas flow",
     example: "1e-5 mbar l/s",
@@ -73,20 +73,17 @@ impl Quantity {
     /// The number in SI.
     pub fn parse(&self, text: &Text) -> Result<f64, Wrong> {
         let written = text.get_ref().trim();
-        let end = written.find(|letter: char| letter.is_whitespace()).unwrap_or_else(|| number_end(written));
-        let (number, unit) = (written.get(..end).unwrap_or_default(), written.get(end..).unwrap_or_default().trim());
         let units = || self.units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         let wrong = || {
             let Self { name, example, .. } = self;
             Wrong::at(&text.span(), format!("expected {name} like {example:?} in {}, got {written:?}", units()))
         };
-        let factor = self.units.iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor).ok_or_else(wrong)?;
-        let number: f64 = number.parse().map_err(|_| wrong())?;
-        if number.is_finite() && number >= 0.0 {
-            Ok(if factor == 0.0 { flow_of_sccm(number) } else { number * factor })
-        } else {
-            Err(wrong())
-        }
+        let split = |(unit, factor): &(&str, f64)| {
+            let number: f64 = written.strip_suffix(unit)?.trim_end().parse().ok()?;
+            (number.is_finite() && number >= 0.0).then_some((number, *factor))
+        };
+        let (number, factor) = self.units.iter().find_map(split).ok_or_else(wrong)?;
+        Ok(if factor == 0.0 { flow_of_sccm(number) } else { number * factor })
     }
 
     /// The number in SI, above zero.
@@ -95,11 +92,6 @@ impl Quantity {
         let what = || format!("expected {} above zero, got {:?}", self.name, text.get_ref());
         if number > 0.0 { Ok(number) } else { Err(Wrong::at(&text.span(), what())) }
     }
-}
-
-/// Where the unit of "100l" begins. An exponent belongs to the number.
-fn number_end(text: &str) -> usize {
-    text.rfind(|letter: char| letter.is_ascii_digit() || letter == '.').map_or(0, |last| last + 1)
 }
 
 /// A gas flow, in Pa m^3/s.
