@@ -53,7 +53,8 @@ fn table() -> Result<(), String> {
         let ours = count("ours")?.unwrap_or(0.0) - count("minus")?.unwrap_or(0.0);
         let ours = ours / f64::from(row.units);
         let peer = count("peer")?.map_or_else(|| "-".to_owned(), |peer| format!("{peer:.0}"));
-        println!("| {} | {ours:.0} | {peer} | {} |", row.what, row.target);
+        let target = row.target.map_or_else(|| "-".to_owned(), |target| target.to_string());
+        println!("| {} | {ours:.0} | {peer} | {target} |", row.what);
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! A full segment as a master sees it: 124 slaves, two octets each way.
+//! A segment as a master sees it: 1 to 124 slaves, two octets each way.
 //!
 //! The slaves are real until they exchange data; from then on each answers with the same octets, so that only the master
 //! is counted. Both masters are called when they have something to do, and no oftener: ours says when that is, profirust is
@@ -17,8 +17,8 @@ use profivac_wire::control::{Control, Status};
 use profivac_wire::{Frame, Telegram};
 use std::hint::black_box;
 
-/// How many slaves there are, at the addresses 1 and up.
-const SLAVES: u8 = 124;
+/// The most slaves there are, at the addresses 1 and up.
+const MOST: u8 = 124;
 /// Two octets in, two octets out.
 const CFG: [u8; 2] = [0x11, 0x21];
 /// How long a slave waits before it answers.
@@ -26,6 +26,7 @@ const T_SDR_TBIT: u64 = 11;
 
 /// The slaves.
 struct Segment {
+    /// At the addresses 1 and up.
     slaves: Vec<Slave<Mirror>>,
     /// What each answers to Data_Exchange.
     inputs: Vec<Vec<u8>>,
@@ -37,12 +38,12 @@ struct Segment {
 }
 
 impl Segment {
-    fn new() -> Self {
+    fn new(slaves: u8) -> Self {
         let inputs = |sa| Frame { fc: Control::slave(Status::DataLow).to_octet(), du: &[1, 2], ..status(sa) };
         Self {
-            slaves: (1..=SLAVES).map(|address| Slave::new(Mirror::default(), address, BAUD)).collect(),
-            inputs: (1..=SLAVES).map(|sa| telegram(inputs(sa))).collect(),
-            statuses: (1..=SLAVES).map(|sa| telegram(status(sa))).collect(),
+            slaves: (1..=slaves).map(|address| Slave::new(Mirror::default(), address, BAUD)).collect(),
+            inputs: (1..=slaves).map(|sa| telegram(inputs(sa))).collect(),
+            statuses: (1..=slaves).map(|sa| telegram(status(sa))).collect(),
             answer: Vec::new(),
             exchanges: 0,
         }
@@ -52,11 +53,11 @@ impl Segment {
     fn answer(&mut self, end: BitTime, octets: &[u8]) -> Option<&[u8]> {
         match octets {
             // An SD2 without access points: Data_Exchange.
-            [0x68, _, _, _, da @ 1..=SLAVES, ..] => {
+            [0x68, _, _, _, da @ 1..=MOST, ..] => {
                 self.exchanges += 1;
                 self.inputs.get(usize::from(*da) - 1).map(Vec::as_slice)
             }
-            [0x10, da @ 1..=SLAVES, _, 0x49, ..] => self.statuses.get(usize::from(*da) - 1).map(Vec::as_slice),
+            [0x10, da @ 1..=MOST, _, 0x49, ..] => self.statuses.get(usize::from(*da) - 1).map(Vec::as_slice),
             // The token, and Global_Control.
             [0xDC, ..] | [0x68, _, _, _, 0xFF, ..] => None,
             _ => self.ask(end, octets),
@@ -76,7 +77,7 @@ fn status(sa: u8) -> Frame<'static> {
 }
 
 /// Our master.
-struct Ours {
+pub(crate) struct Ours {
     station: Active<Master<124, 4>>,
     receiver: Receiver,
     segment: Segment,
@@ -84,18 +85,32 @@ struct Ours {
 }
 
 impl Ours {
-    fn new() -> Self {
+    /// All slaves exchange data.
+    pub(crate) fn exchanging(slaves: u8) -> Self {
+        let mut master = Self::new(slaves);
+        while master.station.user.exchanging() < usize::from(slaves) {
+            master.step();
+        }
+        master
+    }
+
+    fn new(slaves: u8) -> Self {
         let mut station = Master::on(BusParameters::new(MASTER, BAUD), Settings::new(BAUD), BitTime(0));
-        for address in 1..=SLAVES {
+        for address in 1..=slaves {
             let parameters = SlaveParameters { watchdog: None, ..SlaveParameters::new(address, Mirror::IDENT, &CFG) };
             station.user.add(&parameters).unwrap_or_else(|rejected| unreachable!("{rejected}"));
         }
         station.user.set_mode(Mode::Operate);
-        Self { station, receiver: Receiver::new(BitTime(0)), segment: Segment::new(), now: BitTime(0) }
+        Self { station, receiver: Receiver::new(BitTime(0)), segment: Segment::new(slaves), now: BitTime(0) }
+    }
+
+    /// How many exchanges there were, and what time it is.
+    pub(crate) const fn clock(&self) -> (u32, BitTime) {
+        (self.segment.exchanges, self.now)
     }
 
     /// What the master does next, and the answer if there is one.
-    fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         self.now = self.station.wake_at().unwrap_or(self.now).max(self.now);
         let Some(transmit) = self.station.poll(self.now) else { return };
         self.now = transmit.not_before.max(self.now) + CHARACTER_TBIT * transmit.octets.len() as u64;
@@ -111,11 +126,8 @@ impl Ours {
 }
 
 /// So many exchanges of our master, once all slaves take part.
-pub fn exchange(times: u32) {
-    let mut master = Ours::new();
-    while master.station.user.exchanging() < usize::from(SLAVES) {
-        master.step();
-    }
+pub fn exchange<const SLAVES: u8>(times: u32) {
+    let mut master = Ours::exchanging(SLAVES);
     let goal = master.segment.exchanges + times;
     while master.segment.exchanges < goal {
         master.step();
@@ -153,16 +165,25 @@ impl ProfibusPhy for Phy {
 }
 
 /// The master of profirust.
-struct Theirs<'a> {
+pub(crate) struct Theirs<'a> {
     station: FdlActiveStation,
     master: DpMaster<'a>,
     phy: Phy,
 }
 
 impl Theirs<'_> {
-    fn new() -> Self {
+    /// All slaves exchange data.
+    pub(crate) fn exchanging(slaves: u8) -> Self {
+        let mut master = Self::new(slaves);
+        while !master.all_exchange() {
+            master.step(T_SYN_TBIT);
+        }
+        master
+    }
+
+    fn new(slaves: u8) -> Self {
         let mut master = DpMaster::new(Vec::new());
-        for address in 1..=SLAVES {
+        for address in 1..=slaves {
             let options = PeripheralOptions {
                 ident_number: Mirror::IDENT,
                 user_parameters: Some(&[]),
@@ -176,18 +197,23 @@ impl Theirs<'_> {
         let mut station = FdlActiveStation::new(parameters.slot_bits(300).build_verified(&master));
         station.set_online();
         master.enter_operate();
-        Self { station, master, phy: Phy { segment: Segment::new(), now: BitTime(0), heard: Vec::new() } }
+        Self { station, master, phy: Phy { segment: Segment::new(slaves), now: BitTime(0), heard: Vec::new() } }
     }
 
-    /// Polls, and lets T_SYN pass if nothing was sent.
-    fn step(&mut self) {
+    /// How many exchanges there were, and what time it is.
+    pub(crate) const fn clock(&self) -> (u32, BitTime) {
+        (self.phy.segment.exchanges, self.phy.now)
+    }
+
+    /// Polls, and lets some time pass if nothing was sent.
+    pub(crate) fn step(&mut self, idle_tbit: u64) {
         let before = self.phy.now;
         let us = before.0.saturating_mul(1_000_000) / u64::from(BAUD.bits_per_second());
         let now = time::Instant::from_micros(i64::try_from(us).unwrap_or(i64::MAX));
         self.station.poll(now, &mut self.phy, &mut self.master);
         black_box(self.master.take_last_events());
         if self.phy.now == before {
-            self.phy.now = before + T_SYN_TBIT;
+            self.phy.now = before + idle_tbit;
         }
     }
 
@@ -197,13 +223,10 @@ impl Theirs<'_> {
 }
 
 /// So many exchanges of profirust, once all slaves take part.
-pub fn exchange_peer(times: u32) {
-    let mut master = Theirs::new();
-    while !master.all_exchange() {
-        master.step();
-    }
+pub fn exchange_peer<const SLAVES: u8>(times: u32) {
+    let mut master = Theirs::exchanging(SLAVES);
     let goal = master.phy.segment.exchanges + times;
     while master.phy.segment.exchanges < goal {
-        master.step();
+        master.step(T_SYN_TBIT);
     }
 }

@@ -45,7 +45,7 @@ impl From<ToolError> for Failure {
         match error {
             ToolError::Port(error) => error.into(),
             ToolError::Parameters(error) => Self::usage(error.to_string()),
-            ToolError::Taken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+            ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
         }
     }
 }
@@ -55,7 +55,7 @@ impl From<WatchError> for Failure {
         match error {
             WatchError::Tool(error) => error.into(),
             WatchError::Nobody(_) => Self::no_answer(error.to_string()),
-            WatchError::Owned { .. } | WatchError::Unknown { .. } | WatchError::Unit { .. } => {
+            WatchError::Owned { .. } | WatchError::Unknown { .. } | WatchError::Unit { .. } | WatchError::NoUnit(_) => {
                 Self::refused(error.to_string())
             }
         }

@@ -10,6 +10,12 @@ pub fn out(lines: &str) {
     writeln!(out, "{lines}").and_then(|()| out.flush()).ok();
 }
 
+/// Something as JSON.
+pub fn json(value: &impl serde::Serialize) -> String {
+    // Texts, numbers and lists always have a JSON form.
+    serde_json::to_string_pretty(value).unwrap_or_default()
+}
+
 /// Says what somebody should know although the command goes on.
 pub fn remark(said: &impl Display) {
     writeln!(io::stderr().lock(), "profivac: {said}").ok();

@@ -38,7 +38,8 @@
 //!    - one `block!` for each block table, with the columns ID, identifier, name as printed, data type (`UINT8`, `VSTRING(8)`,
 //!      `BY_TYPE`, ...), access exactly as printed, store class (`N V D`, `R` where a master asks for storage, `-` where nothing is stored) and section. A comment
 //!      where a row departs from the print, with the number of the erratum. Commands are `-`: what is `N` and writable is
-//!      stored and written again at power-up.
+//!      stored and written again at power-up. After the section the name of its codes, where its numbers have names:
+//!      those that all manuals share are in `profile::codes`, the others in `src/NAME/codes.rs`.
 //!    - one `blocks!`: which block stands at which slots, with its instances (`1:2`) where a selector chooses;
 //!    - a [`Telegram`](model::Telegram) for each standard telegram and a [`Configuration`](model::Configuration) for each
 //!      string; a string that does not fit its telegrams does not compile;

@@ -384,17 +384,30 @@ fn the_events_tell_the_story() {
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
     let story: Vec<Event> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let told: Vec<String> = story
-        .iter()
-        .map(|event| match event.what {
-            What::Entered(state) => state.to_string(),
-            What::Diagnosis => "diagnosis".to_string(),
-            What::Trouble(trouble) => trouble.to_string(),
-        })
-        .collect();
-    assert_eq!(told, ["DIAG1", "diagnosis", "PRM", "CFG", "DIAG2", "diagnosis", "DATA"]);
+    let told: Vec<String> = story.iter().map(|event| event.what.to_string()).collect();
+    assert_eq!(told, ["DIAG1", "new diagnosis", "PRM", "CFG", "DIAG2", "new diagnosis", "DATA"]);
     assert!(story.iter().all(|event| event.address == 8));
     assert!(story.is_sorted_by_key(|event| event.at));
+}
+
+#[test]
+fn events_that_nobody_takes_are_lost_and_that_is_told() {
+    let mut master = Master::<1, 32, 3>::on(bus(), settings(), BitTime(0));
+    master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
+    master.user.set_mode(Mode::Operate);
+    let mut line = Line::new(master);
+    line.attach(Plain::new(IDENT, &CFG), 8);
+    line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
+    let told: Vec<_> =
+        std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.what.to_string()).collect();
+    assert_eq!(told, ["DIAG1", "new diagnosis", "PRM"], "the oldest are kept");
+    assert!(line.master.user.take_overflow());
+    assert!(!line.master.user.take_overflow(), "told once");
+    // What comes later is told again.
+    line.master.user.release(8);
+    line.run_for(5_000);
+    assert_eq!(line.master.user.next_event().map(|event| event.what), Some(What::Entered(State::Release)));
+    assert!(!line.master.user.take_overflow());
 }
 
 #[test]

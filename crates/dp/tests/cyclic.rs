@@ -11,7 +11,7 @@ use profivac_wire::diag::StationStatus;
 use support::desk::Desk;
 use support::line::{From, Line};
 use support::plain::Plain;
-use support::{Random, bus, text};
+use support::{Random, bus, hex, text};
 
 const IDENT: u16 = 0x1234;
 /// Two octets in, two octets out.
@@ -67,11 +67,15 @@ fn exchanging() -> Desk<Master<8, 32>> {
 /// Master and slave on a line, exchanging 01 02 for what the test puts into the outputs.
 fn line(settings: Settings, addresses: &[u8]) -> Line<Master<8, 32>> {
     let slaves: Vec<_> = addresses.iter().map(|address| SlaveParameters::new(*address, IDENT, &CFG)).collect();
-    let mut line = Line::new(station(&slaves, settings));
-    for address in addresses {
+    line_of(settings, &slaves)
+}
+
+fn line_of(settings: Settings, slaves: &[SlaveParameters<'_>]) -> Line<Master<8, 32>> {
+    let mut line = Line::new(station(slaves, settings));
+    for slave in slaves {
         let mut device = Plain::new(IDENT, &CFG);
-        device.inputs = vec![1, *address];
-        line.attach(device, *address);
+        device.inputs = vec![1, slave.address];
+        line.attach(device, slave.address);
     }
     line.run_until(300_000, |line| {
         line.master.user.addresses().all(|address| line.master.user.inputs(address).is_some())
@@ -207,10 +211,28 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
     assert_eq!(messages.len() - begin, 9, "{messages:?}");
 
-    // One exchange was good in between: the next restart is at once again, and does not pause for 10 ms.
-    line.run_for(2_000);
+    // It exchanged data for longer than the longest pause: the next restart is at once again.
+    line.run_for(settings().pause_max_tbit);
     line.slaves[0].power_up(8);
     line.run_until(5_000, |line| line.master.user.counters(8).unwrap().starts == 3);
+}
+
+#[test]
+fn a_slave_that_falls_out_every_time_is_started_ever_more_slowly() {
+    let mut line = line(settings(), &[8]);
+    let mut starts = Vec::new();
+    for _ in 0..8 {
+        line.run_for(3_000);
+        line.slaves[0].power_up(8);
+        let fell = line.now;
+        let known = line.master.user.counters(8).unwrap().starts;
+        line.run_until(400_000, |line| line.master.user.counters(8).unwrap().starts > known);
+        starts.push(line.now - fell);
+    }
+    let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
+    for (start, least) in starts.iter().zip([0, 10, 20, 40, 80, 160, 250, 250].map(ms)) {
+        assert!((least..least + 4_000).contains(start), "{starts:?}");
+    }
 }
 
 #[test]
@@ -461,6 +483,38 @@ fn a_slave_without_outputs_is_asked_by_an_sd1() {
     let mut desk = desk_with(&slave);
     desk.hears(INPUTS);
     assert_eq!(desk.asks().text(), "10 08 02 5D 67 16");
+}
+
+/// profibus-wire 2.3.1 and 2.3.2: the example of the standard, an alarm, a revision, and a chain that breaks off.
+#[test]
+fn the_extended_diagnosis_is_told_entry_by_entry() {
+    let octets = hex("04 11 22 33 45 01 10 04 00 80 02 24 8C 06 A7 09 02 03 01 50 01 02 03 04 C5 07 81");
+    for (dpv1, device) in [
+        (false, ["device: 11 22 33", "device: 02 03 01 50 01 02 03 04"]),
+        (
+            true,
+            [
+                "reserved alarm of slot 34, sequence number 6, disappears, others remain",
+                "process alarm of slot 3, \
+              sequence number 0, appears: 50 01 02 03 04",
+            ],
+        ),
+    ] {
+        let slave = SlaveParameters { dpv1, ..SlaveParameters::new(8, IDENT, &CFG) };
+        let mut line = line_of(settings(), &[slave]);
+        line.slaves[0].device_mut().diagnose(&octets);
+        line.run_for(20_000);
+        let told: Vec<_> = line.master.user.ext_diag(8).map(|entry| entry.to_string()).collect();
+        let others = [
+            "disturbed modules: 0, 12, 18",
+            "module 0, channel 2 (bit): overload",
+            "module 12, channel 6 (word): upper limit exceeded",
+        ];
+        assert_eq!((told[0].as_str(), told[4].as_str()), (device[0], device[1]));
+        assert_eq!(told[1..4], others);
+        assert_eq!(told[5..], ["revision 5", "the rest is no block"]);
+    }
+    assert_eq!(line(settings(), &[8]).master.user.ext_diag(99).count(), 0);
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! | [`port`] | serial devices, ptys, TCP: octets in and out, errors in one sentence |
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
+//! | [`client`] | a gauge by name: parameters, values, commands, settings |
 //! | [`segment_file`] | a segment in memory, described by a file |
 //! | [`mod@open`] | ports as people name them |
 //! | [`rate`] | the rate of a line, found by listening |
@@ -15,6 +16,7 @@
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`conform`] | whether a slave keeps the rules |
+//! | [`explain`] | what was on a line, told in words |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
 //! | [`scenario`] | a plant, its gauges, what happens, and what has to come of it |
@@ -23,8 +25,10 @@
 //! | [`pressure`] | pressures as people write them |
 
 pub mod bench;
+pub mod client;
 pub mod clock;
 pub mod conform;
+pub mod explain;
 pub mod gsd;
 pub mod instrument;
 pub mod line;

@@ -1,23 +1,17 @@
-//! One record over MS2, as a class 2 master reads it: open a connection, ask, close it. profibus-wire 4.2 and 4.6 to 4.8.
+//! Records over MS2, as a class 2 master reads and writes them. profibus-wire 4.2 and 4.6 to 4.8.
 //!
 //! Nothing of this needs the slave to be parameterised, and nothing disturbs the master that owns it.
 
-use crate::tool::{Reply, Tool, ToolError};
-use profivac_dp::link::active::{Failure, Request};
-use profivac_wire::acyclic::initiate::{AddAddr, Capabilities};
-use profivac_wire::acyclic::{self, Abort, AbortReason, Access, Defect, Initiate, Negative, Response};
-use profivac_wire::control::{Function, Status};
-use profivac_wire::sap::MASTER_MS2;
-use profivac_wire::{MAX_DU, Sap};
+use crate::client::records::{RecordError, Records};
+use crate::tool::{BusMaster, Tool, ToolError};
+use profivac_devices::model::Via;
+use profivac_dp::master::{Cause, End, Handle, Ms2Parameters, NotTaken, Outcome};
+use profivac_wire::acyclic::Negative;
+use profivac_wire::acyclic::record::MAX_RECORD;
+use profivac_wire::control::Status;
 
-/// The longest record.
-const MAX_RECORD: u8 = 240;
-
-/// Send_Timeout in 10 ms: longer than the 4 s that slaves ask for at the slow rates.
-const SEND_TIMEOUT: u16 = 500;
-
-/// How often a response is polled for. At one poll in a few milliseconds longer than Send_Timeout.
-const POLLS: usize = 2000;
+/// How often a record is asked for when telegrams were lost on the way.
+const ATTEMPTS: usize = 3;
 
 /// Why there is no record.
 #[derive(Debug, thiserror::Error)]
@@ -28,115 +22,204 @@ pub enum Ms2Error {
     /// It is no DP-V1 slave, or has no such record.
     #[error("it has no such record for class 2 masters")]
     Unsupported,
-    /// The slave did not answer.
+    /// The connection is gone.
     #[error("{0}")]
-    Lost(Failure),
-    /// The service access point answers like this: RS is a slave without MS2, or without a connection left.
-    #[error("no MS2 connection: it answers {0:?}")]
-    Closed(Status),
-    /// The slave closed the connection.
-    #[error("the MS2 connection was aborted: {0}")]
-    Aborted(AbortReason),
+    Ended(End),
     /// The slave refused.
     #[error("refused with {code_1}", code_1 = .0.code_1)]
     Refused(Negative),
-    /// What came is no response.
+    /// The master cannot ask so.
     #[error("{0}")]
-    Malformed(Defect),
+    NotTaken(#[from] NotTaken),
     /// What came is the response to something else.
     #[error("the answer belongs to something else")]
     Other,
-    /// No response came.
-    #[error("no response in time")]
-    Slow,
 }
 
-/// Reads the record at `slot` and `index` of the slave at `address`.
+/// Reads the record at `slot` and `index` of the slave at `address`, with a connection of its own.
 ///
 /// # Errors
 /// [`Ms2Error`] says how far it got.
 pub fn read(tool: &mut Tool, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-    let mut line = Line { tool, address };
-    let sap = line.open()?;
-    let record = line.read(sap, slot, index);
-    line.send(sap, &acyclic::Request::Abort(Abort::new(AbortReason::User(0)))).ok();
-    record
+    Ms2::new(tool, address).read(slot, index)
 }
 
-/// The way to a slave.
-struct Line<'a> {
+/// A connection to a slave. It is opened when it is needed, also again when the slave has closed it, and closed when it is
+/// dropped.
+pub struct Ms2<'a> {
     tool: &'a mut Tool,
     address: u8,
+    connection: Option<Handle>,
 }
 
-impl Line<'_> {
-    /// Opens a connection and returns its access point.
-    fn open(&mut self) -> Result<u8, Ms2Error> {
-        let end = AddAddr::default();
-        let initiate = Initiate {
-            send_timeout: SEND_TIMEOUT,
-            capabilities: Capabilities::READ_WRITE,
-            source: end,
-            destination: end,
-        };
-        let manager = Sap::ResourceManager.to_octet().unwrap_or_default();
-        let answer = self.call(manager, &acyclic::Request::Initiate(initiate))?;
-        let Response::ResourceManager(manager) = parse(&answer)? else { return Err(Ms2Error::Other) };
-        let answer = self.poll(manager.server_sap)?;
-        match parse(&answer)? {
-            Response::Initiate(_) => Ok(manager.server_sap),
-            _ => Err(Ms2Error::Other),
+impl Drop for Ms2<'_> {
+    /// Without this a slave keeps the connection for some seconds, and it has few.
+    fn drop(&mut self) {
+        self.close().ok();
+    }
+}
+
+/// What a slave says to a request.
+enum Answer {
+    Opened,
+    Record(Vec<u8>),
+    Written,
+    Refused(Negative),
+    Ended(End),
+    Other,
+}
+
+impl Answer {
+    fn of(outcome: Outcome<'_>) -> Self {
+        match outcome {
+            Outcome::Opened(_) => Self::Opened,
+            Outcome::Read(record) => Self::Record(record.to_vec()),
+            Outcome::Written => Self::Written,
+            Outcome::Refused(negative) => Self::Refused(negative),
+            Outcome::Ended(end) => Self::Ended(end),
+            Outcome::Transported(_)
+            | Outcome::Acknowledged
+            | Outcome::Value(_)
+            | Outcome::Denied(_)
+            | Outcome::Failed(_) => Self::Other,
         }
     }
 
-    fn read(&mut self, sap: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-        let answer = self.call(sap, &acyclic::Request::Read(Access { slot, index, length: MAX_RECORD }))?;
-        match parse(&answer)? {
-            Response::Read(record) if (record.slot, record.index) == (slot, index) => Ok(record.data.to_vec()),
-            _ => Err(Ms2Error::Other),
+    /// Why it is not the answer that was hoped for.
+    fn error(self) -> Ms2Error {
+        match self {
+            Self::Refused(negative) => Ms2Error::Refused(negative),
+            Self::Ended(end) => Ms2Error::Ended(end),
+            Self::Opened | Self::Record(_) | Self::Written | Self::Other => Ms2Error::Other,
+        }
+    }
+}
+
+/// Whether the access point was closed, so that nothing can have been done.
+const fn was_closed(answer: &Answer) -> bool {
+    matches!(answer, Answer::Ended(End::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }))
+}
+
+impl<'a> Ms2<'a> {
+    /// No connection yet.
+    pub const fn new(tool: &'a mut Tool, address: u8) -> Self {
+        Self { tool, address, connection: None }
+    }
+
+    /// Reads a record. What was lost on the way is asked for again: reading changes nothing.
+    ///
+    /// # Errors
+    /// [`Ms2Error`] says how far it got.
+    pub fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
+        let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
+        let mut read = || self.request(|master, connection| master.ms2_read(connection, slot, index, wanted));
+        let mut answer = read()?;
+        for _ in 1..ATTEMPTS {
+            if !matches!(answer, Answer::Ended(_)) {
+                break;
+            }
+            answer = read()?;
+        }
+        match answer {
+            Answer::Record(record) => Ok(record),
+            other => Err(other.error()),
         }
     }
 
-    /// A request and its response, which may come at once or on a later poll.
-    fn call(&mut self, sap: u8, request: &acyclic::Request<'_>) -> Result<Vec<u8>, Ms2Error> {
-        match self.send(sap, request)? {
-            Some(response) => Ok(response),
-            None => self.poll(sap),
+    /// Writes a record, once: if no answer comes it may have been written or not.
+    ///
+    /// # Errors
+    /// [`Ms2Error`] says how far it got.
+    pub fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), Ms2Error> {
+        match self.request(|master, connection| master.ms2_write(connection, slot, index, octets))? {
+            Answer::Written => Ok(()),
+            other => Err(other.error()),
         }
     }
 
-    fn send(&mut self, sap: u8, request: &acyclic::Request<'_>) -> Result<Option<Vec<u8>>, Ms2Error> {
-        let mut du = [0; MAX_DU];
-        let length = request.emit(&mut du).unwrap_or_default();
-        self.ask(sap, du.get(..length).unwrap_or_default())
+    /// Closes the connection, if there is one.
+    fn close(&mut self) -> Result<(), Ms2Error> {
+        if let Some(connection) = self.connection.take() {
+            self.tool.master().ms2_close(connection)?;
+            self.tool.outcome(connection, Answer::of)?;
+        }
+        Ok(())
     }
 
-    fn poll(&mut self, sap: u8) -> Result<Vec<u8>, Ms2Error> {
-        for _ in 0..POLLS {
-            if let Some(response) = self.ask(sap, &[])? {
-                return Ok(response);
+    /// A request on the connection. One that the slave closed meanwhile, because nobody asked for long, is opened once more.
+    fn request(
+        &mut self,
+        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), NotTaken>,
+    ) -> Result<Answer, Ms2Error> {
+        if let Some(connection) = self.connection {
+            let answer = self.on(connection, &hand_in)?;
+            if !was_closed(&answer) {
+                return Ok(answer);
             }
         }
-        Err(Ms2Error::Slow)
+        match self.open()? {
+            Ok(connection) => self.on(connection, &hand_in),
+            Err(end) => Ok(end),
+        }
     }
 
-    /// One message. The data unit of the answer, if it has one.
-    fn ask(&mut self, sap: u8, du: &[u8]) -> Result<Option<Vec<u8>>, Ms2Error> {
-        let request =
-            Request { da: self.address, function: Function::SrdLow, dsap: Some(sap), ssap: Some(MASTER_MS2), du };
-        match self.tool.ask(&request)? {
-            Reply::Answer { status: Status::NoReply, .. } => Ok(None),
-            Reply::Answer { status: Status::DataLow | Status::DataHigh, du, .. } => Ok(Some(du)),
-            Reply::Answer { status, .. } => Err(Ms2Error::Closed(status)),
-            Reply::Nothing(failure) => Err(Ms2Error::Lost(failure)),
+    fn on(
+        &mut self,
+        connection: Handle,
+        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), NotTaken>,
+    ) -> Result<Answer, Ms2Error> {
+        // What came since the last request: the end of the connection, or what nobody waited for any more.
+        let answer = match self.tool.master().outcome(connection).map(Answer::of) {
+            Some(ended @ Answer::Ended(_)) => ended,
+            Some(_) | None => {
+                hand_in(self.tool.master(), connection)?;
+                self.tool.outcome(connection, Answer::of)?
+            }
+        };
+        if matches!(answer, Answer::Ended(_)) {
+            self.connection = None;
         }
+        Ok(answer)
+    }
+
+    /// Opens a connection, or says why there is none.
+    fn open(&mut self) -> Result<Result<Handle, Answer>, Ms2Error> {
+        let parameters = Ms2Parameters::new(self.tool.baud());
+        let connection = self.tool.master().ms2_open(self.address, &parameters)?;
+        Ok(match self.tool.outcome(connection, Answer::of)? {
+            Answer::Opened => {
+                self.connection = Some(connection);
+                Ok(connection)
+            }
+            other => Err(other),
+        })
     }
 }
 
-fn parse(pdu: &[u8]) -> Result<Response<'_>, Ms2Error> {
-    match Response::parse(pdu).map_err(Ms2Error::Malformed)? {
-        Response::Abort(abort) => Err(Ms2Error::Aborted(abort.reason)),
-        Response::Negative(negative) => Err(Ms2Error::Refused(negative)),
-        response => Ok(response),
+impl Records for Ms2<'_> {
+    fn via(&self) -> Via {
+        Via::Class2
+    }
+
+    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+        Ok(Self::read(self, slot, index)?)
+    }
+
+    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+        Ok(Self::write(self, slot, index, octets)?)
+    }
+}
+
+impl From<Ms2Error> for RecordError {
+    fn from(error: Ms2Error) -> Self {
+        match error {
+            Ms2Error::Tool(error) => Self::Tool(error),
+            Ms2Error::Refused(negative) => Self::Refused(negative.into()),
+            Ms2Error::Ended(End::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => {
+                Self::NoWay("it has no MS2 connection, or none left: other class 2 masters may hold them".to_owned())
+            }
+            Ms2Error::Unsupported | Ms2Error::Ended(End::Refused(_)) => Self::NoWay(error.to_string()),
+            Ms2Error::Ended(_) | Ms2Error::NotTaken(_) | Ms2Error::Other => Self::Lost(error.to_string()),
+        }
     }
 }

@@ -6,11 +6,11 @@
 use crate::clock::tbit_of;
 use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
-use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request};
-use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Busy, Master, Settings};
-use profivac_wire::MAX_DU;
+use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
+use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
+use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
 use profivac_wire::control::{StationType, Status};
+use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
 use std::time::{Duration, Instant};
 
@@ -21,8 +21,12 @@ pub type BusMaster = Master<125, MAX_DU>;
 /// (profibus-wire 9.4, point 36), and some more.
 const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 
-/// One absent address is asked for in so many token visits: each costs a slot time that is long on such a port.
-const GAP_FACTOR: u8 = 100;
+/// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
+/// waits longer until it is let into the ring. free choice.
+const GAP_FACTOR: u8 = 5;
+
+/// The shortest time the line is waited for.
+const LEAST_WAIT: Duration = Duration::from_millis(1);
 
 /// The bus parameters of a master behind an operating system.
 #[must_use]
@@ -41,9 +45,12 @@ pub enum ToolError {
     /// No bus can have such parameters.
     #[error("{0}")]
     Parameters(OutOfRange),
-    /// Another master has the line and keeps it.
+    /// Another master has the line and does not let this one into its ring.
     #[error("master {0} is using the line")]
     Taken(u8),
+    /// Another master with the address of this one is on the line.
+    #[error("another master has the address {0}")]
+    AddressTaken(u8),
     /// The line is never quiet.
     #[error("the line is never quiet")]
     Babble,
@@ -65,9 +72,47 @@ pub enum Reply {
     Nothing(Failure),
 }
 
+/// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
+struct Boxed(Box<Active<BusMaster>>);
+
+impl Boxed {
+    /// Never part of its caller's stack.
+    #[inline(never)]
+    fn new(bus: BusParameters, baud: Baud) -> Self {
+        Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
+    }
+}
+
+impl Station for Boxed {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.0.telegram(end, telegram)
+    }
+
+    fn activity(&mut self, end: BitTime) {
+        self.0.activity(end);
+    }
+
+    fn sent(&mut self, end: BitTime) {
+        self.0.sent(end);
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.0.poll(now)
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.0.wake_at()
+    }
+
+    fn listening(&self) -> Listening {
+        self.0.listening()
+    }
+}
+
 /// A master on a port.
 pub struct Tool {
-    segment: Segment<[Active<BusMaster>; 1]>,
+    segment: Segment<[Boxed; 1]>,
+    baud: Baud,
     patience: Duration,
 }
 
@@ -78,9 +123,10 @@ impl Tool {
     /// [`ToolError::Parameters`] when `bus` cannot be.
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
         bus.check().map_err(ToolError::Parameters)?;
-        let station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
+        let mut station = Boxed::new(bus, baud);
+        station.0.search_later();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, patience })
+        Ok(Self { segment, baud, patience })
     }
 
     /// The master.
@@ -88,10 +134,35 @@ impl Tool {
         &mut self.station().user
     }
 
+    /// The masters of the ring, this one included once it is in.
+    pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
+        self.station().masters()
+    }
+
     /// How long it waits for the line, and for somebody to answer.
     #[must_use]
     pub const fn patience(&self) -> Duration {
         self.patience
+    }
+
+    /// The rate of the line.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    /// Waits for what becomes of an acyclic request.
+    ///
+    /// # Errors
+    /// [`ToolError`] when the line could not be had at all.
+    pub fn outcome<T>(&mut self, handle: Handle, take: impl FnOnce(Outcome<'_>) -> T) -> Result<T, ToolError> {
+        let begun = Instant::now();
+        loop {
+            if let Some(outcome) = self.master().outcome(handle) {
+                return Ok(take(outcome));
+            }
+            self.wait(begun)?;
+        }
     }
 
     /// The name of the port.
@@ -156,18 +227,22 @@ impl Tool {
     /// Serves the line once on behalf of somebody who has been waiting since `begun`.
     fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
         let left = self.patience.saturating_sub(begun.elapsed());
-        self.serve(&[], left)?;
+        // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
+        self.serve(&[], left.max(LEAST_WAIT))?;
         let station = self.station();
-        match (left.is_zero() && !station.has_token(), station.other_master()) {
-            (true, Some(master)) => Err(ToolError::Taken(master)),
-            (true, None) => Err(ToolError::Babble),
-            (false, _) => Ok(()),
+        if !left.is_zero() || station.has_token() {
+            return Ok(());
         }
+        Err(match (station.standing(), station.other_master()) {
+            (Standing::AddressTaken, _) => ToolError::AddressTaken(station.bus().address),
+            (_, Some(master)) => ToolError::Taken(master),
+            (_, None) => ToolError::Babble,
+        })
     }
 
     fn station(&mut self) -> &mut Active<BusMaster> {
         let [station] = self.segment.stations_mut();
-        station
+        &mut station.0
     }
 }
 

@@ -1,12 +1,12 @@
 //! A slave to be watched: what it is, how its inputs are laid out, and what they say.
 
+use crate::client::owned::Owned;
+use crate::client::records::{RecordError, Records};
 use crate::instrument::DEVICES;
 use crate::live::{SlaveSeen, look};
-use crate::ms2::{self, Ms2Error};
+use crate::ms2;
 use crate::tool::{Reply, Tool, ToolError};
-use profivac_devices::model::{
-    Configuration, Counts, Direction, Field, Format, Model, NumberType, Scale, Unit, UserPrm, Via,
-};
+use profivac_devices::model::{Codes, Configuration, Counts, Field, Format, Model, NumberType, Unit, UserPrm, Via};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::master::{SlaveParameters, services};
 use std::time::Instant;
@@ -42,8 +42,11 @@ pub enum WatchError {
         /// Its address.
         address: u8,
         /// Why.
-        error: Ms2Error,
+        error: RecordError,
     },
+    /// Its table has no units.
+    #[error("the slave at address {0} has no pressures")]
+    NoUnit(u8),
 }
 
 /// What is known of a slave before it is taken.
@@ -73,8 +76,10 @@ impl Watched {
         let known = DEVICES.iter().map(|entry| entry.model).find(|model| model.ident == slave.ident);
         let model = known.ok_or(WatchError::Unknown { address, ident: slave.ident })?;
         let configuration = present_configuration(tool, address, model)?;
-        let unit = present_unit(tool, address, model)?;
-        Ok(Self { address, model, configuration, unit })
+        // Until it is known: a device whose user parameters have no unit keeps what it has.
+        let found =
+            Self { address, model, configuration, unit: model.units.first().ok_or(WatchError::NoUnit(address))? };
+        Ok(Self { unit: present_unit(tool, &found)?, ..found })
     }
 
     /// The parameters that leave the slave as it is.
@@ -113,11 +118,12 @@ impl Watched {
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
         let facts = self.model.ranges.iter().find(|facts| facts.part.instance == instance);
-        // The controllers have no ranges, and no counts.
-        let counts = facts.map_or(Counts::Linear { per_mbar: 1.0 }, |facts| facts.counts);
-        if facts.is_none() && matches!(self.unit.scale, Scale::Counts) {
-            return None;
-        }
+        // A controller that leaves the ranges to its gauges knows no COUNTS either.
+        let counts = match facts {
+            Some(facts) => facts.counts,
+            None if self.model.ranges.is_empty() => Counts::Linear { per_mbar: 1.0 },
+            None => return None,
+        };
         Format { unit: self.unit, number, counts, highest: u16::MAX }.decode(octets)
     }
 }
@@ -143,8 +149,18 @@ impl<'a> Fields<'a> {
         self.octets(wanted)?.first().copied()
     }
 
-    /// The status extension of a channel: half an octet, BG 5530 4.4.1.
+    /// The status extension of a channel: half an octet, BG 5530 4.4.1; or what a measurement status means, i9973ber/a
+    /// 3.2.4.1: ok, underrange, overrange, and what gives no value.
     fn channel_status(&self, channel: u8) -> Option<u8> {
+        if let Some(status) = self.octet(Field::MeasurementStatus(channel)) {
+            let status = match status {
+                0 => StatusExtension::empty(),
+                1 => StatusExtension::UNDER,
+                2 => StatusExtension::OVER,
+                _ => StatusExtension::INVALID,
+            };
+            return Some(status.bits());
+        }
         let octet = self.octets(Field::ChannelStatus)?.get(usize::from(channel.saturating_sub(1) / 2))?;
         Some(if channel.is_multiple_of(2) { octet >> 4 } else { octet & 0x0F })
     }
@@ -190,8 +206,20 @@ impl Value {
     /// The status, in words.
     #[must_use]
     pub fn words(&self) -> Vec<&'static str> {
-        EXTENSIONS.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word).collect()
+        extension_words(self.status)
     }
+}
+
+/// A status extension, in words.
+#[must_use]
+pub fn extension_words(status: StatusExtension) -> Vec<&'static str> {
+    EXTENSIONS.into_iter().filter(|(bit, _)| status.contains(*bit)).map(|(_, word)| word).collect()
+}
+
+/// An Exception Status, in words.
+#[must_use]
+pub fn exception_words(exception: ExceptionStatus) -> Vec<&'static str> {
+    EXCEPTIONS.into_iter().filter(|(bit, _)| exception.contains(*bit)).map(|(_, word)| word).collect()
 }
 
 impl Default for Reading {
@@ -205,7 +233,7 @@ impl Reading {
     /// The exceptions, in words.
     #[must_use]
     pub fn exceptions(&self) -> Vec<&'static str> {
-        EXCEPTIONS.into_iter().filter(|(bit, _)| self.exception.contains(*bit)).map(|(_, word)| word).collect()
+        exception_words(self.exception)
     }
 }
 
@@ -242,40 +270,31 @@ fn present_configuration(
 fn tells(configuration: &Configuration) -> bool {
     let has = |wanted| configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&wanted));
     let one_of_n = has(Field::StatusExtension) && has(Field::PvSelector);
-    configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus))
+    configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus) || has(Field::MeasurementStatus(1)))
 }
 
-/// Data Units, as a class 2 master reads it.
-fn present_unit(tool: &mut Tool, address: u8, model: &'static Model) -> Result<&'static Unit, WatchError> {
-    let unreadable = |error| WatchError::Unit { address, error };
-    let (slot, index) = data_units(model).ok_or_else(|| unreadable(Ms2Error::Unsupported))?;
-    let record = read_persistently(tool, address, slot, index).map_err(unreadable)?;
-    let code = record.try_into().map(u16::from_be_bytes).map_err(|_| unreadable(Ms2Error::Other))?;
-    model.unit(code).ok_or_else(|| unreadable(Ms2Error::Other))
+/// The unit of the device: as a class 2 master reads it, or of a device that has none of these, in the parameter channel. For
+/// that the slave must be owned for a moment.
+fn present_unit(tool: &mut Tool, watched: &Watched) -> Result<&'static Unit, WatchError> {
+    let Watched { address, model, .. } = *watched;
+    let unreadable = |error: RecordError| WatchError::Unit { address, error };
+    let unknown = || unreadable(RecordError::Lost("the table has no such unit".to_owned()));
+    let (slot, index) = unit_place(model).ok_or_else(unknown)?;
+    let record = if model.features.dpv1 {
+        ms2::read(tool, address, slot, index).map_err(|error| unreadable(error.into()))?
+    } else {
+        let mut owned = Owned::take(tool, watched, Via::Channel).map_err(unreadable)?;
+        owned.read(slot, index).map_err(unreadable)?
+    };
+    let code = record.iter().fold(0, |code: u16, octet| code << 8 | u16::from(*octet));
+    model.unit(code).ok_or_else(unknown)
 }
 
-/// How often a record is asked for when telegrams were lost on the way.
-const ATTEMPTS: usize = 3;
-
-fn read_persistently(tool: &mut Tool, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-    let mut record = ms2::read(tool, address, slot, index);
-    for _ in 1..ATTEMPTS {
-        if !matches!(record, Err(Ms2Error::Lost(_))) {
-            break;
-        }
-        record = ms2::read(tool, address, slot, index);
-    }
-    record
-}
-
-/// Where Data Units is: its first slot, and its index.
-fn data_units(model: &Model) -> Option<(u8, u8)> {
-    if !model.features.dpv1 {
-        return None;
-    }
+/// Where the unit is: its first slot, and its index.
+fn unit_place(model: &Model) -> Option<(u8, u8)> {
     model.places.iter().find_map(|place| {
-        let row = place.block.rows.iter().find(|row| row.name == "Data Units")?;
-        let address = place.addresses.first().filter(|_| row.access.allows(Via::Class2, Direction::Read))?;
+        let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
+        let address = place.addresses.first()?;
         Some((address.slot, row.id))
     })
 }
@@ -292,7 +311,7 @@ mod tests {
 
     #[test]
     fn data_units_is_where_the_manual_has_it() {
-        assert_eq!(data_units(&MODEL), Some((1, 22)));
+        assert_eq!(unit_place(&MODEL), Some((1, 22)));
     }
 
     #[test]
@@ -339,11 +358,35 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_that_tells_what_is_valid_sends_nothing() {
+    fn a_configuration_tells_what_is_valid_and_where_it_can_sends_nothing() {
         for entry in &DEVICES {
-            let telling = entry.model.configurations.iter().filter(|configuration| tells(configuration)).count();
-            assert_eq!(telling > 0, entry.model.features.dpv1, "{}", entry.model.name);
+            let telling = || entry.model.configurations.iter().filter(|configuration| tells(configuration));
+            assert!(telling().count() > 0, "{}", entry.model.name);
+            let quiet = telling().any(|configuration| configuration.outputs.is_none());
+            assert_eq!(quiet, entry.model.features.dpv1, "{}", entry.model.name);
         }
+    }
+
+    #[test]
+    fn a_measurement_status_tells_whether_a_channel_is_valid() {
+        let model = &profivac_devices::tpg::table::TPG300;
+        let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
+        let watched = Watched { address: 7, model, configuration, unit };
+        let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
+        let channels = [channel(2.5, 0), channel(1e-3, 1), channel(5.0, 3), channel(0.0, 5)].concat();
+        let reading = watched.reading(&[vec![0; 8], channels].concat());
+        let values: Vec<_> =
+            reading.values.iter().map(|value| (value.instance, value.pa.is_some(), value.words())).collect();
+        assert_eq!(
+            values,
+            [
+                (1, true, vec![]),
+                (2, true, vec!["underrange"]),
+                (3, false, vec!["invalid"]),
+                (4, false, vec!["invalid"])
+            ]
+        );
+        assert_eq!(reading.values[0].pa, Some(2.5));
     }
 
     #[test]

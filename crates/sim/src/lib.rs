@@ -49,6 +49,7 @@ mod referee;
 pub mod scenario;
 mod signal;
 pub mod stations;
+mod token;
 pub mod trace;
 
 pub use bus::{Bus, Handle, Id};

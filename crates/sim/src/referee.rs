@@ -1,9 +1,10 @@
-//! Who may speak when. Each telegram is judged as it begins, by the rules of profibus-wire 1.7, 1.10 and 1.12.
+//! Who may speak when. Each telegram is judged as it begins, by the rules of profibus-wire 1.7, 1.10, 1.12 and 1.13.
 //!
 //! The referee knows what stations send, not what others make of it: noise, lost octets and cut cables are nobody's fault.
 //! Times are taken where the rule applies: T_SDR at the responder, idle times at the sender, the slot time at the requester.
 
 use crate::bus::Id;
+use crate::token::{Begun, Token};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_wire::control::{Control, Function};
@@ -46,6 +47,12 @@ pub enum Rule {
     Unasked,
     /// It answered, or another did, though the answer had come already.
     SecondAnswer,
+    /// It asked while another station had the token.
+    NoToken,
+    /// It passed a token while another station had one.
+    SecondToken,
+    /// It passed the token outside the ring that should be whole by now.
+    Ring,
 }
 
 impl Rule {
@@ -64,6 +71,9 @@ impl Rule {
             Self::Slot => ("its answer reached the requester after", Some("T_SL")),
             Self::Unasked => ("it answered, and nobody had asked it", None),
             Self::SecondAnswer => ("the request was answered already", None),
+            Self::NoToken => ("it began a request, and another station has the token", None),
+            Self::SecondToken => ("it passed a token, and another station has one", None),
+            Self::Ring => ("it did not pass the token to its successor in the ring", None),
         }
     }
 }
@@ -195,6 +205,7 @@ pub struct Referee {
     exempt: Vec<Id>,
     recent: VecDeque<Speech>,
     next: Next,
+    token: Token,
     /// The line was not what the stations sent since the last request, so nobody need know that it was one.
     disturbed: bool,
     /// min T_SDR by address, and what a Set_Prm from a master asked for that no diagnosis has confirmed yet.
@@ -203,16 +214,17 @@ pub struct Referee {
 }
 
 /// A rule, and the time that was measured beside the one it allows.
-type Verdict = Result<(), (Rule, u64, u64)>;
+pub(crate) type Verdict = Result<(), (Rule, u64, u64)>;
 
 impl Referee {
-    pub(crate) const fn new(limits: Limits) -> Self {
+    pub(crate) fn new(limits: Limits) -> Self {
         Self {
             limits,
             allowed: Vec::new(),
             exempt: Vec::new(),
             recent: VecDeque::new(),
             next: Next::First,
+            token: Token::default(),
             disturbed: false,
             min_tsdr: [DEFAULT_MIN_TSDR_TBIT; 128],
             asked_tsdr: [None; 128],
@@ -229,13 +241,28 @@ impl Referee {
         self.allowed.push(rule);
     }
 
+    /// Stops the run for this rule again.
+    pub fn disallow(&mut self, rule: Rule) {
+        self.allowed.retain(|allowed| *allowed != rule);
+    }
+
+    /// From `from` on the token has to go around these stations; around none, it may go where it likes.
+    pub fn expect_ring(&mut self, addresses: &[u8], from: BitTime) {
+        if addresses.is_empty() { self.token.expect_nothing() } else { self.token.expect_ring(addresses, from) }
+    }
+
     /// Lets this station send what and when it likes. What others do about it is still judged.
     pub fn exempt(&mut self, station: Id) {
         self.exempt.push(station);
     }
 
-    /// A station has lost its power, and with it the min T_SDR it was given.
-    pub(crate) const fn power_failed(&mut self) {
+    /// A station has lost its power at `now`, and with it the rest of what it said and the min T_SDR it was given.
+    pub(crate) fn power_failed(&mut self, station: Id, now: BitTime) {
+        for speech in self.recent.iter_mut().filter(|speech| speech.station == station && speech.end > now) {
+            speech.end = now;
+            self.disturbed = true;
+            self.token.forget();
+        }
         self.min_tsdr = [DEFAULT_MIN_TSDR_TBIT; 128];
         self.asked_tsdr = [None; 128];
     }
@@ -244,11 +271,13 @@ impl Referee {
     pub(crate) fn forget(&mut self) {
         self.recent.clear();
         self.next = Next::Anything;
+        self.token.forget();
     }
 
     /// The line was disturbed.
     pub(crate) const fn disturb(&mut self) {
         self.disturbed = true;
+        self.token.forget();
     }
 
     /// Someone begins to say `telegram`, or something that is none.
@@ -269,17 +298,22 @@ impl Referee {
         let collides = self.recent.iter().any(|other| other.covers(speech) || speech.covers(other));
         let timing = match telegram {
             Some(Telegram::ShortAck) => self.answer(speech, None),
-            Some(Telegram::Token { .. }) => self.request(speech, Next::AfterToken),
+            Some(Telegram::Token { da, sa }) => {
+                let token = self.begun(speech, *sa, Some(*da));
+                self.request(speech, Next::AfterToken).and(token)
+            }
             Some(Telegram::Frame(frame)) => match frame.control() {
                 Control::Response { .. } => self.answer(speech, Some(frame)),
                 Control::Request { function, .. } => {
                     let next = asked(speech, frame, function).map_or(Next::AfterUnconfirmed, Next::Answer);
-                    self.request(speech, next)
+                    let token = self.begun(speech, frame.sa, None);
+                    self.request(speech, next).and(token)
                 }
             },
             None => Err((Rule::NoTelegram, 0, 0)),
         };
         if collides {
+            self.token.forget();
             return Err((Rule::Collision, 0, 0));
         }
         if speech.paused {
@@ -288,12 +322,22 @@ impl Referee {
         timing
     }
 
+    /// A station begins, as only the one with the token may.
+    fn begun(&mut self, speech: &Speech, sa: u8, token_to: Option<u8>) -> Verdict {
+        let idle_tbit = self.quiet_since(speech).map(|since| speech.begin - since);
+        self.token.judge(Begun { sa, token_to, at: speech.begin, idle_tbit }, self.limits.slot)
+    }
+
+    /// When the last telegram ended where this one is sent.
+    fn quiet_since(&self, speech: &Speech) -> Option<BitTime> {
+        self.recent.iter().map(|other| other.end + other.distance(speech)).max()
+    }
+
     /// A request or a token, after which `next` may come.
     fn request(&mut self, speech: &Speech, next: Next) -> Verdict {
         let before = std::mem::replace(&mut self.next, next);
         let disturbed = std::mem::take(&mut self.disturbed);
-        let quiet_since = self.recent.iter().map(|other| other.end + other.distance(speech)).max();
-        let Some(quiet_since) = quiet_since else { return Ok(()) };
+        let Some(quiet_since) = self.quiet_since(speech) else { return Ok(()) };
         let idle = speech.begin - quiet_since;
         at_least(Rule::Syn, idle, T_SYN_TBIT)?;
         match before {

@@ -248,6 +248,100 @@ fn a_second_answer_is_found() {
     assert_eq!(outcome(&mut bus), Err(Rule::SecondAnswer));
 }
 
+/// FDL status of `da` asked by `sa`, 66 bit times long.
+fn status(da: u8, sa: u8) -> Vec<u8> {
+    emit(&Telegram::Frame(Frame { da, sa, dsap: None, ssap: None, fc: 0x49, du: &[] }))
+}
+
+/// What the referee says when the token went to `OTHER` and then `octets` come after `idle` bit times of silence.
+fn after_the_token(octets: &[u8], idle: u64) -> Result<(), Rule> {
+    outcome(&mut bus_with(&[(100, &[0xDC, OTHER, OWN]), (133 + idle, octets)]))
+}
+
+#[test]
+fn a_request_without_the_token_is_found() {
+    // T_SL is 300 and T_TO of OWN, 2, is ten of them.
+    assert_eq!(after_the_token(&status(TS, OTHER), 40), Ok(()));
+    for (idle, expected) in [(40, Err(Rule::NoToken)), (2999, Err(Rule::NoToken)), (3000, Ok(()))] {
+        assert_eq!(after_the_token(&status(TS, OWN), idle), expected, "{idle}");
+    }
+    // A station that keeps the token may speak again and again, and others may not.
+    for (sa, expected) in [(OTHER, Ok(())), (OWN, Err(Rule::NoToken))] {
+        let mut bus = bus_with(&[(100, &[0xDC, OTHER, OWN]), (200, &status(TS, OTHER)), (700, &status(TS, sa))]);
+        assert_eq!(outcome(&mut bus), expected, "{sa}");
+    }
+}
+
+#[test]
+fn a_second_token_is_found() {
+    const AGAIN: [u8; 3] = [0xDC, OTHER, OWN];
+    // It may be sent again after T_SL, as long as the other one was not heard.
+    for (idle, expected) in [(299, Err(Rule::SecondToken)), (300, Ok(()))] {
+        assert_eq!(after_the_token(&AGAIN, idle), expected, "{idle}");
+    }
+    let mut bus = bus_with(&[(100, &AGAIN), (200, &status(TS, OTHER)), (700, &AGAIN)]);
+    assert_eq!(outcome(&mut bus), Err(Rule::SecondToken));
+    // Nor does a third station have one to give, before its T_TO of 6 + 2 x 9 slot times.
+    for (idle, expected) in [(7199, Err(Rule::SecondToken)), (7200, Ok(()))] {
+        assert_eq!(after_the_token(&[0xDC, 9, 9], idle), expected, "{idle}");
+    }
+}
+
+#[test]
+fn nobody_can_know_who_has_a_token_that_was_damaged() {
+    let mut bus = Bus::new(BAUD);
+    let tester = bus.attach(Tester::new());
+    bus.inject(Fault::Tamper(tester.id(), Tamper::Flip(vec![12, 13])));
+    bus.station_mut(tester).send(BitTime(100), &[0xDC, OTHER, OWN]);
+    bus.station_mut(tester).send(BitTime(200), &status(TS, 9));
+    assert_eq!(outcome(&mut bus), Ok(()));
+}
+
+#[test]
+fn a_telegram_that_power_cut_short_counts_as_far_as_it_went() {
+    // The token is cut off after two of its three characters: 3 never had it, and T_TO of 2 begins at the cut.
+    for (begin, expected) in [(122 + 32, Err(Rule::Syn)), (122 + 300, Ok(()))] {
+        let mut bus = bus_with(&[(begin, &status(TS, OWN))]);
+        let victim = bus.attach(Tester::new());
+        bus.station_mut(victim).send(BitTime(100), &[0xDC, OTHER, OWN]);
+        bus.at(BitTime(122), Fault::Power(victim.id(), false));
+        assert_eq!(outcome(&mut bus), expected, "{begin}");
+    }
+}
+
+#[test]
+fn a_token_outside_the_expected_ring_is_found() {
+    for (tokens, expected) in [
+        (&[[2, 3], [3, 9], [9, 2]][..], Ok(())),
+        (&[[2, 9]], Err(Rule::Ring)),
+        (&[[3, 2]], Err(Rule::Ring)),
+        (&[[9, 9]], Err(Rule::Ring)),
+        (&[[5, 9]], Err(Rule::Ring)),
+    ] {
+        let script: Vec<(u64, [u8; 3])> =
+            (1..).zip(tokens).map(|(place, [sa, da])| (1000 * place, [0xDC, *da, *sa])).collect();
+        let script: Vec<(u64, &[u8])> = script.iter().map(|(time, octets)| (*time, &octets[..])).collect();
+        let mut bus = bus_with(&script);
+        bus.expect_ring(&[9, 3, 2], BitTime(1000));
+        assert_eq!(outcome(&mut bus), expected, "{tokens:?}");
+        // Before its time, and when it is expected no longer, the token goes where it likes.
+        for (ring, from) in [(&[9, 3, 2][..], 3001), (&[], 0)] {
+            let mut bus = bus_with(&script);
+            bus.expect_ring(ring, BitTime(from));
+            assert_eq!(outcome(&mut bus), Ok(()), "{tokens:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_allowed_no_longer_is_found_again() {
+    let mut bus = bus_with(&[(100, &[0xDC, OTHER, OWN]), (200, &status(TS, OWN)), (1000, &status(TS, OTHER))]);
+    bus.allow(Rule::NoToken);
+    bus.run_until(BitTime(900)).unwrap();
+    bus.disallow(Rule::NoToken);
+    assert_eq!(outcome(&mut bus), Err(Rule::NoToken));
+}
+
 #[test]
 fn a_foul_tells_the_story() {
     let mut bus = bus_with(&[(100, &ASK)]);

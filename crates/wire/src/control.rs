@@ -153,6 +153,12 @@ pub enum Status {
 }
 
 impl Status {
+    /// Whether data come with it.
+    #[must_use]
+    pub const fn carries_data(self) -> bool {
+        matches!(self, Self::DataLow | Self::DataHigh | Self::DataLowNotTaken | Self::DataHighNotTaken)
+    }
+
     #[inline]
     const fn from_bits(fc: u8) -> Self {
         match fc & 0x8F {

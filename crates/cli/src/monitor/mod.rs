@@ -63,6 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
     let signals = Signals::catch()?;
     let mut tool = bus.open_lasting()?;
+    let screen = Screen::is_possible() && !arguments.csv && !arguments.json;
+    announce(arguments, screen)?;
     let mut slaves = Vec::new();
     for address in &arguments.addresses {
         let found = Watched::find(&mut tool, *address, bus.master());
@@ -70,10 +72,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         remarks(|| tool.next_remark());
         slaves.push(found?);
     }
-    let screen = Screen::is_possible() && !arguments.csv && !arguments.json;
-    announce(arguments, screen)?;
     for slave in &slaves {
-        tool.master().add(&slave.parameters()).map_err(|error| Failure::usage(error.to_string()))?;
+        let master = tool.master();
+        match master.state(slave.address) {
+            // It was owned for its unit.
+            Some(_) => master.restart(slave.address),
+            None => master.add(&slave.parameters()).map_err(|error| Failure::usage(error.to_string()))?,
+        }
     }
     tool.master().set_mode(Mode::Operate);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));

@@ -4,6 +4,7 @@
 //! functions of the contacts, `parameters` leads every row to its value, `bench` has bus and people.
 
 mod bench;
+mod codes;
 mod measurement;
 mod parameters;
 mod relay;

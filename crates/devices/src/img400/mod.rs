@@ -5,6 +5,7 @@
 //! has bus and people.
 
 mod bench;
+mod codes;
 mod errors;
 mod gauges;
 mod ion;

@@ -1,6 +1,10 @@
 //! The tables of BG 5530 BEN/A (IF 400 P for IMG 400), row by row. Where a row departs from the print, a comment says
 //! why. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
 
+use super::codes::{
+    ADJUST, CHANNEL, DEGAS_STATUS, DEVICE_STATE, EMISSION_CURRENT, EMISSION_STATUS, HOT_CATHODE_COMMAND, KEY_LOCK,
+    RESET_ERRORS,
+};
 use crate::instrument::{Part, Principle};
 use crate::model::block::{block, blocks};
 use crate::model::{
@@ -8,6 +12,7 @@ use crate::model::{
     Shows, Telegram, Unit, UserPrm, configuration, faults, mbar, telegram,
 };
 use crate::profile::Thresholds;
+use crate::profile::codes::{DATA_TYPE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
 use profivac_dp::slave::Features;
 
 block! {
@@ -15,30 +20,30 @@ block! {
     pub DeviceBlock = "Device Block", type 1;
     // ID parameter         name as printed                               data type  access            store, section
     // Table 1 leaves the store class blank: a command is never kept (26).
-    15 StateCommand         "Device Block State"                          UINT8      [1_R/W 2_R/W]     - "4.4.1";
+    15 StateCommand         "Device Block State"                          UINT8      [1_R/W 2_R/W]     - "4.4.1" STATE_COMMAND;
     16 BlockType            "Block Type ID"                               OSTRING(4) [1_R 2_R]         N "4.4.1";
-    25 DeviceState          "Device State"                                UINT8      [1_R 2_R]         V "4.4.1";
-    26 ExceptionStatus      "Exception Status"                            UINT8      [0_XI 1_R 2_R]    V "4.4.1";
-    203 KeyLock             "Key Lock"                                    UINT8      [1_R/W 2_R/W]     V "4.4.1";
+    25 DeviceState          "Device State"                                UINT8      [1_R 2_R]         V "4.4.1" DEVICE_STATE;
+    26 ExceptionStatus      "Exception Status"                            UINT8      [0_XI 1_R 2_R]    V "4.4.1" EXCEPTIONS;
+    203 KeyLock             "Key Lock"                                    UINT8      [1_R/W 2_R/W]     V "4.4.1" KEY_LOCK;
     204 ChannelStatus       "Channel Status"                              OSTRING(2) [0_XI 1_R 2_R]    V "4.4.1";
-    205 ResetErrorCondition "Reset Error Condition"                       UINT8      [1_W 2_W]         V "4.4.1";
+    205 ResetErrorCondition "Reset Error Condition"                       UINT8      [1_W 2_W]         V "4.4.1" RESET_ERRORS;
 }
 
 block! {
     /// The pressure of one channel.
     pub AnalogInput = "Sensor Analog Input Function Block", type 2;
     // 2R/W without a length in table 3, both classes and two octets in the record table (130).
-    15 BlockAdjustCommand   "Block Adjust Command"                        RECORD(2)  [1/2_R/W]         - "4.4.2";
+    15 BlockAdjustCommand   "Block Adjust Command"                        RECORD(2)  [1/2_R/W]         - "4.4.2" ADJUST;
     // A record without a length in print (132).
     16 BlockType            "Block Type ID"                               OSTRING(4) [2R]              N "4.4.2";
     19 ProcessValue         "ProcessValue (PV)"                           BY_TYPE    [0_XI 1_R 2_R]    D "4.4.2";
     20 Status               "Status"                                      UINT8      [1_R 2_R]         D "4.4.2";
-    21 DataType             "Data Type"                                   UINT8      [2_R 2_W]         N "4.4.2";
+    21 DataType             "Data Type"                                   UINT8      [2_R 2_W]         N "4.4.2" DATA_TYPE;
     // Only the user parameters change it (143).
-    22 DataUnits            "Data Units"                                  UINT16     [2_R prm]         N "4.4.2";
+    22 DataUnits            "Data Units"                                  UINT16     [2_R prm]         N "4.4.2" UNIT;
     23 ReadingValid         "Reading Valid"                               BOOLEAN    [1_R 2_R]         D "4.4.2";
     24 FullScale            "Full Scale"                                  BY_TYPE    [1_R 2_R]         N "4.4.2";
-    39 SafeState            "Safe State"                                  UINT8      [1_R 1_W 2_R 2_W] N "4.4.2";
+    39 SafeState            "Safe State"                                  UINT8      [1_R 1_W 2_R 2_W] N "4.4.2" SAFE_STATE;
     40 SafeValue            "Safe Value"                                  BY_TYPE    [1_R 1_W 2_R 2_W] N "4.4.2";
     44 Overrange            "Overrange"                                   BY_TYPE    [1_R 2_R]         N "4.4.2";
     45 Underrange           "Underrange"                                  BY_TYPE    [1_R 2_R]         N "4.4.2";
@@ -53,9 +58,9 @@ block! {
     20 LowTripEnable        "Low Trip Enable"                             BOOLEAN    [1_R/W 2_R/W]     N "4.4.3";
     21 Status               "Status"                                      UINT8      [0_XI 1_R 2_R]    V "4.4.3";
     24 Hysteresis           "Hysteresis"                                  BY_TYPE    [1_R/W 2_R/W]     N "4.4.3";
-    27 Channel              "Analog Input Sensor Function Block Instance" UINT8      [1_R/W 2_R/W]     N "4.4.3";
-    28 DataUnits            "Data Unit"                                   UINT16     [2_R]             N "4.4.3";
-    29 DataType             "Data Type"                                   UINT8      [2_R]             N "4.4.3";
+    27 Channel              "Analog Input Sensor Function Block Instance" UINT8      [1_R/W 2_R/W]     N "4.4.3" CHANNEL;
+    28 DataUnits            "Data Unit"                                   UINT16     [2_R]             N "4.4.3" UNIT;
+    29 DataType             "Data Type"                                   UINT8      [2_R]             N "4.4.3" DATA_TYPE;
     // 1 byte in print (139).
     201 UpperThreshold      "Low Trip Upper Threshold"                    BY_TYPE    [1_R/W 2_R/W]     N "4.4.3";
 }
@@ -64,22 +69,22 @@ block! {
     /// Channel 1 or 2: a Bayard-Alpert or extractor gauge, or none.
     pub HotCathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
     // Store N in the second table only: a command is never kept (150).
-    14 StateCommand         "Hot Cathode Block State Command"             RECORD(2)  [1_R/W 2_R/W]     - "4.4.4";
+    14 StateCommand         "Hot Cathode Block State Command"             RECORD(2)  [1_R/W 2_R/W]     - "4.4.4" HOT_CATHODE_COMMAND;
     101 BlockType           "Block-Type"                                  OSTRING(4) [2_R]             - "4.4.4";
-    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.4";
+    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.4" STATUS_EXTENSION;
     103 SensorAlarm         "Sensor Alarm"                                ARRAY(2)   [1_R 2_R]         V "4.4.4";
     104 SensorWarning       "Sensor Warning"                              ARRAY(2)   [1_R 2_R]         V "4.4.4";
-    105 EmissionStatus      "Emission Status"                             BOOLEAN    [1_R/W 2_R/W]     V "4.4.4";
+    105 EmissionStatus      "Emission Status"                             BOOLEAN    [1_R/W 2_R/W]     V "4.4.4" EMISSION_STATUS;
     // A float that holds one of seven codes (147); NV in print (153).
-    107 EmissionCurrent     "Emission Current"                            FLOAT      [1_R/W 2_R/W]     N "4.4.4";
-    110 DegasStatus         "Degas Status"                                BOOLEAN    [1_R 2_R]         V "4.4.4";
+    107 EmissionCurrent     "Emission Current"                            FLOAT      [1_R/W 2_R/W]     N "4.4.4" EMISSION_CURRENT;
+    110 DegasStatus         "Degas Status"                                BOOLEAN    [1_R 2_R]         V "4.4.4" DEGAS_STATUS;
 }
 
 block! {
     /// Channel 3 or 4 with a Pirani gauge, or none.
     pub HeatTransfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
     101 BlockType           "Block Type"                                  OSTRING(4) [2_R]             - "4.4.5";
-    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.5";
+    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.5" STATUS_EXTENSION;
     103 SensorAlarm         "Sensor Alarm"                                ARRAY(2)   [1_R 2_R]         V "4.4.5";
     104 SensorWarning       "Sensor Warning"                              ARRAY(2)   [1_R 2_R]         V "4.4.5";
 }
@@ -88,7 +93,7 @@ block! {
     /// Channel 3 or 4 with a capacitance diaphragm gauge.
     pub Diaphragm = "Diaphragm Gauge Transducer Block", type 14;
     101 BlockType           "Block Type"                                  OSTRING(4) [2_R]             - "4.4.6";
-    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.6";
+    102 StatusExtension     "Status Extension"                            UINT8      [1_R 2_R]         V "4.4.6" STATUS_EXTENSION;
     103 SensorAlarm         "Sensor Alarm"                                ARRAY(2)   [1_R 2_R]         V "4.4.6";
     104 SensorWarning       "Sensor Warning"                              ARRAY(2)   [1_R 2_R]         V "4.4.6";
 }

@@ -3,7 +3,7 @@
 //! `block!` makes an enum of the parameters of one block, and their [`Row`]s; `blocks!` says in which slots a device has
 //! them, and makes an enum of all its parameters. Behaviour is an exhaustive `match` on the latter.
 
-use super::{Access, DataType};
+use super::{Access, Codes, DataType};
 use core::fmt;
 
 /// What happens to a value when power goes.
@@ -53,7 +53,7 @@ impl fmt::Display for Storage {
 }
 
 /// One parameter as the manual tabulates it.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub struct Row {
     /// The index in its slot.
     pub id: u8,
@@ -69,6 +69,8 @@ pub struct Row {
     pub storage: Storage,
     /// The section of the manual.
     pub section: &'static str,
+    /// What its numbers mean.
+    pub codes: Codes,
 }
 
 impl Row {
@@ -81,7 +83,7 @@ impl Row {
 }
 
 /// One block of a manual.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub struct Block {
     /// The heading of the table.
     pub name: &'static str,
@@ -134,13 +136,14 @@ macro_rules! block_type {
     };
 }
 
-/// A block table. The columns: ID, identifier, name as printed, data type, access, store class, section of the manual.
+/// A block table. The columns: ID, identifier, name as printed, data type, access, store class, section of the
+/// manual, and the table of its codes if it has one.
 macro_rules! block {
     (
         $(#[$doc:meta])*
         pub $block:ident = $title:literal $(, type $block_type:literal)?;
         $($id:literal $parameter:ident $name:literal $data_type:ident $(($length:literal))?
-            [$($access:tt)*] $storage:tt $section:literal;)+
+            [$($access:tt)*] $storage:tt $section:literal $($codes:ident)?;)+
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,6 +164,7 @@ macro_rules! block {
                     access_text: stringify!($($access)*),
                     storage: $crate::model::block::storage!($storage),
                     section: $section,
+                    codes: $crate::model::codes::codes!($($codes)?),
                 },)+],
             };
 
@@ -191,7 +195,7 @@ pub struct Address {
 }
 
 /// A block, and everywhere a device has it.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub struct Place {
     /// The block.
     pub block: &'static Block,

@@ -5,6 +5,7 @@
 
 pub(crate) mod access;
 pub(crate) mod block;
+pub(crate) mod codes;
 mod cyclic;
 mod device;
 mod instance;
@@ -14,6 +15,7 @@ pub(crate) mod value;
 
 pub use access::{Access, Direction, Via};
 pub use block::{Address, Block, Parameters, Place, Row, Storage};
+pub use codes::{Code, Codes, Need, code};
 pub use cyclic::{Configuration, Field, Telegram};
 pub(crate) use cyclic::{configuration, telegram};
 pub(crate) use device::faults;

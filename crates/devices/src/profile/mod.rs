@@ -7,6 +7,7 @@
 //! | `parameters` | the one access to parameters, and their storage |
 //! | `channel` | the eight octets of the parameter channel |
 //! | `address` | address switch and Set_Slave_Add |
+//! | [`codes`] | code tables that all manuals share |
 //! | `machine` | the device state machine, as a table |
 //! | `exceptions` | Exception Status and its records |
 //! | `fitted` | which channels of a controller have a gauge |
@@ -22,6 +23,7 @@ mod bench;
 mod blocks;
 mod cathode;
 mod channel;
+pub mod codes;
 mod device;
 mod exceptions;
 mod fitted;

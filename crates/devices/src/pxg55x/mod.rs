@@ -7,6 +7,7 @@
 
 mod adjust;
 mod bench;
+mod codes;
 mod heating;
 mod parameters;
 pub mod table;

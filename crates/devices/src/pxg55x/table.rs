@@ -2,12 +2,14 @@
 //! there. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
 
 use super::bench::Faults;
+use super::codes::{ATM_ADJUST, CDG_ADJUST, PIRANI_ADJUST, PIRANI_OFF, SETPOINT_MODE};
 use crate::instrument::{Part, Principle};
 use crate::model::block::{block, blocks};
 use crate::model::{
     Address, Block, Configuration, Counts, Dialect, Facts, FaultList, Field, Gsd, Instruction, Limits, Model,
     NumberType, Parameters, Place, Refusal, Row, Scale, Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
+use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
 use profivac_dp::slave::Features;
 use profivac_wire::acyclic::Im0;
 
@@ -15,7 +17,7 @@ block! {
     /// Identity, state and exceptions of a PCG55x.
     pub DeviceBlock = "Device Block", type 1;
     // ID  parameter                    name as printed                           data type   access                store  section
-    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2";
+    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" STATE_COMMAND;
     16  BlockType                       "Block Type ID"                           OSTRING(4)  [     1_R   2_R  ]     N  "7.1.1";
     17  DeviceType                      "Device Type"                             VSTRING(8)  [           2_R  ]     N  "7.1.2";
     18  StandardRevision                "Standard Revision Level"                 VSTRING(9)  [           2_R  ]     N  "7.1.3";
@@ -25,8 +27,8 @@ block! {
     22  HardwareRevision                "Hardware Revision Level"                 VSTRING(8)  [           2_R  ]     N  "7.1.7";
     23  SerialNumber                    "Serial Number"                           VSTRING(30) [           2_R  ]     N  "7.1.8";
     24  DeviceConfiguration             "Device Configuration"                    VSTRING(50) [           2_R  ]     N  "7.1.9";
-    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10";
-    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11";
+    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10" DEVICE_STATE;
+    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" EXCEPTIONS;
     27  ExceptionDetailAlarm            "Exception Detail Alarm"                  RECORD(10)  [     1_R   2_R  ]     V  "7.1.12";
     28  ExceptionDetailWarning          "Exception Detail Warning"                RECORD(11)  [     1_R   2_R  ]     V  "7.1.13";
     36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14";
@@ -36,7 +38,7 @@ block! {
     206 ManufacturerExceptionAlarm      "Manufacturer Exception Detail Alarm"     UINT8       [     1_R   2_R  ]     V  "7.1.18";
     207 CommonExceptionWarning          "Common Exception Detail Warning"         ARRAY(2)    [     1_R   2_R  ]     V  "7.1.19";
     // Printed as an array of one octet (75).
-    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20";
+    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20" STATUS_EXTENSION;
     209 DeviceExceptionWarning2         "Device Exception Detail Warning II"      ARRAY(4)    [     1_R   2_R  ]     V  "7.1.20";
     210 ManufacturerExceptionWarning    "Manufacturer Exception Detail Warning"   UINT8       [     1_R   2_R  ]     V  "7.1.21";
     211 AddressSwitch                   "Address Switch"                          UINT8       [     1_R   2_R  ]     V  "7.1.22";
@@ -47,7 +49,7 @@ block! {
     /// The same of a PSG55x: with one sensor instead of two, 27, 28, 205 and 209 are shorter.
     pub PsgDeviceBlock = "Device Block", type 1;
     // ID  parameter                    name as printed                           data type   access                store  section
-    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2";
+    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" STATE_COMMAND;
     16  BlockType                       "Block Type ID"                           OSTRING(4)  [     1_R   2_R  ]     N  "7.1.1";
     17  DeviceType                      "Device Type"                             VSTRING(8)  [           2_R  ]     N  "7.1.2";
     18  StandardRevision                "Standard Revision Level"                 VSTRING(9)  [           2_R  ]     N  "7.1.3";
@@ -57,8 +59,8 @@ block! {
     22  HardwareRevision                "Hardware Revision Level"                 VSTRING(8)  [           2_R  ]     N  "7.1.7";
     23  SerialNumber                    "Serial Number"                           VSTRING(30) [           2_R  ]     N  "7.1.8";
     24  DeviceConfiguration             "Device Configuration"                    VSTRING(50) [           2_R  ]     N  "7.1.9";
-    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10";
-    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11";
+    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10" DEVICE_STATE;
+    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" EXCEPTIONS;
     27  ExceptionDetailAlarm            "Exception Detail Alarm"                  RECORD(8)   [     1_R   2_R  ]     V  "7.1.12";
     28  ExceptionDetailWarning          "Exception Detail Warning"                RECORD(9)   [     1_R   2_R  ]     V  "7.1.13";
     36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14";
@@ -68,7 +70,7 @@ block! {
     206 ManufacturerExceptionAlarm      "Manufacturer Exception Detail Alarm"     UINT8       [     1_R   2_R  ]     V  "7.1.18";
     207 CommonExceptionWarning          "Common Exception Detail Warning"         ARRAY(2)    [     1_R   2_R  ]     V  "7.1.19";
     // Printed as an array of one octet (75).
-    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20";
+    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20" STATUS_EXTENSION;
     209 DeviceExceptionWarning2         "Device Exception Detail Warning II"      ARRAY(2)    [     1_R   2_R  ]     V  "7.1.20";
     210 ManufacturerExceptionWarning    "Manufacturer Exception Detail Warning"   UINT8       [     1_R   2_R  ]     V  "7.1.21";
     211 AddressSwitch                   "Address Switch"                          UINT8       [     1_R   2_R  ]     V  "7.1.22";
@@ -80,15 +82,15 @@ block! {
     pub CdgInput = "Sensor Analog Input Function Block (CDG)", type 2;
     // ID  parameter      name as printed             data type  access                store  section
     // Printed with a target value of the data type's length in one octet (78).
-    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.1.1";
+    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.1.1" CDG_ADJUST;
     16  BlockType         "Block Type ID"             OSTRING(4) [     1_R   2_R  ]     N  "8.1.2";
     19  ProcessValue      "ProcessValue (PV)"         BY_TYPE    [0_XI 1_R   2_R  ]     D  "8.1.3";
     20  Status            "Status"                    UINT8      [0_XI 1_R   2_R  ]     D  "8.1.4";
-    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.1.5";
-    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.1.6";
+    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.1.5" DATA_TYPE;
+    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.1.6" UNIT;
     23  ReadingValid      "Reading Valid"             BOOLEAN    [     1_R   2_R  ]     D  "8.1.7";
     24  FullScale         "Full Scale"                BY_TYPE    [     1_R   2_R  ]     N  "8.1.8";
-    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.1.9";
+    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.1.9" SAFE_STATE;
     40  SafeValue         "Safe Value"                BY_TYPE    [     1_R/W 2_R/W]     N  "8.1.10";
     41  AutoZeroEnable    "Auto Zero Enable"          BOOLEAN    [     1_R/W 2_R/W]     N  "8.1.11";
     44  Overrange         "Overrange"                 BY_TYPE    [     1_R   2_R  ]     N  "8.1.12";
@@ -99,15 +101,15 @@ block! {
     /// The Pirani.
     pub PiraniInput = "Sensor Analog Input Function Block (Pirani)", type 2;
     // ID  parameter      name as printed             data type  access                store  section
-    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.2.1";
+    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.2.1" PIRANI_ADJUST;
     16  BlockType         "Block Type ID"             OSTRING(4) [     1_R   2_R  ]     N  "8.2.2";
     19  ProcessValue      "ProcessValue (PV)"         BY_TYPE    [0_XI 1_R   2_R  ]     D  "8.2.3";
     20  Status            "Status"                    UINT8      [0_XI 1_R   2_R  ]     D  "8.2.4";
-    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.2.5";
-    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.2.6";
+    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.2.5" DATA_TYPE;
+    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.2.6" UNIT;
     23  ReadingValid      "Reading Valid"             BOOLEAN    [     1_R   2_R  ]     D  "8.2.7";
     24  FullScale         "Full Scale"                BY_TYPE    [     1_R   2_R  ]     N  "8.2.8";
-    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.2.9";
+    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.2.9" SAFE_STATE;
     40  SafeValue         "Safe Value"                BY_TYPE    [     1_R/W 2_R/W]     N  "8.2.10";
     44  Overrange         "Overrange"                 BY_TYPE    [     1_R   2_R  ]     N  "8.2.11";
     45  Underrange        "Underrange"                BY_TYPE    [     1_R   2_R  ]     N  "8.2.12";
@@ -117,16 +119,16 @@ block! {
     /// The atmosphere pressure sensor.
     pub AtmInput = "Sensor Analog Input Function Block (ATM)", type 2;
     // ID  parameter      name as printed             data type  access                store  section
-    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.3.1";
+    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.3.1" ATM_ADJUST;
     16  BlockType         "Block Type ID"             OSTRING(4) [     1_R   2_R  ]     N  "8.3.2";
     19  ProcessValue      "ProcessValue (PV)"         BY_TYPE    [0_XI 1_R   2_R  ]     D  "8.3.3";
     20  Status            "Status"                    UINT8      [0_XI 1_R   2_R  ]     D  "8.3.4";
     // No data type is printed (89).
-    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.3.5";
-    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.3.6";
+    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.3.5" DATA_TYPE;
+    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.3.6" UNIT;
     23  ReadingValid      "Reading Valid"             BOOLEAN    [     1_R   2_R  ]     D  "8.3.7";
     24  FullScale         "Full Scale"                BY_TYPE    [     1_R   2_R  ]     N  "8.3.8";
-    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.3.9";
+    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.3.9" SAFE_STATE;
     40  SafeValue         "Safe Value"                BY_TYPE    [     1_R/W 2_R/W]     N  "8.3.10";
     44  Overrange         "Overrange"                 BY_TYPE    [     1_R   2_R  ]     N  "8.3.11";
     45  Underrange        "Underrange"                BY_TYPE    [     1_R   2_R  ]     N  "8.3.12";
@@ -162,12 +164,12 @@ block! {
     20  LowTripEnable           "Low Trip Enable"                           BOOLEAN    [     1_R/W 2_R/W]     N  "11.2.5";
     21  Status                  "Status"                                    UINT8      [0_XI 1_R   2_R  ]     D  "11.2.6";
     26  DiscreteOutputInstance  "Discrete Output Function Block Instance"   UINT8      [     1_R   2_R  ]     N  "11.2.7";
-    28  DataUnits               "Data Units"                                UINT16     [           2_R/W]     N  "11.2.8";
-    29  DataType                "Data Type"                                 UINT8      [           2_R/W]     N  "11.2.9";
+    28  DataUnits               "Data Units"                                UINT16     [           2_R/W]     N  "11.2.8" UNIT;
+    29  DataType                "Data Type"                                 UINT8      [           2_R/W]     N  "11.2.9" DATA_TYPE;
     31  HighTripPointHysteresis "High Trip Point Hysteresis"                BY_TYPE    [     1_R/W 2_R/W]     N  "11.2.10";
     32  LowTripPointHysteresis  "Low Trip Point Hysteresis"                 BY_TYPE    [     1_R/W 2_R/W]     N  "11.2.11";
     201 FactorOfAtm             "Factor of ATM"                             FLOAT      [     1_R/W 2_R/W]     N  "11.2.12";
-    202 SetpointMode            "Setpoint Mode"                             UINT8      [     1_R/W 2_R/W]     N  "11.2.13";
+    202 SetpointMode            "Setpoint Mode"                             UINT8      [     1_R/W 2_R/W]     N  "11.2.13" SETPOINT_MODE;
 }
 
 block! {
@@ -175,7 +177,7 @@ block! {
     pub CdgTransducer = "CDG Transducer Block", type 14;
     // ID  parameter       name as printed      data type  access        store  section
     101 BlockType          "Block Type ID"      OSTRING(4) [1_R 2_R]     N  "12.1.1";
-    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.1.2";
+    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.1.2" STATUS_EXTENSION;
     103 SensorAlarm        "Sensor Alarm"       ARRAY(2)   [1_R 2_R]     V  "12.1.3";
     104 SensorWarning      "Sensor Warning"     ARRAY(2)   [1_R 2_R]     V  "12.1.4";
 }
@@ -185,10 +187,10 @@ block! {
     pub PiraniTransducer = "Pirani Transducer Block", type 13;
     // ID  parameter       name as printed      data type  access            store  section
     101 BlockType          "Block Type ID"      OSTRING(4) [1_R   2_R  ]     N  "12.2.1";
-    102 StatusExtension    "Status Extension"   UINT8      [1_R   2_R  ]     V  "12.2.2";
+    102 StatusExtension    "Status Extension"   UINT8      [1_R   2_R  ]     V  "12.2.2" STATUS_EXTENSION;
     103 SensorAlarm        "Sensor Alarm"       ARRAY(2)   [1_R   2_R  ]     V  "12.2.3";
     104 SensorWarning      "Sensor Warning"     ARRAY(2)   [1_R   2_R  ]     V  "12.2.4";
-    201 PiraniOff          "Pirani OFF"         UINT8      [1_R/W 2_R/W]     N  "12.2.5";
+    201 PiraniOff          "Pirani OFF"         UINT8      [1_R/W 2_R/W]     N  "12.2.5" PIRANI_OFF;
 }
 
 block! {
@@ -196,7 +198,7 @@ block! {
     pub AtmTransducer = "ATM Transducer Block", type 256;
     // ID  parameter       name as printed      data type  access        store  section
     101 BlockType          "Block Type ID"      OSTRING(4) [1_R 2_R]     N  "12.3.1";
-    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.3.2";
+    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.3.2" STATUS_EXTENSION;
     103 SensorAlarm        "Sensor Alarm"       ARRAY(2)   [1_R 2_R]     V  "12.3.3";
     104 SensorWarning      "Sensor Warning"     ARRAY(2)   [1_R 2_R]     V  "12.3.4";
 }
@@ -206,7 +208,7 @@ block! {
     pub OneOfNTransducer = "OneOfN Vacuum Gauge Transducer Block";
     // ID  parameter       name as printed              data type  access             store  section
     // Printed without 0_XI, but it is in the telegrams (65).
-    120 StatusExtension    "OneOfN Status Extension"    UINT8      [0_XI 1_R 2_R]     V  "13.1.1";
+    120 StatusExtension    "OneOfN Status Extension"    UINT8      [0_XI 1_R 2_R]     V  "13.1.1" STATUS_EXTENSION;
 }
 
 blocks! {

@@ -10,6 +10,7 @@
 
 mod bench;
 mod channel;
+mod codes;
 mod control;
 mod parameters;
 mod settings;

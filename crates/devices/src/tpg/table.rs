@@ -3,11 +3,15 @@
 //! errata-bpg-bcg-tpg part G settles what the manual leaves open; a row that departs from the print names its entry.
 
 use super::CHANNELS;
+use super::codes::{
+    ACCESS_CODE, FILTER, MEASUREMENT_STATUS, SETPOINT_STATUS, SOURCE, UNDERRANGE, VALIDATION, VOLATILITY,
+};
 use crate::model::block::{block, blocks};
 use crate::model::{
     Configuration, Counts, Dialect, Field, Format, Gsd, Instruction, Model, NumberType, Parameters, Refusal, Scale,
     Telegram, Unit, UserPrm, configuration, faults, telegram,
 };
+use crate::profile::codes::UNIT;
 use profivac_dp::slave::Features;
 
 block! {
@@ -18,10 +22,10 @@ block! {
     20 SensorOnOff                 "Sensor On_Off"                  UINT8      [c_w, ac_r]   V      "3.2.3.2";
     // 1 byte in print: 129
     21 ProgramVersion              "Program version"                INT32      [ac_r]        -      "3.2.3.2";
-    24 AccessCode                  "Authorized access code"         INT16      [ac_r, ac_w]  R      "3.2.3.2";
+    24 AccessCode                  "Authorized access code"         INT16      [ac_r, ac_w]  R      "3.2.3.2" ACCESS_CODE;
     // OSTRING1 in print: 145
-    25 UnderrangeControl           "Pressure under-range control"   UINT8      [ac_r, ac_w]  R      "3.2.3.2";
-    26 Volatility                  "Volatility"                     UINT8      [ac_r, ac_w]  V      "3.2.3.2";
+    25 UnderrangeControl           "Pressure under-range control"   UINT8      [ac_r, ac_w]  R      "3.2.3.2" UNDERRANGE;
+    26 Volatility                  "Volatility"                     UINT8      [ac_r, ac_w]  V      "3.2.3.2" VOLATILITY;
 }
 
 block! {
@@ -29,22 +33,22 @@ block! {
     pub AnalogInput = "Analog Input Function Block";
     // Index  parameter            name as printed                  data type  access        store  section
     20 MeasuredValue               "Measured value"                 BY_TYPE    [c_r]         D      "3.2.4.1";
-    21 MeasurementStatus           "Measurement status"             UINT8      [c_r]         D      "3.2.4.1";
-    22 PressureUnit                "Pressure unit"                  UINT8      [ac_r, ac_w]  R      "3.2.4.1";
+    21 MeasurementStatus           "Measurement status"             UINT8      [c_r]         D      "3.2.4.1" MEASUREMENT_STATUS;
+    22 PressureUnit                "Pressure unit"                  UINT8      [ac_r, ac_w]  R      "3.2.4.1" UNIT;
     // OSTRING1 in print: 145
-    23 FilterTimeConstant          "Filter time constant"           UINT8      [ac_r, ac_w]  R      "3.2.4.1";
+    23 FilterTimeConstant          "Filter time constant"           UINT8      [ac_r, ac_w]  R      "3.2.4.1" FILTER;
 }
 
 block! {
     /// A pair of thresholds that switches a relay or a cold cathode.
     pub ThresholdControl = "Threshold Control Function Block";
     // Index  parameter            name as printed                  data type  access        store  section
-    20 Validation                  "Threshold validation"           INT8       [ac_r, ac_w]  V      "3.2.4.2";
+    20 Validation                  "Threshold validation"           INT8       [ac_r, ac_w]  V      "3.2.4.2" VALIDATION;
     // 1 byte in print: 130
     21 UpperThreshold              "Upper threshold"                BY_TYPE    [ac_r, ac_w]  R      "3.2.4.2";
     22 LowerThreshold              "Lower threshold"                BY_TYPE    [ac_r, ac_w]  R      "3.2.4.2";
-    23 Source                      "Threshold source"               UINT8      [ac_r, ac_w]  R      "3.2.4.2";
-    24 SetpointStatus              "Setpoint status"                UINT8      [ac_r]        D      "3.2.4.2";
+    23 Source                      "Threshold source"               UINT8      [ac_r, ac_w]  R      "3.2.4.2" SOURCE;
+    24 SetpointStatus              "Setpoint status"                UINT8      [ac_r]        D      "3.2.4.2" SETPOINT_STATUS;
 }
 
 blocks! {

@@ -5,6 +5,7 @@
 
 mod adjust;
 mod bench;
+mod codes;
 mod parameters;
 pub mod table;
 

@@ -2,12 +2,14 @@
 //! Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
 
 use super::bench::Faults;
+use super::codes::{ADJUST, DEGAS_STATUS, EMISSION_STATUS, HOT_CATHODE_COMMAND, SELECTOR};
 use crate::instrument::{Part, Principle};
 use crate::model::block::{block, blocks};
 use crate::model::{
     Address, Configuration, Counts, Dialect, Facts, Field, Gsd, Instruction, Limits, Model, NumberType, Parameters,
     Place, Scale, Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
+use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
 use crate::profile::{Potentiometer, Thresholds};
 use profivac_dp::slave::Features;
 
@@ -16,7 +18,7 @@ block! {
     pub DeviceBlock = "Device Block", type 1;
     // ID  parameter                    name as printed                              data type    access           store  section
     // "Device Block State" in the overview; 3.1.2.1 prints N, but a command is never kept (35).
-    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1";
+    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1" STATE_COMMAND;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [1/2_R]          N  "3.1.1.1";
     17 DeviceType                 "Device Type"                                  VSTRING(8)   [1/2_R]          N  "3.1.1.2";
     18 StandardRevision           "Standard Revision Level"                      VSTRING(9)   [1/2_R]          N  "3.1.1.3";
@@ -26,8 +28,8 @@ block! {
     22 HardwareRevision           "Hardware Revision Level"                      VSTRING(8)   [1/2_R]          N  "3.1.1.7";
     23 SerialNumber               "Serial Number"                                VSTRING(30)  [1/2_R]          N  "3.1";
     24 DeviceConfiguration        "Device Configuration"                         VSTRING(50)  [1/2_R]          N  "3.1.1.8";
-    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9";
-    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10";
+    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9" DEVICE_STATE;
+    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10" EXCEPTIONS;
     27 AlarmDetail                "Exception Detail Alarm"                       RECORD(10)   [1/2_R]          V  "3.1.1.11";
     28 WarningDetail              "Exception Detail Warning"                     RECORD(11)   [1/2_R]          V  "3.1.1.12";
     204 AlarmCommon               "Common Exception Detail Alarm 0"              UINT8        [1/2_R]          V  "3.1.1.15";
@@ -51,9 +53,9 @@ block! {
 block! {
     /// Which instance measures, and which one the shared indices show.
     pub OneOfNInput = "One Of N Analog Input Function Block", type 3;
-    15 AdjustCommand              "AI Block Adjust Command"                      UINT8        [1/2_W]          -  "3.2.1.1";
+    15 AdjustCommand              "AI Block Adjust Command"                      UINT8        [1/2_W]          -  "3.2.1.1" ADJUST;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [2_R]            N  "3.2.1.2";
-    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.3";
+    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.3" SELECTOR;
     47 PvSelector                 "PV Selector"                                  UINT8        [0_XI 1/2_R]     D  "3.2.1.4";
 }
 
@@ -63,11 +65,11 @@ block! {
     pub AnalogInput = "Analog Sensor Input Function Block";
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [0_XI 1_R 2_R]   D  "3.2.2.1";
     20 Status                     "Status"                                       UINT8        [0_XI 1/2_R]     D  "3.2.2.2";
-    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3";
-    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4";
+    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3" DATA_TYPE;
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4" UNIT;
     23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.2.5";
     24 FullScale                  "Full Scale"                                   BY_TYPE      [1/2_R]          N  "3.2.2.6";
-    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7";
+    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7" SAFE_STATE;
     40 SafeValue                  "Safe Value"                                   BY_TYPE      [1/2_R/W]        N  "3.2.2.8";
     44 Overrange                  "Overrange"                                    BY_TYPE      [1/2_R]          N  "3.2.2.9";
     45 Underrange                 "Underrange"                                   BY_TYPE      [1/2_R]          N  "3.2.2.10";
@@ -79,22 +81,22 @@ block! {
     // Printed as Unsigned16 without a length; the text says data type and unit of the device (71).
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [1_R 2_R]        D  "3.2.4.1";
     20 Status                     "Status"                                       UINT8        [1_R 2_R]        D  "3.2.4.2";
-    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.4.3";
-    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.4.4";
+    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.4.3" DATA_TYPE;
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.4.4" UNIT;
     23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.4.5";
 }
 
 block! {
     /// The range of the whole gauge.
     pub OneOfNTransducer = "One Of N Vacuum Gauge Transducer Block";
-    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1";
+    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1" STATUS_EXTENSION;
 }
 
 block! {
     /// The Pirani.
     pub HeatTransfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.2.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2";
+    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2" STATUS_EXTENSION;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1/2_R]          V  "3.3.2.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1/2_R]          V  "3.3.2.4";
     140 FullScaleState            "Full Scale State"                             UINT8        [1/2_R]          V  "3.3.2.5";
@@ -104,22 +106,22 @@ block! {
     /// The ionisation part: Bayard-Alpert in the BPG400-SP, High Pressure in the HPG400-SP.
     pub HotCathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.3.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2";
+    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2" STATUS_EXTENSION;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1_R 2_R]        V  "3.3.3.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1_R 2_R]        V  "3.3.3.4";
     // Printed as Boolean, with four codes (97).
-    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5";
+    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5" EMISSION_STATUS;
 }
 
 block! {
     /// Current and degas of the BPG400-SP, of the same table as the rows above (94).
     pub Degas = "Hot Cathode Ion Gauge Transducer Block (BPG400-SP only)";
     // Two octets, command and value; 1 is printed (93).
-    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.8";
+    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.8" HOT_CATHODE_COMMAND;
     // Printed NV, but the gauge chooses the current, so there is nothing to keep (98).
     106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6";
     // Printed as Boolean, with the codes 00 and 03 (99).
-    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7";
+    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DEGAS_STATUS;
 }
 
 blocks! {

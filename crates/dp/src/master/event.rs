@@ -1,5 +1,6 @@
 //! What a master has to tell about its slaves: one bounded queue.
 
+use super::acyclic::{Handle, Notice};
 use super::state::State;
 use crate::link::BitTime;
 use crate::link::active::Failure;
@@ -27,6 +28,24 @@ pub enum What {
     Trouble(Trouble),
     /// The diagnosis says something new.
     Diagnosis,
+    /// Something became of an acyclic request.
+    Acyclic(Handle, Notice),
+    /// The slave has fallen out of data exchange, and [`Settings::auto_clear`](super::Settings::auto_clear) has taken the
+    /// master to Clear.
+    AutoClear,
+}
+
+impl fmt::Display for What {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Entered(state) => state.fmt(f),
+            Self::Trouble(trouble) => trouble.fmt(f),
+            Self::Diagnosis => f.write_str("new diagnosis"),
+            Self::Acyclic(handle, Notice::Done) => write!(f, "there is an outcome of {}", handle.service()),
+            Self::Acyclic(_, Notice::Ended(end)) => end.fmt(f),
+            Self::AutoClear => f.write_str("it fell out of data exchange, and the master went to CLEAR"),
+        }
+    }
 }
 
 /// What keeps a slave from exchanging data.
@@ -56,6 +75,8 @@ pub enum Trouble {
     NotReady,
     /// Static diagnosis: it has no valid process data yet.
     StaticDiag,
+    /// A late response could be taken for another one: MS1 begins anew with data exchange.
+    Ms1,
     /// It answers a service like this.
     Refused(Status),
     /// The data unit of an answer has the wrong length.
@@ -80,9 +101,14 @@ impl fmt::Display for Trouble {
             Self::PrmReq => f.write_str("it asks to be parameterised again (Prm_Req)"),
             Self::NotReady => f.write_str("it does not become ready (Station_Not_Ready)"),
             Self::StaticDiag => f.write_str("it has no valid process data yet (Stat_Diag)"),
+            Self::Ms1 => f.write_str("it did not respond to MS1 in time, or wrongly"),
             Self::Refused(Status::ServiceNotActivated) => f.write_str("it does not exchange data with us (RS)"),
             Self::Refused(Status::NoResource) => f.write_str("it has no room for the data (RR)"),
             Self::Refused(Status::UserError) => f.write_str("its application has failed (UE)"),
+            Self::Refused(Status::NoReply) => f.write_str("it acknowledges where it should answer with data"),
+            Self::Refused(status) if status.carries_data() => {
+                f.write_str("it answers with data where it should only acknowledge")
+            }
             Self::Refused(status) => write!(f, "it answers {status:?}"),
             Self::Length { expected, received } => {
                 write!(f, "its answer has {received} octets instead of {expected}")

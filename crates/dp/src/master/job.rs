@@ -63,6 +63,11 @@ impl Job {
         Ok(())
     }
 
+    /// Whether there is a request to be sent.
+    pub(super) const fn is_waiting(&self) -> bool {
+        matches!(self.stage, Stage::Waiting(_))
+    }
+
     /// The request, to be sent now.
     pub(super) fn start(&mut self) -> Option<Request<'_>> {
         let Stage::Waiting(Header { da, function, dsap, ssap }) = self.stage else { return None };

@@ -3,7 +3,8 @@
 //! [`Master`] is the layer above an [`Active`] station. Each of its cycles gives every slave one message, in the order in
 //! which they were added: whatever its handler needs next. A tool beside the cycle hands over one request at a time
 //! ([`Master::submit`]) and takes its result ([`Master::take`]); a master without slaves, or in [`Mode::Stop`], sends
-//! nothing but those.
+//! nothing but those. MS2, MS1 and the parameter channel have handles: [`Master::ms2_open`], [`Master::ms1_read`],
+//! [`Master::pkw_read`] and [`Master::outcome`].
 //!
 //! ```
 //! use profivac_dp::link::active::BusParameters;
@@ -23,31 +24,45 @@
 //! # Ok::<(), profivac_dp::master::Rejected>(())
 //! ```
 
+mod acyclic;
+mod backoff;
+mod control;
 mod diagnosis;
 mod event;
+mod ext_diag;
 mod job;
+mod ms1;
+mod ms2;
 mod parameters;
+pub mod pkw;
+mod requests;
+mod roster;
 pub mod services;
 mod slave;
 mod state;
 
+pub use acyclic::{Cause, End, Handle, NotTaken, Notice, Outcome, Service, Wrong};
+pub use control::{COMMANDS, NotSent};
 pub use event::{Event, Trouble, What};
+pub use ext_diag::{Entry, ExtDiag};
 pub use job::Busy;
+pub use ms1::Ms1Parameters;
+pub use ms2::{Ms2Parameters, Opened, Phase};
 pub use parameters::{Rejected, Settings, SlaveParameters, watchdog_factors};
+pub use pkw::PkwParameters;
 pub use state::{Counters, State};
 
 use crate::link::BitTime;
 use crate::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests};
+use acyclic::{Acyclic, Turn};
+use control::{Controls, Tell};
 use core::fmt;
 use event::Events;
 use heapless::Vec;
 use job::Job;
-use profivac_wire::control::Function;
 use profivac_wire::diag::SlaveDiag;
-use profivac_wire::global::{ControlCommand, GlobalControl};
-use profivac_wire::sap::MASTER_MS0;
-use profivac_wire::{BROADCAST, MAX_DU, Sap};
-use slave::{Context, Handler};
+use profivac_wire::{MAX_DU, Sap};
+use slave::{Change, Context, Handler};
 use state::Ask;
 
 /// The highest address of a slave that can be parameterised.
@@ -84,15 +99,17 @@ impl fmt::Display for Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pending {
     Nothing,
-    Control,
+    Control(Tell),
     Slave(usize, Ask),
     Job,
+    Acyclic(Turn),
 }
 
 /// A class 1 master with room for `SLAVES` slaves. Of each of these a slave can have `OCTETS`: inputs, outputs,
-/// configuration, user parameters and extended diagnosis. `EVENTS` events wait to be taken.
+/// configuration, user parameters and extended diagnosis. `EVENTS` events wait to be taken. Up to `ACYCLIC` MS2 connections,
+/// as many MS1 requests and as many instructions in parameter channels are under way at the same time.
 #[derive(Clone, Debug)]
-pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize = 64> {
+pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize = 64, const ACYCLIC: usize = 4> {
     address: u8,
     settings: Settings,
     mode: Mode,
@@ -107,18 +124,27 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
     /// When the present cycle began, and how long the one before took from begin to begin.
     began: BitTime,
     cycle_tbit: u64,
-    control_due: bool,
+    controls: Controls,
+    /// When the request to a slave was handed out.
+    asked_at: BitTime,
+    /// The master stops, and its slaves are told to be safe before: since the cycle that began then.
+    farewell: Option<Option<BitTime>>,
     /// Slaves that are not there are called one per cycle, so that they do not slow down the others: the next is this one
     /// or a later one.
     call_from: usize,
     called: bool,
     events: Events<EVENTS>,
     job: Job,
+    acyclic: Acyclic<ACYCLIC>,
+    /// The raw request had the last turn.
+    job_was_last: bool,
     du: [u8; MAX_DU],
     now: BitTime,
 }
 
-impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVES, OCTETS, EVENTS> {
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
+    Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
+{
     /// A station with a master above it that begins to listen at `now`: without slaves, in [`Mode::Stop`].
     pub const fn on(bus: BusParameters, settings: Settings, now: BitTime) -> Active<Self> {
         Active::new(bus, Self::new(bus.address, settings, now), now)
@@ -137,11 +163,15 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
             cycles: 0,
             began: now,
             cycle_tbit: 0,
-            control_due: false,
+            controls: Controls::new(),
+            asked_at: now,
+            farewell: None,
             call_from: 0,
             called: false,
             events: Events::new(),
             job: Job::new(),
+            acyclic: Acyclic::new(),
+            job_was_last: false,
             du: [0; MAX_DU],
             now,
         }
@@ -185,9 +215,17 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
     }
 
     /// Changes the mode. The slaves are told with the next message, and then again and again.
-    pub const fn set_mode(&mut self, mode: Mode) {
+    ///
+    /// On the way to [`Mode::Stop`] every slave that exchanges data is sent safe outputs once more: one that has no
+    /// watchdog would keep its last ones for ever.
+    pub fn set_mode(&mut self, mode: Mode) {
+        self.farewell = (mode == Mode::Stop && self.mode != Mode::Stop && self.exchanging > 0).then_some(None);
         self.mode = mode;
-        self.control_due = true;
+        self.controls.mode_due = true;
+        if mode == Mode::Stop {
+            self.controls.forget();
+            self.turn = None;
+        }
     }
 
     /// The slaves, in the order of the cycle.
@@ -210,7 +248,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         self.slave(address).map(Handler::counters)
     }
 
-    /// The last diagnosis of a slave.
+    /// The last diagnosis of a slave. [`ext_diag`](Self::ext_diag) divides what is behind its fixed octets.
     pub fn diagnosis(&self, address: u8) -> Option<SlaveDiag<'_>> {
         self.slave(address)?.diagnosis()
     }
@@ -228,8 +266,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
 
     /// The outputs of a slave, sent with the next exchange in [`Mode::Operate`]. As long as its configuration says.
     pub fn outputs_mut(&mut self, address: u8) -> Option<&mut [u8]> {
-        let place = *self.places.get(usize::from(address))?;
-        self.slaves.get_mut(usize::from(place)).map(Handler::outputs_mut)
+        let place = self.place(address)?;
+        self.slaves.get_mut(place).map(Handler::outputs_mut)
     }
 
     /// How many slaves exchange data.
@@ -272,43 +310,53 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
     }
 
     fn slave(&self, address: u8) -> Option<&Handler<OCTETS>> {
-        let place = *self.places.get(usize::from(address))?;
-        self.slaves.get(usize::from(place))
+        self.slaves.get(self.place(address)?)
     }
 
     fn with(&mut self, address: u8, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
-        if let Some(place) = self.places.get(usize::from(address)) {
-            self.with_place(usize::from(*place), act);
+        if let Some(place) = self.place(address) {
+            self.with_place(place, act);
         }
     }
 
-    fn with_place(&mut self, place: usize, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
+    fn with_place(&mut self, place: usize, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Change {
         let mut context = Context {
             now: self.now,
             address: self.address,
             settings: &self.settings,
             events: self.events.sink(),
             exchanging: &mut self.exchanging,
-            control_due: &mut self.control_due,
+            control_due: &mut self.controls.mode_due,
+            asked_at: self.asked_at,
+            change: Change::Nothing,
         };
         if let Some(slave) = self.slaves.get_mut(place) {
             act(slave, &mut context);
+        }
+        context.change
+    }
+
+    /// Whatever became of a message to a slave.
+    #[inline(never)]
+    fn confirm_slave(&mut self, place: usize, ask: Ask, confirmation: Confirmation<'_>) {
+        let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+        if change != Change::Nothing {
+            self.changed(place, change);
         }
     }
 
     /// The next message of the cycle, nothing at its end.
     #[inline]
     fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
-        if self.mode == Mode::Stop {
+        if self.mode == Mode::Stop && !self.says_farewell() {
             return None;
         }
         let turn = match self.turn {
             Some(turn) => turn,
             None => self.begin_cycle(now)?,
         };
-        if self.control_due && self.exchanging > 0 {
-            self.control_due = false;
-            return Some(Pending::Control);
+        if let Some(control) = self.next_control() {
+            return Some(control);
         }
         let next = self.next_slave(turn, now);
         if next.is_none() {
@@ -317,14 +365,30 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         next
     }
 
+    /// A master that stops goes on until everybody who exchanges data has been sent safe outputs.
+    #[cold]
+    fn says_farewell(&mut self) -> bool {
+        if let Some(Some(since)) = self.farewell
+            && self.all_exchanged_since(since, None)
+        {
+            self.farewell = None;
+            self.turn = None;
+        }
+        self.farewell.is_some()
+    }
+
     fn begin_cycle(&mut self, now: BitTime) -> Option<usize> {
-        if self.cycles > 0 && now < self.began + self.settings.min_cycle_tbit {
+        if self.cycles > 0 && now < self.began + self.settings.min_cycle_tbit && self.farewell.is_none() {
             return None;
         }
         self.cycle_tbit = now - self.began;
         self.began = now;
         self.cycles = self.cycles.wrapping_add(1);
-        self.control_due |= self.cycles.checked_rem(self.settings.control_cycles) == Some(0);
+        self.controls.mode_due |= self.cycles.checked_rem(self.settings.control_cycles) == Some(0);
+        self.prepare_controls(now);
+        if let Some(since) = &mut self.farewell {
+            since.get_or_insert(now);
+        }
         self.called = false;
         self.turn = Some(0);
         self.turn
@@ -343,13 +407,22 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         for place in turn..self.slaves.len() {
             let ask = self.slaves.get(place).and_then(|slave| slave.ask(now));
             if let Some(ask) = ask
-                && (ask != Ask::FdlStatus || self.may_call(place))
+                && (ask == Ask::DataExch || self.may_ask(place, ask))
             {
                 self.turn = Some(place.saturating_add(1));
                 return Some(Pending::Slave(place, ask));
             }
         }
         None
+    }
+
+    /// Whether something other than data exchange has its place in this cycle: nobody is brought up while the master stops.
+    fn may_ask(&mut self, place: usize, ask: Ask) -> bool {
+        match ask {
+            Ask::FdlStatus => self.farewell.is_none() && self.may_call(place),
+            Ask::SetPrm | Ask::ChkCfg | Ask::Unlock => self.farewell.is_none(),
+            Ask::SlaveDiag | Ask::DataExch => true,
+        }
     }
 
     /// Whether a slave that is not there is called in this cycle.
@@ -362,6 +435,28 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
         true
     }
 
+    /// The next message beside the cycle: the raw request and the acyclic ones in turn.
+    #[inline(never)]
+    fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
+        self.elapse(now);
+        let job = self.job.is_waiting().then_some(Pending::Job);
+        let next = match job.filter(|_| !self.job_was_last) {
+            Some(job) => Some(job),
+            None => self.acyclic.due(now).map(Pending::Acyclic).or(job),
+        };
+        self.job_was_last = next == Some(Pending::Job);
+        next
+    }
+
+    /// The parameter channel of a slave that has just been exchanged with.
+    #[inline(never)]
+    fn channel_exchanged(&mut self, place: usize, ask: Ask) {
+        let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
+        if let (Ask::DataExch, Some(inputs)) = (ask, slave.inputs()) {
+            self.acyclic.exchanged(self.now, slave.address, inputs, &mut self.events.sink());
+        }
+    }
+
     /// The message to a slave.
     #[inline]
     fn message(&mut self, place: usize, ask: Ask) -> Option<Request<'_>> {
@@ -371,8 +466,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
             Ask::DataExch => services::data_exchange(
                 da,
                 match self.mode {
-                    Mode::Operate => slave.outputs(),
-                    Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
+                    Mode::Operate if !self.controls.is_cleared(slave.group) && self.acyclic.is_idle() => {
+                        slave.outputs()
+                    }
+                    Mode::Operate if !self.controls.is_cleared(slave.group) => {
+                        self.acyclic.with_channel(da, slave.outputs(), &mut self.du)
+                    }
+                    Mode::Operate | Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
                 },
             ),
             Ask::SlaveDiag => services::slave_diag(da),
@@ -385,25 +485,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Master<SLAVE
             }
         })
     }
-
-    /// Global_Control to all slaves, profibus-wire 2.9.
-    fn global_control(&mut self) -> Option<Request<'_>> {
-        let command = match self.mode {
-            Mode::Operate => ControlCommand::empty(),
-            Mode::Clear | Mode::Stop => ControlCommand::CLEAR_DATA,
-        };
-        let length = GlobalControl { command, group: 0 }.emit(&mut self.du).ok()?;
-        Some(Request {
-            da: BROADCAST,
-            function: Function::SdnHigh,
-            dsap: Sap::GlobalControl.to_octet(),
-            ssap: Some(MASTER_MS0),
-            du: self.du.get(..length)?,
-        })
-    }
 }
 
-impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for Master<SLAVES, OCTETS, EVENTS> {
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize> Requests
+    for Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
+{
     #[inline]
     fn next(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>> {
         self.now = now;
@@ -411,15 +497,21 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for
             Priority::High => {
                 self.pending = self.next_in_cycle(now)?;
                 match self.pending {
-                    Pending::Slave(place, ask) => self.message(place, ask),
-                    Pending::Control => self.global_control(),
-                    Pending::Job | Pending::Nothing => None,
+                    Pending::Slave(place, ask) => {
+                        self.asked_at = now;
+                        self.message(place, ask)
+                    }
+                    Pending::Control(tell) => self.global_control(tell),
+                    Pending::Job | Pending::Acyclic(_) | Pending::Nothing => None,
                 }
             }
             Priority::Low => {
-                let request = self.job.start()?;
-                self.pending = Pending::Job;
-                Some(request)
+                self.pending = self.next_beside(now)?;
+                match self.pending {
+                    Pending::Job => self.job.start(),
+                    Pending::Acyclic(turn) => self.acyclic.message(turn),
+                    Pending::Slave(..) | Pending::Control(_) | Pending::Nothing => None,
+                }
             }
         }
     }
@@ -429,10 +521,19 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize> Requests for
         self.now = now;
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
-                self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+                let asked = self.asked_at;
+                let usual =
+                    self.slaves.get_mut(place).is_some_and(|slave| slave.took_inputs(ask, &confirmation, now, asked));
+                if !usual {
+                    self.confirm_slave(place, ask, confirmation);
+                }
+                if !self.acyclic.is_idle() {
+                    self.channel_exchanged(place, ask);
+                }
             }
-            Pending::Control => self.control_due |= confirmation != Confirmation::Sent,
+            Pending::Control(tell) => self.controls.told(tell, confirmation == Confirmation::Sent),
             Pending::Job => self.job.finish(confirmation),
+            Pending::Acyclic(turn) => self.acyclic.confirmed(turn, now, confirmation, &mut self.events.sink()),
             Pending::Nothing => {}
         }
     }

@@ -7,7 +7,7 @@ use profivac_wire::cfg::CfgError;
 /// How a master treats all its slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// A cycle begins no sooner after the one before, in bit times. At least the largest Min_Slave_Interval of the slaves.
+    /// A cycle begins no sooner after the one before, in bit times.
     pub min_cycle_tbit: u64,
     /// Global_Control is repeated every so many cycles.
     pub control_cycles: u32,
@@ -19,6 +19,9 @@ pub struct Settings {
     pub pause_max_tbit: u64,
     /// How long a slave may check its parameters, in bit times.
     pub ready_tbit: u64,
+    /// Error_Action: a slave that falls out of data exchange in [`Mode::Operate`](super::Mode::Operate) takes the master to
+    /// [`Mode::Clear`](super::Mode::Clear), where it stays until it is told otherwise.
+    pub auto_clear: bool,
 }
 
 impl Settings {
@@ -34,6 +37,7 @@ impl Settings {
             pause_min_tbit: baud.tbit_of_ms(10),
             pause_max_tbit: baud.tbit_of_ms(250),
             ready_tbit: baud.tbit_of_ms(10_000),
+            auto_clear: false,
         }
     }
 }
@@ -53,7 +57,10 @@ pub struct SlaveParameters<'a> {
     pub watchdog: Option<[u8; 2]>,
     /// min T_SDR in bit times; 0 keeps what the slave has.
     pub min_tsdr: u8,
-    /// Group_Ident.
+    /// Min_Slave_Interval in bit times: no request of the cycle begins sooner after the one before. 0 is no limit. The GSD
+    /// file counts it in 100 us, see [`Baud::tbit_of_us`].
+    pub min_interval_tbit: u64,
+    /// Group_Ident, one bit per group.
     pub group: u8,
     /// The slave shall support Sync.
     pub sync: bool,
@@ -61,6 +68,8 @@ pub struct SlaveParameters<'a> {
     pub freeze: bool,
     /// In Clear the slave is sent outputs of length zero instead of zeros. `user_prm` must tell it so.
     pub fail_safe: bool,
+    /// DPV1_Slave of the GSD file: device-related diagnosis is alarms and statuses.
+    pub dpv1: bool,
     /// Diag_Update_Delay of the GSD file: so many diagnoses after Set_Prm may still ask for parameters.
     pub diag_update_delay: u8,
 }
@@ -76,10 +85,12 @@ impl<'a> SlaveParameters<'a> {
             user_prm: &[],
             watchdog: Some([10, 10]),
             min_tsdr: 11,
+            min_interval_tbit: 0,
             group: 0,
             sync: false,
             freeze: false,
             fail_safe: false,
+            dpv1: false,
             diag_update_delay: 0,
         }
     }
@@ -114,6 +125,8 @@ pub enum Rejected {
     Address(u8),
     /// There is a slave with this address.
     Taken(u8),
+    /// There is no slave with this address.
+    Unknown(u8),
     /// The configuration is none.
     Cfg(CfgError),
     /// Configuration, user parameters, inputs or outputs are too long.
@@ -135,6 +148,7 @@ impl fmt::Display for Rejected {
             Self::Full { capacity } => write!(f, "the master has room for {capacity} slaves"),
             Self::Address(address) => write!(f, "no slave of this master can have the address {address}"),
             Self::Taken(address) => write!(f, "there is a slave with the address {address} already"),
+            Self::Unknown(address) => write!(f, "there is no slave with the address {address}"),
             Self::Cfg(defect) => write!(f, "the configuration is wrong: {defect}"),
             Self::TooLong { what, octets, room } => write!(f, "{what}: {octets} octets, and there is room for {room}"),
             Self::Watchdog => f.write_str("a watchdog factor must be 1 to 255, not 0"),

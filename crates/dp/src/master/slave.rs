@@ -4,6 +4,7 @@
 //! ([`Handler::confirmed`]). Every slave gets at most one message per cycle, so one that errs again and again costs the
 //! others no more than one that works.
 
+use super::backoff::BackOff;
 use super::diagnosis::Diagnosis;
 use super::event::{Event, Sink, Trouble, What};
 use super::parameters::{Rejected, Settings, SlaveParameters};
@@ -18,6 +19,16 @@ use profivac_wire::prm::{PrmStatus, SetPrm};
 /// The longest User_Prm_Data: 244 octets without the seven fixed ones.
 const MAX_USER_PRM: usize = 237;
 
+/// What the master must know when a handler has done its work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    Nothing,
+    /// The slave exchanges data no more: something went wrong, unless it was told so.
+    FellOut,
+    /// The slave was to be removed, and has been given back.
+    Gone,
+}
+
 /// What all handlers share, and where they report.
 pub(super) struct Context<'a> {
     pub(super) now: BitTime,
@@ -29,6 +40,9 @@ pub(super) struct Context<'a> {
     pub(super) exchanging: &'a mut usize,
     /// The slaves are to be told the mode of the master.
     pub(super) control_due: &'a mut bool,
+    /// When the message was handed out that is being confirmed.
+    pub(super) asked_at: BitTime,
+    pub(super) change: Change,
 }
 
 /// One slave.
@@ -38,9 +52,11 @@ pub(super) struct Handler<const OCTETS: usize> {
     pub(super) ident: u16,
     watchdog: Option<[u8; 2]>,
     min_tsdr: u8,
-    group: u8,
+    min_interval_tbit: u64,
+    pub(super) group: u8,
     requests: PrmStatus,
     fail_safe: bool,
+    pub(super) dpv1: bool,
     pub(super) diag_update_delay: u8,
     cfg: Vec<u8, OCTETS>,
     user_prm: Vec<u8, OCTETS>,
@@ -48,10 +64,9 @@ pub(super) struct Handler<const OCTETS: usize> {
     pub(super) state: State,
     /// Message cycles in a row that failed.
     pub(super) misses: u8,
-    /// Nothing is asked before, in the states that something went wrong in.
-    resume_at: BitTime,
-    /// How long to pause next time something goes wrong.
-    pause_tbit: u64,
+    back_off: BackOff,
+    /// To be forgotten once it is inactive.
+    leaving: bool,
     trouble: Option<Trouble>,
     pub(super) diagnosis: Option<Diagnosis<OCTETS>>,
     pub(super) counters: Counters,
@@ -78,17 +93,19 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             ident: parameters.ident,
             watchdog: parameters.watchdog,
             min_tsdr: parameters.min_tsdr,
+            min_interval_tbit: parameters.min_interval_tbit,
             group: parameters.group,
             requests,
             fail_safe: parameters.fail_safe,
+            dpv1: parameters.dpv1,
             diag_update_delay: parameters.diag_update_delay,
             cfg: copied("configuration", parameters.cfg, OCTETS)?,
             user_prm: copied("user parameters", parameters.user_prm, OCTETS.min(MAX_USER_PRM))?,
             lengths,
             state: State::Offline,
             misses: 0,
-            resume_at: BitTime(0),
-            pause_tbit: 0,
+            back_off: BackOff::new(),
+            leaving: false,
             trouble: None,
             diagnosis: None,
             counters: Counters::default(),
@@ -112,6 +129,10 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     pub(super) fn cfg(&self) -> &[u8] {
         &self.cfg
+    }
+
+    pub(super) fn user_prm(&self) -> &[u8] {
+        &self.user_prm
     }
 
     pub(super) fn inputs(&self) -> Option<&[u8]> {
@@ -155,11 +176,24 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     /// The message for this slave in the present cycle.
     #[inline]
     pub(super) fn ask(&self, now: BitTime) -> Option<Ask> {
-        self.state.asks().filter(|_| self.resume_at <= now)
+        self.state.asks().filter(|_| self.back_off.is_over(now))
     }
 
     /// What became of the message.
     pub(super) fn confirmed(&mut self, ask: Ask, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
+        self.took_place(ask, confirmation, context);
+        self.keep_distance(context.asked_at);
+    }
+
+    /// Min_Slave_Interval.
+    #[inline]
+    fn keep_distance(&mut self, asked: BitTime) {
+        if self.min_interval_tbit > 0 {
+            self.back_off.not_before(asked + self.min_interval_tbit);
+        }
+    }
+
+    fn took_place(&mut self, ask: Ask, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
         if self.state.asks() != Some(ask) {
             // Released or taken up again while the message was on its way.
             return;
@@ -182,7 +216,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     /// Takes the slave into the cycle, or anew.
     pub(super) fn start(&mut self, context: &mut Context<'_>) {
         self.enter(State::Offline, context);
-        self.pause_tbit = 0;
+        self.back_off.begin_anew(context.now + self.min_interval_tbit);
+        self.leaving = false;
         self.trouble = None;
     }
 
@@ -195,21 +230,88 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// profibus-wire 2.8, master rules.
+    /// The same, to be forgotten afterwards.
+    pub(super) fn remove(&mut self, context: &mut Context<'_>) {
+        self.leaving = true;
+        self.release(context);
+    }
+
+    /// Takes over other parameters; what was counted and learnt stays.
+    pub(super) fn adopt(&mut self, fresh: Self, context: &mut Context<'_>) {
+        let old = core::mem::replace(self, fresh);
+        if self.lengths.outputs == old.lengths.outputs {
+            self.outputs = old.outputs;
+        }
+        self.state = old.state;
+        self.leaving = old.leaving;
+        self.back_off = old.back_off;
+        self.counters = old.counters;
+        self.diagnosis = old.diagnosis;
+        self.parameterise(context);
+    }
+
+    /// Puts the slave into other groups.
+    pub(super) fn set_group(&mut self, group: u8, context: &mut Context<'_>) {
+        self.group = group;
+        self.parameterise(context);
+    }
+
+    /// Set_Prm and all that follows, if it was sent before.
+    fn parameterise(&mut self, context: &mut Context<'_>) {
+        self.trouble = None;
+        match self.state {
+            State::Prm | State::Cfg | State::Diag2 { .. } | State::Data { .. } => self.enter(State::Diag1, context),
+            State::Offline | State::Diag1 | State::Release | State::Inactive => {}
+        }
+        self.back_off.begin_anew(context.now + self.min_interval_tbit);
+    }
+
+    /// Because of this slave all go to safe outputs.
+    pub(super) fn auto_clear(&self, context: &mut Context<'_>) {
+        self.note(What::AutoClear, context);
+    }
+
+    pub(super) const fn is_exchanging(&self) -> bool {
+        matches!(self.state, State::Data { .. })
+    }
+
+    /// The usual case: an exchange with as many inputs as there should be, and nothing to be told. Whether it was that.
     #[inline]
+    pub(super) fn took_inputs(
+        &mut self,
+        ask: Ask,
+        confirmation: &Confirmation<'_>,
+        at: BitTime,
+        asked: BitTime,
+    ) -> bool {
+        let (State::Data { diag: false }, Ask::DataExch, Confirmation::Answer(answer)) =
+            (self.state, ask, confirmation)
+        else {
+            return false;
+        };
+        let diag = match answer.status {
+            Status::DataLow | Status::NoReply => false,
+            Status::DataHigh => true,
+            _ => return false,
+        };
+        let Some(image) = self.inputs.get_mut(..usize::from(self.lengths.inputs)) else { return false };
+        if image.len() != answer.du.len() {
+            return false;
+        }
+        image.copy_from_slice(answer.du);
+        self.count_retries(answer);
+        self.took(diag, at);
+        self.keep_distance(asked);
+        true
+    }
+
+    /// profibus-wire 2.8, master rules; without the usual case, [`took_inputs`](Self::took_inputs).
     fn exchanged(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
         self.count_retries(answer);
         match answer.status {
             Status::DataLow | Status::DataHigh | Status::NoReply => {
-                let expected = usize::from(self.lengths.inputs);
-                let received = answer.du.len();
-                match self.inputs.get_mut(..received) {
-                    Some(image) if received == expected => {
-                        image.copy_from_slice(answer.du);
-                        self.took(answer.status == Status::DataHigh, context.now);
-                    }
-                    _ => self.restart(Trouble::Length { expected, received }, context),
-                }
+                let (expected, received) = (usize::from(self.lengths.inputs), answer.du.len());
+                self.restart(Trouble::Length { expected, received }, context);
             }
             Status::ServiceNotActivated => self.restart(Trouble::Refused(answer.status), context),
             status => self.refused(status, context),
@@ -217,11 +319,11 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     /// An exchange was good: whatever went wrong before is over.
+    #[inline]
     fn took(&mut self, diag: bool, now: BitTime) {
         self.state = State::Data { diag };
         self.counters.exchanges = self.counters.exchanges.wrapping_add(1);
         self.misses = 0;
-        self.pause_tbit = 0;
         self.trouble = None;
         self.exchanged = Some(now);
     }
@@ -237,7 +339,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     /// No valid answer, after all repetitions.
     fn missed(&mut self, failure: Failure, context: &mut Context<'_>) {
         if self.state == State::Offline {
-            return self.back_off(context);
+            self.report(Trouble::Lost(failure), context);
+            return self.back_off.failed(context.now, context.settings);
         }
         self.counters.lost = self.counters.lost.wrapping_add(1);
         self.misses = self.misses.saturating_add(1);
@@ -245,7 +348,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             let next = if self.state == State::Release { State::Inactive } else { State::Offline };
             self.report(Trouble::Lost(failure), context);
             self.enter(next, context);
-            self.back_off(context);
+            self.back_off.failed(context.now, context.settings);
         } else if let Failure::Mismatch(_) = failure {
             self.report(Trouble::Lost(failure), context);
         }
@@ -264,13 +367,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     pub(super) fn restart(&mut self, trouble: Trouble, context: &mut Context<'_>) {
         self.report(trouble, context);
         self.enter(State::Diag1, context);
-        self.back_off(context);
-    }
-
-    fn back_off(&mut self, context: &mut Context<'_>) {
-        let Settings { pause_min_tbit, pause_max_tbit, .. } = *context.settings;
-        self.resume_at = context.now + self.pause_tbit;
-        self.pause_tbit = self.pause_tbit.saturating_mul(2).max(pause_min_tbit).min(pause_max_tbit);
+        self.back_off.failed(context.now, context.settings);
     }
 
     pub(super) fn count_retries(&mut self, answer: &Answer<'_>) {
@@ -291,13 +388,20 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             (false, true) => {
                 *context.exchanging = context.exchanging.saturating_add(1);
                 *context.control_due = true;
+                self.back_off.well(context.now);
             }
-            (true, false) => *context.exchanging = context.exchanging.saturating_sub(1),
+            (true, false) => {
+                *context.exchanging = context.exchanging.saturating_sub(1);
+                context.change = Change::FellOut;
+            }
             (true, true) | (false, false) => {}
         }
         self.exchanged = self.exchanged.filter(|_| is);
         self.misses = 0;
-        self.resume_at = context.now;
+        self.back_off.end(context.now);
+        if self.leaving && state == State::Inactive {
+            context.change = Change::Gone;
+        }
         if self.state != state {
             self.state = state;
             self.note(What::Entered(state), context);

@@ -21,6 +21,7 @@ impl Said {
     }
 }
 
+#[derive(Clone)]
 pub struct Desk<R> {
     pub station: Active<R>,
     receiver: Receiver,
@@ -55,6 +56,30 @@ impl<R: Requests> Desk<R> {
                 return said;
             }
         }
+    }
+
+    /// The next message to somebody, if there is one in so many bit times.
+    pub fn asks_within(&mut self, tbit: u64) -> Option<Said> {
+        let limit = self.now + tbit;
+        while self.now < limit {
+            let said = self.says();
+            if !is_housekeeping(&said.octets) {
+                return Some(said);
+            }
+        }
+        None
+    }
+
+    /// Whatever the master still has to say by itself, each exchange answered by `inputs`. Whether there was one.
+    pub fn takes_leave(&mut self, inputs: &str) -> bool {
+        let mut exchanged = false;
+        while let Some(said) = self.asks_within(10_000) {
+            if said.octets[4] != 0xFF {
+                exchanged = !exchanged;
+                self.hears(inputs);
+            }
+        }
+        exchanged
     }
 
     /// After `gap` bit times of idle line the master hears the octets in `telegram`.

@@ -1,6 +1,6 @@
 //! A device without a purpose: it gives what the test put in, and keeps what it got.
 
-use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault};
+use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
 use profivac_wire::cfg::{self, Lengths};
 
 #[derive(Clone, Debug)]
@@ -17,6 +17,9 @@ pub struct Plain {
     pub changed: bool,
     pub accepts_prm: bool,
     pub address_is_settable: bool,
+    pub features: Features,
+    /// What is at 1/16, for everybody.
+    pub record: Vec<u8>,
 }
 
 impl Plain {
@@ -33,6 +36,8 @@ impl Plain {
             changed: false,
             accepts_prm: true,
             address_is_settable: false,
+            features: Features { sync: true, freeze: true, dpv1: false, ms1: false },
+            record: Vec::new(),
         }
     }
 
@@ -49,7 +54,7 @@ impl Device for Plain {
     }
 
     fn features(&self) -> Features {
-        Features { sync: true, freeze: true, dpv1: false, ms1: false }
+        self.features
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
@@ -90,5 +95,21 @@ impl Device for Plain {
 
     fn set_address(&mut self, request: &profivac_wire::address::SetSlaveAdd<'_>) -> Option<u8> {
         Some(request.address)
+    }
+
+    fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Refusal> {
+        if (slot, index) != (1, 16) {
+            return Err(Refusal::INVALID_INDEX);
+        }
+        record[..self.record.len()].copy_from_slice(&self.record);
+        Ok(self.record.len())
+    }
+
+    fn write(&mut self, _: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Refusal> {
+        if (slot, index) != (1, 16) {
+            return Err(Refusal::INVALID_INDEX);
+        }
+        self.record = record.to_vec();
+        Ok(())
     }
 }

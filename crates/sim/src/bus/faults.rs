@@ -40,7 +40,8 @@ impl Bus {
         self.drivers[driver].set_power(on);
         self.plan(driver);
         self.listen_again();
-        self.referees.iter_mut().for_each(Referee::power_failed);
+        let now = self.now;
+        self.referees.iter_mut().for_each(|referee| referee.power_failed(station, now));
     }
 
     fn set_noise(&mut self, noise: Option<Noise>) {

@@ -177,6 +177,17 @@ impl Bus {
         self.referees.iter_mut().for_each(|referee| referee.allow(rule));
     }
 
+    /// The referee stops the run for this rule again.
+    pub fn disallow(&mut self, rule: Rule) {
+        self.referees.iter_mut().for_each(|referee| referee.disallow(rule));
+    }
+
+    /// From `from` on the referee wants the token to go around the stations with these addresses, and around no others. With
+    /// no address it may go where it likes.
+    pub fn expect_ring(&mut self, addresses: &[u8], from: BitTime) {
+        self.referees.iter_mut().for_each(|referee| referee.expect_ring(addresses, from));
+    }
+
     /// The referee lets this station send what and when it likes.
     pub fn exempt(&mut self, station: Id) {
         self.referees.iter_mut().for_each(|referee| referee.exempt(station));

@@ -216,17 +216,26 @@ impl<'a> Response<'a> {
         }
     }
 
+    /// The function number, also where it is the refusal of this function.
+    #[must_use]
+    pub const fn function(&self) -> Function {
+        match self {
+            Self::Idle(_) => Function::Idle,
+            Self::DataTransport(_) => Function::DataTransport,
+            Self::ResourceManager(_) => Function::ResourceManager,
+            Self::Initiate(_) => Function::Initiate,
+            Self::Abort(_) => Function::Abort,
+            Self::AlarmAck(_) => Function::AlarmAck,
+            Self::Read(_) => Function::Read,
+            Self::Write(_) => Function::Write,
+            Self::Negative(negative) => negative.function,
+        }
+    }
+
     const fn number(&self) -> u8 {
         match self {
-            Self::Idle(_) => Function::Idle.number(),
-            Self::DataTransport(_) => Function::DataTransport.number(),
-            Self::ResourceManager(_) => Function::ResourceManager.number(),
-            Self::Initiate(_) => Function::Initiate.number(),
-            Self::Abort(_) => Function::Abort.number(),
-            Self::AlarmAck(_) => Function::AlarmAck.number(),
-            Self::Read(_) => Function::Read.number(),
-            Self::Write(_) => Function::Write.number(),
             Self::Negative(negative) => negative.function.number() | NEGATIVE,
+            response => response.function().number(),
         }
     }
 

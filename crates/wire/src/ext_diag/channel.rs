@@ -63,6 +63,21 @@ pub enum Organisation {
 }
 
 impl Organisation {
+    /// What it is called.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown width",
+            Self::Bit => "bit",
+            Self::TwoBits => "2 bit",
+            Self::FourBits => "4 bit",
+            Self::Byte => "byte",
+            Self::Word => "word",
+            Self::TwoWords => "2 words",
+            Self::Reserved => "reserved width",
+        }
+    }
+
     const fn from_bits(bits: u8) -> Self {
         match bits & 7 {
             0 => Self::Unknown,

@@ -1,10 +1,11 @@
 //! The blocks of Ext_Diag_Data, behind the six fixed octets of a diagnosis. profibus-wire 2.3.1 and 2.3.2.
 //!
 //! A device-related block means what the device's manual says, or, on a DP-V1 device, an alarm or a status: which of the two
-//! the reader must know, so [`Message`] is read from the block in a second step.
+//! the reader must know, so [`Message`] is read from the block in a second step. Both have words ([`Display`](core::fmt::Display)).
 
 mod channel;
 mod message;
+mod words;
 
 pub use channel::{Channel, Organisation, channel_error};
 pub use message::{Change, Message, MessageKind, ModuleState, Specifier, module_states};

@@ -1,46 +1,85 @@
-//! Who else is there: the GAP of an active station and the list of what was found in it. profibus-wire 1.13.
+//! The GAP of an active station: who is between it and its successor, and the list of what was found there.
+//! profibus-wire 1.13.
 
+use crate::link::time::BitTime;
 use profivac_wire::control::StationType;
+
+/// How many addresses there are to go around.
+const ADDRESSES: u8 = 127;
 
 /// The addresses to ask, and what they answered.
 #[derive(Clone, Debug)]
 pub(super) struct Gap {
     own: u8,
     hsa: u8,
-    /// G: one address every so many token visits.
-    factor: u8,
-    /// Visits since an address was asked.
-    visits: u8,
+    /// From one scan of the GAP to the next.
+    pause_tbit: u64,
+    /// No address is asked before.
+    from: BitTime,
+    /// Every scan begins with the pause.
+    lazy: bool,
     /// Which address was asked last.
     cursor: u8,
-    live: [Option<StationType>; 127],
+    live: [Option<StationType>; ADDRESSES as usize],
 }
 
 impl Gap {
     /// Nobody is known yet.
-    pub(super) const fn new(own: u8, hsa: u8, factor: u8) -> Self {
-        Self { own, hsa, factor, visits: 0, cursor: own, live: [None; 127] }
+    pub(super) const fn new(own: u8, hsa: u8, pause_tbit: u64) -> Self {
+        Self { own, hsa, pause_tbit, from: BitTime(0), lazy: false, cursor: own, live: [None; ADDRESSES as usize] }
     }
 
-    /// A token visit ends: the address to ask in it, if this visit is for asking.
+    /// A token visit ends at `now`: the address to ask in it, if the GAP is being scanned. One address per visit, from this
+    /// station to `successor`, then a pause.
     ///
-    /// free choice: the visits for asking are spread evenly, one in G, instead of asking in each until the GAP is through
-    /// and pausing then. A cycle of slaves then takes the same time always.
-    pub(super) fn visit(&mut self) -> Option<u8> {
-        self.visits = self.visits.saturating_add(1);
-        if self.visits < self.factor {
+    /// The pause is G x T_TR and not G rotations; profibus-wire 1.13 has both. An idle ring turns so fast that G rotations
+    /// would be over at once, and every cycle would have a slot time more.
+    #[inline]
+    pub(super) fn visit(&mut self, now: BitTime, successor: u8) -> Option<u8> {
+        if now < self.from {
             return None;
         }
-        self.visits = 0;
-        let next = self.after(self.cursor);
-        // Our own address comes up once per round, and is passed over.
-        let next = if next == self.own { self.after(next) } else { next };
-        self.cursor = next;
-        (next != self.own).then_some(next)
+        let next = if self.cursor >= self.hsa { 0 } else { self.cursor.saturating_add(1) };
+        if self.contains(next, successor) {
+            self.cursor = next;
+            return Some(next);
+        }
+        self.cursor = self.own;
+        self.from = now + self.pause_tbit;
+        None
     }
 
-    const fn after(&self, address: u8) -> u8 {
-        if address >= self.hsa { 0 } else { address.saturating_add(1) }
+    /// Whether `address` is between this station and its successor. A station that is alone has everybody in its GAP.
+    const fn contains(&self, address: u8, successor: u8) -> bool {
+        let end = if successor == self.own { ADDRESSES } else { self.steps_to(successor) };
+        0 < self.steps_to(address) && self.steps_to(address) < end
+    }
+
+    /// How many addresses further on.
+    const fn steps_to(&self, address: u8) -> u8 {
+        if address >= self.own {
+            address.saturating_sub(self.own)
+        } else {
+            address.saturating_add(ADDRESSES).saturating_sub(self.own)
+        }
+    }
+
+    /// The successor is gone, or nothing is known: the next visit after `now` begins to scan.
+    pub(super) fn scan(&mut self, now: BitTime) {
+        self.cursor = self.own;
+        self.from = if self.lazy { now + self.pause_tbit } else { now };
+    }
+
+    /// Every scan begins with the pause.
+    pub(super) const fn set_lazy(&mut self) {
+        self.lazy = true;
+    }
+
+    /// Another highest station address.
+    pub(super) const fn set_hsa(&mut self, hsa: u8) {
+        self.hsa = hsa;
+        self.cursor = self.own;
+        self.from = BitTime(0);
     }
 
     /// What `address` answered to FDL status, or that it did not.
@@ -62,27 +101,76 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    fn asked(gap: &mut Gap, visits: usize) -> Vec<Option<u8>> {
-        (0..visits).map(|_| gap.visit()).collect()
+    const PAUSE_TBIT: u64 = 1000;
+
+    /// What is asked at visits that are 10 bit times apart, as text.
+    fn asked(gap: &mut Gap, successor: u8, visits: u64) -> std::string::String {
+        let visit = |visit: u64| gap.visit(BitTime(visit.saturating_mul(10)), successor);
+        let visits: Vec<_> = (1..=visits).map(visit).collect();
+        let words = visits.iter().map(|asked| asked.map_or("-".into(), |address| std::format!("{address}")));
+        words.collect::<Vec<_>>().join(" ")
     }
 
     #[test]
-    fn every_address_up_to_hsa_but_the_own_is_asked_in_turn() {
-        let some = |addresses: &[u8]| addresses.iter().copied().map(Some).collect::<Vec<_>>();
-        assert_eq!(asked(&mut Gap::new(2, 5, 1), 7), some(&[3, 4, 5, 0, 1, 3, 4]));
-        assert_eq!(asked(&mut Gap::new(0, 2, 1), 4), some(&[1, 2, 1, 2]));
-        assert_eq!(asked(&mut Gap::new(5, 5, 1), 6), some(&[0, 1, 2, 3, 4, 0]));
-        assert_eq!(asked(&mut Gap::new(0, 0, 1), 2), [None, None]);
+    fn one_address_is_asked_per_visit_from_the_own_to_the_successor() {
+        for (own, hsa, successor, expected) in [
+            // Alone: everybody but oneself, around the highest address.
+            (2, 5, 2, "3 4 5 0 1 -"),
+            (0, 2, 0, "1 2 -"),
+            (5, 5, 5, "0 1 2 3 4 -"),
+            (0, 0, 0, "-"),
+            // Two and more: only what is between.
+            (2, 20, 5, "3 4 -"),
+            (5, 8, 2, "6 7 8 0 1 -"),
+            (2, 20, 3, "-"),
+            (20, 20, 0, "-"),
+            // A successor above HSA: somebody has another one.
+            (2, 5, 9, "3 4 5 -"),
+            (9, 5, 2, "0 1 -"),
+        ] {
+            let mut gap = Gap::new(own, hsa, PAUSE_TBIT);
+            let visits = expected.split(' ').count() as u64;
+            assert_eq!(asked(&mut gap, successor, visits), expected, "{own} before {successor}, HSA {hsa}");
+            assert_eq!(
+                gap.visit(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT.saturating_sub(1), successor),
+                None,
+                "the pause"
+            );
+            let again = gap
+                .visit(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT, successor)
+                .map_or("-".into(), |next| std::format!("{next}"));
+            assert_eq!(Some(again.as_str()), expected.split(' ').next(), "after the pause");
+        }
     }
 
     #[test]
-    fn the_factor_leaves_visits_without_a_question() {
-        assert_eq!(asked(&mut Gap::new(2, 126, 3), 6), [None, None, Some(3), None, None, Some(4)]);
+    fn a_successor_that_goes_and_a_new_hsa_end_the_pause() {
+        let mut gap = Gap::new(2, 20, PAUSE_TBIT);
+        assert_eq!(asked(&mut gap, 5, 4), "3 4 - -");
+        gap.scan(BitTime(5));
+        assert_eq!(asked(&mut gap, 9, 7), "3 4 5 6 7 8 -");
+        gap.set_hsa(4);
+        assert_eq!(asked(&mut gap, 2, 5), "3 4 0 1 -");
+    }
+
+    #[test]
+    fn a_lazy_station_asks_after_the_first_pause() {
+        let mut gap = Gap::new(2, 20, 35);
+        gap.set_lazy();
+        gap.scan(BitTime(0));
+        assert_eq!(asked(&mut gap, 5, 6), "- - - 3 4 -");
+    }
+
+    #[test]
+    fn a_successor_that_was_found_ends_the_scan() {
+        let mut gap = Gap::new(2, 20, PAUSE_TBIT);
+        assert_eq!(asked(&mut gap, 2, 3), "3 4 5");
+        assert_eq!(asked(&mut gap, 5, 2), "- -");
     }
 
     #[test]
     fn the_live_list_forgets_who_does_not_answer_any_more() {
-        let mut gap = Gap::new(2, 126, 1);
+        let mut gap = Gap::new(2, 126, PAUSE_TBIT);
         gap.note(8, Some(StationType::Slave));
         gap.note(3, Some(StationType::MasterNotReady));
         gap.note(200, Some(StationType::Slave));

@@ -1,36 +1,45 @@
-//! An active station: it takes the token, asks others and waits for their answers. profibus-wire 1.10, 1.12 and 1.13.
-//!
-//! For now a station that is alone: when the line has been silent for T_TO it claims the token, passes it to itself after
-//! every visit, and goes back to listening as soon as another master is heard. The places where a ring of several masters
-//! will differ are few: what ends `State::Listening`, to whom `Active::pass_token` passes, and what follows
-//! `Departure::Token`.
+//! An active station: it takes the token, asks others and waits for their answers, passes the token on.
+//! profibus-wire 1.10, 1.12 and 1.13.
 //!
 //! ```text
-//! Listening ── silence T_TO ── token ── Claiming ── T_ID1 ── token ──┐
-//!     ▲                                                              ▼
-//!     │  another master                             ┌──────── Holding ◄───────────────┐
-//!     └─────────────────────────────────────────────┤   asks the layer above for work │
-//!                                                   │                                 │
-//!                              request ── Waiting ──┴── answer T_ID1, silence T_SL ───┤
-//!                              SDN, token ── Leaving ── T_ID2 or T_ID1 ───────────────┘
+//!              T_TO: token, token
+//! Listening ───────────────────────────► Holding ◄──────────────────────────────────┐
+//!   │  ▲                                  │  ▲  │                                    │
+//!   │  │ token past us                    │  │  └─ request ── Waiting ── answer T_ID1, silence T_SL
+//!   │  │                          GAP, token │     SDN ────── Leaving ── T_ID2 ───────┤
+//!   │  │                                  ▼  │     token to itself, if alone ─────────┘
+//!   │ Idle ◄── somebody speaks ──────── Passing ◄── silence T_SL: again, twice, then the next successor
+//!   │  │                                     │
+//!   └──┴──────── token from PS, T_TO ────────┘
 //! ```
+//!
+//! `token` is the table of what the telegrams of other masters mean in each state, `las` the list of who is in the ring,
+//! `gap` the search for newcomers, `visit` what a station does with the token, and `cycle` a request with its answer.
 
 mod answer;
 mod count;
+mod cycle;
 mod gap;
+mod las;
 mod parameters;
 mod request;
+mod state;
+mod token;
+mod visit;
 
 pub use parameters::{BusParameters, OutOfRange};
 pub use request::{Answer, Confirmation, Failure, Mismatch, Priority, Request, Requests};
+pub use state::{RingCounters, Standing};
 
 use super::time::{BitTime, CHARACTER_TBIT};
 use super::{Station, Transmit};
 use count::FrameCounts;
 use gap::Gap;
-use profivac_wire::control::{Control, FrameCount, Function, StationType};
-use profivac_wire::{BROADCAST, Frame, MAX_TELEGRAM, Telegram};
-use request::{Asked, Kind};
+use las::Las;
+use profivac_wire::control::StationType;
+use profivac_wire::{MAX_TELEGRAM, Telegram};
+use state::{Departure, Part, Pass, State, Twin, Unheard, Visit};
+use token::Word;
 
 /// How long the longest telegram takes.
 const LONGEST_TBIT: u64 = (MAX_TELEGRAM as u64).saturating_mul(CHARACTER_TBIT);
@@ -44,74 +53,23 @@ pub struct Active<R> {
     state: State,
     visit: Visit,
     gap: Gap,
+    las: Las,
     counts: FrameCounts,
+    counters: RingCounters,
     /// When the line was last known to be busy.
     busy: BitTime,
-    /// The master that was heard and made this one listen.
+    /// The master that was heard last.
     other: Option<u8>,
+    /// Who has offered the token and is not our predecessor.
+    suspect: Option<u8>,
+    twin: Twin,
+    unheard: Unheard,
+    /// This station passes the token on and takes it no more.
+    leaving: bool,
+    /// What was sent last may come back from the adapter.
+    may_echo: bool,
     telegram: [u8; MAX_TELEGRAM],
     length: usize,
-}
-
-/// Who has the word.
-#[derive(Clone, Copy, Debug)]
-enum State {
-    /// Perhaps somebody else. This station speaks again when nobody has for T_TO.
-    Listening,
-    /// Nobody, it seems: the token was sent once and will be sent again.
-    Claiming,
-    /// This station. It speaks when the line has been idle for so long.
-    Holding { idle_tbit: u64 },
-    /// A telegram that nobody answers is leaving.
-    Leaving(Departure),
-    /// Another station is to answer.
-    Waiting(Cycle),
-}
-
-/// A telegram that nobody answers.
-#[derive(Clone, Copy, Debug)]
-enum Departure {
-    /// The first of the two tokens that claim the line.
-    Claim,
-    /// A token to this station.
-    Token,
-    /// A message of the layer above.
-    Unconfirmed,
-}
-
-/// A message and its answer, with all repetitions, inside one token visit.
-#[derive(Clone, Copy, Debug)]
-struct Cycle {
-    asked: Asked,
-    /// Whether the layer above asked, or the GAP.
-    from_user: bool,
-    retries: u8,
-    retries_left: u8,
-    /// When the request has left.
-    left: Option<BitTime>,
-    /// What was wrong with the answer to something else that was heard since.
-    mismatch: Option<Mismatch>,
-}
-
-/// What is true from one token to the next.
-#[derive(Clone, Copy, Debug)]
-struct Visit {
-    /// When the token came.
-    began: BitTime,
-    /// The token hold time ends.
-    hold_until: BitTime,
-    part: Part,
-}
-
-/// How far a token visit has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    /// One message of high priority is allowed, however late the token came.
-    First,
-    /// Messages as long as there is time.
-    Messages,
-    /// Only the token is left to be sent.
-    Over,
 }
 
 impl<R: Requests> Active<R> {
@@ -119,13 +77,20 @@ impl<R: Requests> Active<R> {
     pub const fn new(bus: BusParameters, user: R, now: BitTime) -> Self {
         Self {
             user,
-            bus,
             state: State::Listening,
             visit: Visit { began: now, hold_until: now, part: Part::Over },
-            gap: Gap::new(bus.address, bus.hsa, bus.gap_factor),
+            gap: Gap::new(bus.address, bus.hsa, bus.gap_pause_tbit()),
+            las: Las::new(bus.address),
+            bus,
             counts: FrameCounts::new(),
+            counters: RingCounters::NONE,
             busy: now,
             other: None,
+            suspect: None,
+            twin: Twin::NONE,
+            unheard: Unheard::NONE,
+            leaving: false,
+            may_echo: false,
             telegram: [0; MAX_TELEGRAM],
             length: 0,
         }
@@ -136,13 +101,54 @@ impl<R: Requests> Active<R> {
         &self.bus
     }
 
-    /// Whether this station has the token.
-    pub const fn has_token(&self) -> bool {
-        !matches!(self.state, State::Listening | State::Claiming | State::Leaving(Departure::Claim))
+    /// Another highest station address. The GAP is searched anew.
+    pub const fn set_hsa(&mut self, hsa: u8) {
+        self.bus.hsa = hsa;
+        self.gap.set_hsa(hsa);
     }
 
-    /// The master that was heard and that this station leaves the line to. Its own address means a second station with
-    /// that address, or an adapter that echoes.
+    /// Looks for newcomers only after the first pause. For a tool that is gone again by then: each question costs a slot
+    /// time, and those of a port of an operating system are long.
+    pub const fn search_later(&mut self) {
+        self.gap.set_lazy();
+    }
+
+    /// Whether this station has the token.
+    pub const fn has_token(&self) -> bool {
+        match self.state {
+            State::Holding { .. } | State::Waiting(_) => true,
+            State::Leaving(departure) => !matches!(departure, Departure::Claim),
+            State::Offline | State::Listening | State::Idle | State::Claiming | State::Passing(_) => false,
+        }
+    }
+
+    /// Where this station stands to the ring.
+    pub const fn standing(&self) -> Standing {
+        match self.state {
+            State::Offline => Standing::Offline,
+            _ if self.twin.yielded => Standing::AddressTaken,
+            State::Listening if self.las.is_complete() => Standing::Ready,
+            State::Listening | State::Claiming | State::Leaving(Departure::Claim) => Standing::Listening,
+            _ => Standing::InRing,
+        }
+    }
+
+    /// Who is in the ring, in the order of the addresses, as far as this station knows: itself, if it is in, and the others.
+    pub fn masters(&self) -> impl Iterator<Item = u8> + use<R> {
+        let own = self.bus.address;
+        let itself = (self.standing() == Standing::InRing).then_some(own);
+        let (below, above) = (self.las.others(), self.las.others());
+        let below = below.take_while(move |address| *address < own);
+        below.chain(itself).chain(above.skip_while(move |address| *address < own))
+    }
+
+    /// What went wrong with the token so far.
+    pub const fn ring_counters(&self) -> &RingCounters {
+        &self.counters
+    }
+
+    /// The master that spoke last, unless this station is alone in the ring again. While this station is not let in, that
+    /// is the one that keeps the line.
     pub const fn other_master(&self) -> Option<u8> {
         self.other
     }
@@ -155,15 +161,20 @@ impl<R: Requests> Active<R> {
     /// Begins anew at `now`, for instance because the port was lost: whatever was on its way has failed.
     pub fn listen(&mut self, now: BitTime) {
         self.busy = self.busy.max(now);
-        match core::mem::replace(&mut self.state, State::Listening) {
-            State::Waiting(cycle) => self.failed(now, &cycle, Failure::Interrupted),
-            State::Leaving(Departure::Unconfirmed) => {
-                self.user.confirm(now, Confirmation::Failed(Failure::Interrupted));
-            }
-            State::Leaving(Departure::Claim | Departure::Token)
-            | State::Listening
-            | State::Claiming
-            | State::Holding { .. } => {}
+        self.give_way(now);
+        self.state = State::Listening;
+        self.las = Las::new(self.bus.address);
+        (self.leaving, self.may_echo) = (false, false);
+        (self.suspect, self.twin) = (None, Twin::NONE);
+    }
+
+    /// Leaves the ring. A station that has the token finishes its message, and passes the token on before it falls silent;
+    /// [`standing`](Self::standing) tells when it has. [`listen`](Self::listen) brings it back.
+    pub const fn leave(&mut self) {
+        self.leaving = true;
+        self.visit.part = Part::Over;
+        if matches!(self.state, State::Listening | State::Idle | State::Claiming | State::Leaving(Departure::Claim)) {
+            self.state = State::Offline;
         }
     }
 
@@ -175,163 +186,11 @@ impl<R: Requests> Active<R> {
         self.bus.token_idle_tbit.map_or_else(|| self.bus.id1_tbit(), u64::from)
     }
 
-    /// Holds the token and may speak.
-    fn work(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
-        let part = self.visit.part;
-        let on_time = part != Part::Over && now < self.visit.hold_until;
-        if part == Part::First {
-            self.visit.part = Part::Messages;
-        }
-        let mut request = None;
-        if on_time || part == Part::First {
-            request = self.user.next(Priority::High, now);
-        }
-        if on_time && request.is_none() {
-            request = self.user.next(Priority::Low, now);
-        }
-        let Some(request) = request else { return self.end_visit(not_before) };
-        let asked = request.asked();
-        let count = self.counts.next(&asked);
-        match emit(&request, self.bus.address, count, &mut self.telegram) {
-            Some(length) => self.begin(asked, count, length, not_before),
-            None => {
-                self.user.confirm(now, Confirmation::Failed(Failure::Impossible));
-                self.end_visit(not_before)
-            }
-        }
-    }
-
-    /// A message of the layer above is ready to leave.
-    fn begin(&mut self, asked: Asked, count: FrameCount, length: usize, not_before: BitTime) -> Option<Transmit<'_>> {
-        self.state = match asked.kind {
-            Kind::Unconfirmed => State::Leaving(Departure::Unconfirmed),
-            // A first contact is not repeated, nor is what does not count: profibus-wire 1.10.
-            _ if matches!(count, FrameCount::Counted(_)) => State::Waiting(Cycle::new(asked, self.bus.retry_limit)),
-            _ => State::Waiting(Cycle::new(asked, 0)),
-        };
-        self.transmit(length, not_before)
-    }
-
-    /// No message is left for this visit: at most one address of the GAP, then the token.
-    fn end_visit(&mut self, not_before: BitTime) -> Option<Transmit<'_>> {
-        let over = core::mem::replace(&mut self.visit.part, Part::Over) == Part::Over;
-        match if over { None } else { self.gap.visit() } {
-            None => self.pass_token(Departure::Token, not_before),
-            Some(da) => {
-                let request = Request { da, function: Function::FdlStatus, dsap: None, ssap: None, du: &[] };
-                let length = emit(&request, self.bus.address, FrameCount::Uncounted, &mut self.telegram)?;
-                self.state = State::Waiting(Cycle { from_user: false, ..Cycle::new(request.asked(), 0) });
-                self.transmit(length, not_before)
-            }
-        }
-    }
-
-    /// A station that is alone passes the token to itself.
-    fn pass_token(&mut self, departure: Departure, not_before: BitTime) -> Option<Transmit<'_>> {
-        let token = Telegram::Token { da: self.bus.address, sa: self.bus.address };
-        let length = token.emit(&mut self.telegram).ok()?;
-        self.state = State::Leaving(departure);
-        self.transmit(length, not_before)
-    }
-
+    #[inline]
     fn transmit(&mut self, length: usize, not_before: BitTime) -> Option<Transmit<'_>> {
         self.length = length;
+        self.may_echo = true;
         Some(Transmit { not_before, octets: self.telegram.get(..length)? })
-    }
-
-    /// The token came at `now`. Its hold time is what the last rotation left of T_TR.
-    fn begin_visit(&mut self, now: BitTime) {
-        self.other = None;
-        let hold_until = self.visit.began + u64::from(self.bus.rotation_tbit);
-        self.visit = Visit { began: now, hold_until, part: Part::First };
-        self.state = State::Holding { idle_tbit: self.token_idle_tbit() };
-    }
-
-    /// No answer has come in time: the request again, or the next one.
-    fn expire(&mut self, now: BitTime, mut cycle: Cycle) -> Option<Transmit<'_>> {
-        if now < self.busy + self.slot_tbit() {
-            // Longer than any telegram, and still not quiet.
-            self.listen(now);
-            return None;
-        }
-        // T_SL is longer than T_ID1: BusParameters::check.
-        let idle_tbit = self.slot_tbit();
-        let not_before = self.busy + idle_tbit;
-        if cycle.retries_left > 0 {
-            cycle.retries_left = cycle.retries_left.saturating_sub(1);
-            cycle.retries = cycle.retries.saturating_add(1);
-            cycle.left = None;
-            cycle.mismatch = None;
-            self.state = State::Waiting(cycle);
-            return self.transmit(self.length, not_before);
-        }
-        let failure = match cycle.mismatch {
-            Some(mismatch) => Failure::Mismatch(mismatch),
-            None if cycle.left.is_some_and(|left| left < self.busy) => Failure::Damaged,
-            None => Failure::Silence,
-        };
-        self.state = State::Holding { idle_tbit };
-        self.failed(now, &cycle, failure);
-        self.work(now, not_before)
-    }
-
-    /// No answer will come: the station counts as not operational.
-    fn failed(&mut self, now: BitTime, cycle: &Cycle, failure: Failure) {
-        self.counts.forget(&cycle.asked);
-        if cycle.asked.kind == Kind::FdlStatus && failure != Failure::Interrupted {
-            self.gap.note(cycle.asked.da, None);
-        }
-        if cycle.from_user {
-            self.user.confirm(now, Confirmation::Failed(failure));
-        }
-    }
-
-    /// The answer came.
-    fn answered(&mut self, end: BitTime, cycle: &Cycle, answer: Answer<'_>) {
-        self.counts.answered(&cycle.asked);
-        if cycle.asked.kind == Kind::FdlStatus {
-            self.gap.note(cycle.asked.da, Some(answer.station));
-        }
-        // What was repeated may be answered twice, and the first answer may have been a late one. Both look alike, so the
-        // second must not fall into the next message cycle: it comes within two slot times.
-        let idle_tbit = match cycle.retries {
-            0 => self.bus.id1_tbit(),
-            _ => self.slot_tbit().saturating_mul(2),
-        };
-        self.state = State::Holding { idle_tbit };
-        if cycle.from_user {
-            self.user.confirm(end, Confirmation::Answer(Answer { retries: cycle.retries, ..answer }));
-        }
-    }
-
-    /// A telegram of a responder, or one that cannot be anybody's.
-    fn heard(&mut self, end: BitTime, telegram: &Telegram<'_>) {
-        let slot = self.slot_tbit();
-        match &mut self.state {
-            State::Waiting(cycle) => match answer::matched(&cycle.asked, self.bus.address, telegram) {
-                Ok(answer) => {
-                    let cycle = *cycle;
-                    self.answered(end, &cycle, answer);
-                }
-                Err(mismatch) => cycle.mismatch = Some(mismatch),
-            },
-            // A late answer: others may follow, and must not be taken for answers to the next request.
-            State::Holding { idle_tbit } => *idle_tbit = slot.max(*idle_tbit),
-            State::Listening | State::Claiming | State::Leaving(_) => {}
-        }
-    }
-
-    /// When to give up waiting for an answer: a slot time after the line fell silent, but not much later than the longest
-    /// answer could end.
-    fn deadline(&self, cycle: &Cycle) -> Option<BitTime> {
-        let slot = self.slot_tbit();
-        Some((self.busy + slot).min(cycle.left? + slot + LONGEST_TBIT + slot))
-    }
-}
-
-impl Cycle {
-    const fn new(asked: Asked, retries_left: u8) -> Self {
-        Self { asked, from_user: true, retries: 0, retries_left, left: None, mismatch: None }
     }
 }
 
@@ -339,44 +198,55 @@ impl<R: Requests> Station for Active<R> {
     #[inline]
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.busy = self.busy.max(end);
-        match master_behind(telegram) {
-            Some(address) => {
-                self.other = Some(address);
-                self.listen(end);
+        self.unheard.visits = 0;
+        match Word::of(telegram, self.bus.address) {
+            Some(word) => self.foreign(end, telegram, word),
+            None => {
+                self.heard(end, telegram);
+                None
             }
-            None => self.heard(end, telegram),
         }
-        None
     }
 
     #[inline]
     fn activity(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
+        if let State::Passing(pass) = &mut self.state {
+            pass.heard = true;
+        }
     }
 
+    #[inline]
     fn sent(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
         match &mut self.state {
             State::Waiting(cycle) => cycle.left = Some(end),
             State::Leaving(Departure::Claim) => self.state = State::Claiming,
-            State::Leaving(Departure::Token) => self.begin_visit(end),
+            State::Leaving(Departure::Token) => {
+                let idle_tbit = self.token_idle_tbit().saturating_add(self.unheard.visit(self.bus.address));
+                self.begin_visit(end, idle_tbit);
+            }
+            State::Leaving(Departure::Pass(pass)) => self.state = State::Passing(*pass),
             State::Leaving(Departure::Unconfirmed) => {
                 self.state = State::Holding { idle_tbit: self.bus.id2_tbit() };
                 self.user.confirm(end, Confirmation::Sent);
             }
-            // The answer was faster than the news that the request has left.
-            State::Holding { .. } | State::Claiming | State::Listening => {}
+            // An answer of this station, or one to it that was faster than the news that its request has left.
+            State::Offline | State::Listening | State::Idle => {}
+            State::Holding { .. } | State::Claiming | State::Passing(_) => {}
         }
     }
 
+    #[inline]
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
         let due = self.wake_at().filter(|due| *due <= now)?;
         match self.state {
-            State::Listening => self.pass_token(Departure::Claim, due),
-            State::Claiming => self.pass_token(Departure::Token, due),
+            State::Listening | State::Idle => self.claim(now, due),
+            State::Claiming => self.send_token(self.bus.address, Departure::Token, due),
             State::Holding { .. } => self.work(now, due),
             State::Waiting(cycle) => self.expire(now, cycle),
-            State::Leaving(_) => None,
+            State::Passing(pass) => self.check_pass(now, pass, due),
+            State::Leaving(_) | State::Offline => None,
         }
     }
 
@@ -384,32 +254,12 @@ impl<R: Requests> Station for Active<R> {
     #[inline]
     fn wake_at(&self) -> Option<BitTime> {
         match &self.state {
-            State::Listening => Some(self.busy + self.bus.timeout_tbit()),
+            State::Listening | State::Idle => Some(self.busy + self.bus.timeout_tbit()),
             State::Claiming => Some(self.busy + self.token_idle_tbit()),
             State::Holding { idle_tbit } => Some(self.busy + *idle_tbit),
             State::Waiting(cycle) => self.deadline(cycle),
-            State::Leaving(_) => None,
+            State::Passing(Pass { .. }) => Some(self.busy + self.slot_tbit()),
+            State::Leaving(_) | State::Offline => None,
         }
-    }
-}
-
-/// Writes a request to the front of `out`; nothing if no station can be sent such a message.
-fn emit(request: &Request<'_>, sa: u8, count: FrameCount, out: &mut [u8]) -> Option<usize> {
-    if !request.is_possible(sa) {
-        return None;
-    }
-    let &Request { da, function, dsap, ssap, du } = request;
-    let fc = Control::Request { function, count }.to_octet();
-    Telegram::Frame(Frame { da, sa, dsap, ssap, fc, du }).emit(out).ok()
-}
-
-/// The master that only can have sent `telegram`. Nothing protects the addresses of a token, and no station is 127.
-fn master_behind(telegram: &Telegram<'_>) -> Option<u8> {
-    match telegram {
-        Telegram::Token { da, sa } if *da < BROADCAST && *sa < BROADCAST => Some(*sa),
-        Telegram::Frame(frame) if frame.sa < BROADCAST && matches!(frame.control(), Control::Request { .. }) => {
-            Some(frame.sa)
-        }
-        Telegram::Token { .. } | Telegram::Frame(_) | Telegram::ShortAck => None,
     }
 }

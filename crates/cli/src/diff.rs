@@ -1,0 +1,103 @@
+//! `profivac diff`: a gauge and a file of settings.
+
+use crate::failure::Failure;
+use crate::gauge::{AnyGauge, At};
+use crate::output::{json, out};
+use clap::Args;
+use profivac_host::client::ClientError;
+use profivac_host::client::names::Named;
+use profivac_host::client::settings::{Difference, File, FileError, Setting, compare};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What differs between a gauge and the settings in a file of `profivac dump`.
+///
+/// This claims nothing and changes nothing. Pressures are compared whatever unit they are in.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    at: At,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// The file
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac diff --port /dev/ttyUSB0 --address 5 gauge.toml
+  profivac diff --port /tmp/line --address 5 gauge.toml --json";
+
+#[derive(Debug, Serialize)]
+struct Row<'a> {
+    name: &'a str,
+    file: &'a str,
+    gauge: &'a str,
+}
+
+/// Compares.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = load(&arguments.file)?;
+    let differences = arguments.at.with(|gauge| {
+        let settings = in_order(&file, &arguments.file, gauge)?;
+        differences(gauge, &settings, &arguments.file)
+    })?;
+    let rows: Vec<_> = differences
+        .iter()
+        .map(|it| Row { name: &it.order.named.name, file: &it.order.text, gauge: &it.now.text })
+        .collect();
+    if arguments.json {
+        out(&json(&rows));
+    } else if rows.is_empty() {
+        eprintln!("profivac: no differences in {} settings", file.settings.len());
+    } else {
+        out(&table(&rows));
+    }
+    Ok(())
+}
+
+fn table(rows: &[Row<'_>]) -> String {
+    let width = |column: fn(&Row<'_>) -> usize| rows.iter().map(column).max().unwrap_or_default().max(4);
+    let (name, file) = (width(|row| row.name.len()), width(|row| row.file.len()));
+    let header = format!("{:<name$}  {:<file$}  GAUGE", "NAME", "FILE");
+    rows.iter().fold(header, |text, row| text + &format!("\n{:<name$}  {:<file$}  {}", row.name, row.file, row.gauge))
+}
+
+/// Reads a file of settings.
+pub fn load(path: &Path) -> Result<File, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::usage(format!("{}: {error}", path.display())))?;
+    File::parse(&text).map_err(|error| bad(path, &error))
+}
+
+fn bad(path: &Path, error: &FileError) -> Failure {
+    Failure::usage(format!("{}: {error}", path.display()))
+}
+
+/// The settings of a file, if it is for this gauge.
+pub fn in_order(file: &File, path: &Path, gauge: &AnyGauge<'_>) -> Result<Vec<(Named, Setting)>, Failure> {
+    file.check(gauge).map_err(|error| bad(path, &error))?;
+    file.in_order(gauge).map_err(|error| bad(path, &error))
+}
+
+/// Every setting that is not what the file says. A value that cannot be one is the file's fault.
+pub fn differences(
+    gauge: &mut AnyGauge<'_>,
+    settings: &[(Named, Setting)],
+    path: &Path,
+) -> Result<Vec<Difference>, Failure> {
+    let mut differences = Vec::new();
+    for (named, setting) in settings {
+        match compare(gauge, named, setting) {
+            Ok(difference) => differences.extend(difference),
+            Err(ClientError::Value(error)) => {
+                let (line, column) = setting.at;
+                return Err(bad(path, &FileError::Syntax { line, column, reason: error.to_string() }));
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(differences)
+}

@@ -1,0 +1,100 @@
+//! `profivac dump`: everything a gauge tells about itself.
+
+use crate::failure::Failure;
+use crate::gauge::At;
+use crate::list::{is_wanted, tree};
+use crate::output::{json, out};
+use crate::read::Row;
+use clap::Args;
+use profivac_host::client::settings::{Dump, dump, is_setting};
+use serde::Serialize;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Every parameter of a gauge that can be read, with its value; or a file of them with --out.
+///
+/// This claims nothing. The file is TOML: its settings can be compared with a gauge by `profivac diff` and written to a
+/// replacement by `profivac restore`.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    at: At,
+    /// Write a file of settings and readings instead
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "target"])]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// A word of the names that shall be shown
+    #[arg(value_name = "TARGET")]
+    target: Option<String>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac dump --port /dev/ttyUSB0 --address 5
+  profivac dump --port /dev/ttyUSB0 --address 5 --out gauge.toml
+  profivac dump --port /tmp/line --address 5 trip-point --json";
+
+/// What JSON says about a parameter.
+#[derive(Debug, Serialize)]
+struct Line {
+    #[serde(flatten)]
+    row: Option<Row>,
+    /// Whose value it would be, where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unread: Option<String>,
+    setting: bool,
+    error: Option<String>,
+}
+
+/// Reads all of it.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let dump = arguments.at.with(|gauge| Ok(dump(gauge)?))?;
+    if let Some(path) = &arguments.out {
+        save(path, &dump.to_toml())?;
+        let settings = dump.readings.iter().filter(|(named, _)| is_setting(named)).count();
+        eprintln!(
+            "profivac: {settings} settings and {} readings in {}",
+            dump.readings.len() - settings,
+            path.display()
+        );
+        return Ok(());
+    }
+    show(arguments, &dump);
+    Ok(())
+}
+
+fn show(arguments: &Arguments, dump: &Dump) {
+    let wanted: Vec<_> =
+        dump.readings.iter().filter(|(named, _)| is_wanted(named, arguments.target.as_deref())).collect();
+    if arguments.json {
+        let lines = wanted.iter().map(|(named, reading)| Line {
+            row: reading.as_ref().ok().map(Row::of),
+            unread: reading.is_err().then(|| named.name.clone()),
+            setting: is_setting(named),
+            error: reading.as_ref().err().map(ToString::to_string),
+        });
+        out(&json(&lines.collect::<Vec<_>>()));
+        return;
+    }
+    let heading = format!("{} at address {}", dump.device, arguments.at.address);
+    let shown: Vec<_> = wanted.iter().map(|(named, _)| named).collect();
+    let mut readings = wanted.iter().map(|(_, reading)| match reading {
+        Ok(reading) => reading.text.clone(),
+        Err(error) => format!("- {error}"),
+    });
+    out(&tree(&heading, &shown, |_| readings.next().unwrap_or_default()));
+}
+
+/// Writes a file as a whole or not at all.
+fn save(path: &Path, text: &str) -> Result<(), Failure> {
+    let wrong = |error: io::Error| Failure::usage(format!("{}: {error}", path.display()));
+    let mut begun = path.as_os_str().to_owned();
+    begun.push(".part");
+    let begun = PathBuf::from(begun);
+    fs::write(&begun, text).map_err(wrong)?;
+    fs::rename(&begun, path).map_err(wrong)
+}

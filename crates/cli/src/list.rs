@@ -1,0 +1,172 @@
+//! `profivac list`: which parameters a gauge has.
+
+use crate::failure::Failure;
+use crate::gauge::MaybeAt;
+use crate::output::{json, out};
+use clap::Args;
+use profivac_devices::model::{Codes, Model};
+use profivac_host::client::names::{Named, Names, slug};
+use profivac_host::instrument::entry;
+use serde::Serialize;
+
+/// Which parameters a gauge has: its block tree with names, numbers, types, access, sections of the manual and what the
+/// numbers mean.
+///
+/// With --port and --address of the gauge that is there, with --device of one that need not be. TARGET shows only what has the
+/// word in its name. Access is as printed in the manual: 1_R read by the class 1 master, 2_W written by class 2, 0_XI in the
+/// cyclic data. Of the store classes N is kept without power, V lost, R stored on request, D follows from others.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    at: MaybeAt,
+    /// A device by its name, for instance bcg450: no bus is needed
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// A word of the names that shall be shown
+    #[arg(value_name = "TARGET")]
+    target: Option<String>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac list --port /dev/ttyUSB0 --address 5
+  profivac list --port /tmp/line --address 5 trip-point
+  profivac list --device bcg450 --json";
+
+/// What JSON says about a parameter.
+#[derive(Debug, Serialize)]
+struct Row<'a> {
+    name: &'a str,
+    slot: u8,
+    instance: u8,
+    index: u8,
+    place: &'static str,
+    block: &'static str,
+    /// As in the manual.
+    printed: &'static str,
+    #[serde(rename = "type")]
+    data_type: String,
+    access: &'static str,
+    storage: String,
+    manual: &'static str,
+    section: &'static str,
+    codes: Vec<Code>,
+}
+
+#[derive(Debug, Serialize)]
+struct Code {
+    number: u16,
+    name: &'static str,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    risk: &'static str,
+}
+
+/// Shows the tables.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (model, place) = match (&arguments.at.0, &arguments.device) {
+        (_, Some(device)) => (entry(device)?.model, String::new()),
+        (Some(at), None) => (at.with(|gauge| Ok(gauge.model()))?, format!(" at address {}", at.address)),
+        (None, None) => {
+            return Err(Failure::usage("expected --port and --address of a gauge, or --device with a name"));
+        }
+    };
+    let names = Names::of(model);
+    let shown: Vec<_> = names.all().iter().filter(|named| is_wanted(named, arguments.target.as_deref())).collect();
+    if let (true, Some(target)) = (shown.is_empty(), &arguments.target) {
+        names.find(model.name, target).map_err(profivac_host::client::ClientError::from)?;
+        return Err(Failure::usage(format!("{} has nothing with {target:?} in its name", model.name)));
+    }
+    if arguments.json {
+        out(&json(&shown.iter().map(|named| row(named, model)).collect::<Vec<_>>()));
+    } else {
+        let heading = format!("{} ({}, {}{place})", model.name, model.title, model.manual);
+        out(&tree(&heading, &shown, |named| facts(named, model)));
+    }
+    Ok(())
+}
+
+/// Whether the words of `target` are in the name, or its numbers begin so.
+pub fn is_wanted(named: &Named, target: Option<&str>) -> bool {
+    target.is_none_or(|target| {
+        let wanted = slug(target);
+        slug(&named.name).contains(&wanted)
+            || slug(named.parameter.row.name).contains(&wanted)
+            || named.parameter.numbers() == target
+    })
+}
+
+/// A heading, a line for each place and block, and one for each parameter with what `facts` says about it.
+pub fn tree(heading: &str, shown: &[&Named], mut facts: impl FnMut(&Named) -> String) -> String {
+    let width = shown.iter().map(|named| named.name.len()).max().unwrap_or_default();
+    let mut text = heading.to_owned();
+    let mut last = None;
+    for named in shown {
+        let parameter = named.parameter;
+        let place = (parameter.place.slot, parameter.place.instance, parameter.block.name);
+        if last.replace(place) != Some(place) {
+            let (slot, instance, block) = place;
+            let instance = if instance > 0 { format!(", instance {instance}") } else { String::new() };
+            text.push_str(&format!("\n\nslot {slot}{instance}: {} - {block}", parameter.place.name));
+        }
+        text.push_str(format!("\n  {:<8} {:<width$}  {}", parameter.numbers(), named.name, facts(named)).trim_end());
+    }
+    text
+}
+
+/// Type, access, store class, section, codes.
+fn facts(named: &Named, model: &Model) -> String {
+    let row = named.parameter.row;
+    let data_type = row.data_type.to_string();
+    format!("{data_type:<12} {:<18} {}  {:<9} {}", row.access_text, row.storage, row.section, meaning(named, model))
+}
+
+/// What the numbers mean.
+fn meaning(named: &Named, model: &Model) -> String {
+    let codes = &named.parameter.row.codes;
+    let list =
+        || codes.list().iter().map(|code| format!("{} {}", code.number, code.name)).collect::<Vec<_>>().join(", ");
+    match codes {
+        Codes::Plain => String::new(),
+        Codes::Range(low, high) => format!("{low} to {high}"),
+        Codes::Names(_) => list(),
+        Codes::Commands(codes) | Codes::BitCommands(codes) => {
+            format!("commands: {}", codes.iter().map(|code| code.name).collect::<Vec<_>>().join(", "))
+        }
+        Codes::Bits(bits) => {
+            format!("bits: {}", bits.iter().map(|(bit, name)| format!("{bit} {name}")).collect::<Vec<_>>().join(", "))
+        }
+        Codes::Units => {
+            model.units.iter().map(|unit| format!("{} {}", unit.code, unit.name)).collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
+fn row<'a>(named: &'a Named, model: &'static Model) -> Row<'a> {
+    let parameter = named.parameter;
+    let row = parameter.row;
+    let codes = match row.codes {
+        Codes::Units => model.units.iter().map(|unit| Code { number: unit.code, name: unit.name, risk: "" }).collect(),
+        _ => {
+            row.codes.list().iter().map(|code| Code { number: code.number, name: code.name, risk: code.risk }).collect()
+        }
+    };
+    Row {
+        name: &named.name,
+        slot: parameter.place.slot,
+        instance: parameter.place.instance,
+        index: row.id,
+        place: parameter.place.name,
+        block: parameter.block.name,
+        printed: row.name,
+        data_type: row.data_type.to_string(),
+        access: row.access_text,
+        storage: row.storage.to_string(),
+        manual: model.manual,
+        section: row.section,
+        codes,
+    }
+}

@@ -1,0 +1,285 @@
+//! `profivac restore`: the settings of a file into a gauge.
+
+use crate::diff::{differences, in_order, load};
+use crate::failure::Failure;
+use crate::gauge::{AnyGauge, At};
+use crate::output::{json, out};
+use clap::Args;
+use profivac_devices::model::Storage;
+use profivac_host::client::names::Named;
+use profivac_host::client::settings::{Difference, Restored, Setting, close, compare, lock_of, open, restore};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Write the settings in a file of `profivac dump` to a gauge, for instance to the replacement of another.
+///
+/// A file of a device with another ident number is refused. Only what differs is written, unit and number type first and what
+/// enables something last; each value is read back and reported. What the gauge refuses is told, and the rest goes on.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    at: At,
+    /// Show what would be written, and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// The file
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac restore --port /dev/ttyUSB0 --address 5 gauge.toml --dry-run
+  profivac restore --port /dev/ttyUSB0 --address 5 gauge.toml";
+
+/// A value that was written may move another: they are looked at once more.
+const ROUNDS: usize = 2;
+
+/// What JSON says about one setting.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    before: String,
+    /// What it is then, or would be with --dry-run.
+    after: Option<String>,
+    error: Option<String>,
+}
+
+/// Compares, writes, reads back.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = load(&arguments.file)?;
+    let mut rows = Vec::new();
+    let done = arguments.at.with(|gauge| {
+        let settings = in_order(&file, &arguments.file, gauge)?;
+        // All values are looked at before the first is written.
+        let found = differences(gauge, &settings, &arguments.file)?;
+        if arguments.dry_run {
+            rows = found.iter().map(planned).collect();
+            return Ok(());
+        }
+        let done = write_all(gauge, &settings, &mut rows);
+        remind(&settings, &rows);
+        done
+    });
+    report(arguments, &rows);
+    if let Err(failure) = done {
+        let written = rows.iter().filter(|row| row.error.is_none()).count();
+        if written > 0 {
+            eprintln!(
+                "profivac: {written} settings were written before it ended; `profivac diff` shows what is missing"
+            );
+        }
+        return Err(failure);
+    }
+    let refused = rows.iter().filter(|row| row.error.is_some()).count();
+    if refused > 0 {
+        return Err(Failure::refused(format!("{refused} of {} differing settings were not taken", rows.len())));
+    }
+    let verb = if arguments.dry_run { "would be" } else { "were" };
+    eprintln!("profivac: {} of {} settings differed and {verb} written", rows.len(), file.settings.len());
+    Ok(())
+}
+
+fn planned(difference: &Difference) -> Row {
+    let Difference { order, now } = difference;
+    Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
+}
+
+/// The set of parameters that is open for changes.
+struct Lock(Option<Named>);
+
+impl Lock {
+    /// Opens the set of the parameter that comes next, after handing over the one before.
+    fn pass_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&Named>) -> Result<(), Failure> {
+        let next = next.and_then(|named| lock_of(&gauge.names(), named));
+        let name = |lock: &Option<Named>| lock.as_ref().map(|lock| lock.name.clone());
+        if name(&self.0) != name(&next) {
+            if let Some(lock) = self.0.take() {
+                close(gauge, &lock)?;
+            }
+            if let Some(lock) = &next {
+                open(gauge, lock)?;
+            }
+            self.0 = next;
+        }
+        Ok(())
+    }
+}
+
+fn write_all(gauge: &mut AnyGauge<'_>, settings: &[(Named, Setting)], rows: &mut Vec<Row>) -> Result<(), Failure> {
+    let mut lock = Lock(None);
+    for round in 0..=ROUNDS {
+        for (named, setting) in settings {
+            // What was refused once is not asked again.
+            if round > 0 && rows.iter().any(|row| row.name == named.name && row.error.is_some()) {
+                continue;
+            }
+            let Some(difference) = compare(gauge, named, setting)? else { continue };
+            if round == ROUNDS {
+                rows.push(moved(named, &difference));
+                continue;
+            }
+            lock.pass_to(gauge, Some(named))?;
+            rows.push(write_one(gauge, named, difference)?);
+        }
+        lock.pass_to(gauge, None)?;
+    }
+    Ok(())
+}
+
+/// Two settings that never hold together.
+fn moved(named: &Named, difference: &Difference) -> Row {
+    let error = format!("another setting moves it whenever it is {}", difference.order.text);
+    Row { name: named.name.clone(), before: difference.now.text.clone(), after: None, error: Some(error) }
+}
+
+fn write_one(gauge: &mut AnyGauge<'_>, named: &Named, difference: Difference) -> Result<Row, Failure> {
+    let before = difference.now.text.clone();
+    Ok(match restore(gauge, difference)? {
+        Restored::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
+        Restored::Refused(error) => {
+            Row { name: named.name.clone(), before, after: None, error: Some(error.to_string()) }
+        }
+    })
+}
+
+/// Values that a device keeps on request only.
+fn remind(settings: &[(Named, Setting)], rows: &[Row]) {
+    let on_request = |(named, _): &(Named, Setting)| {
+        named.parameter.row.storage == Storage::OnRequest && rows.iter().any(|row| row.name == named.name)
+    };
+    if settings.iter().any(on_request) {
+        eprintln!("profivac: the device keeps these without power only when it is told to: write store");
+    }
+}
+
+fn report(arguments: &Arguments, rows: &[Row]) {
+    if arguments.json {
+        out(&json(&rows));
+        return;
+    }
+    for row in rows {
+        match (&row.after, &row.error) {
+            (Some(after), _) => out(&format!("{}: {} -> {after}", row.name, row.before)),
+            (None, Some(error)) => out(&format!("{}: {} stays: {error}", row.name, row.before)),
+            (None, None) => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::model::Via;
+    use profivac_host::client::Gauge;
+    use profivac_host::client::records::{RecordError, Records};
+    use profivac_host::client::settings::File;
+    use profivac_host::instrument::entry;
+    use std::collections::BTreeMap;
+
+    /// A gauge that takes everything, until its cable breaks after so many writes. What is written to relay 3 switches relay 1
+    /// off, so many times.
+    struct Cable {
+        records: BTreeMap<(u8, u8), Vec<u8>>,
+        writes_left: usize,
+        moves: usize,
+    }
+
+    impl Cable {
+        fn gauge(writes_left: usize, moves: usize) -> AnyGauge<'static> {
+            let records: Box<dyn Records> = Box::new(Self { records: BTreeMap::new(), writes_left, moves });
+            Gauge::known(records, 5, entry("img400").unwrap().model)
+        }
+    }
+
+    impl Records for Cable {
+        fn via(&self) -> Via {
+            Via::Class2
+        }
+
+        fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+            match self.writes_left {
+                0 => Err(RecordError::Lost("no answer".to_owned())),
+                _ => Ok(self.records.get(&(slot, index)).cloned().unwrap_or_else(|| vec![0])),
+            }
+        }
+
+        fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+            self.writes_left = self.writes_left.saturating_sub(1);
+            match self.writes_left {
+                0 => Err(RecordError::Lost("no answer".to_owned())),
+                _ => {
+                    self.records.insert((slot, index), octets.to_vec());
+                    if slot == 7 && self.moves > 0 {
+                        self.moves -= 1;
+                        self.records.insert((5, 20), vec![0]);
+                        self.records.insert((7, 20), vec![u8::from(self.moves == 0)]);
+                    }
+                    Ok(())
+                }
+            }
+        }
+    }
+
+    const FILE: &str = r#"
+device = "img400"
+ident = 0x0947
+[settings]
+"relay.1/low-trip-enable" = "true"
+"relay.2/low-trip-enable" = "true"
+"relay.3/low-trip-enable" = "true"
+"device.key-lock" = "full-lock"
+"#;
+
+    fn restored(mut gauge: AnyGauge<'_>) -> (Vec<Row>, Result<(), Failure>) {
+        let text = FILE.replace("\"device.key-lock\" = \"full-lock\"\n", "");
+        let settings = File::parse(&text).unwrap().in_order(&gauge).unwrap();
+        let mut rows = Vec::new();
+        let done = write_all(&mut gauge, &settings, &mut rows);
+        (rows, done)
+    }
+
+    fn names(rows: &[Row]) -> Vec<&str> {
+        rows.iter().map(|row| row.name.as_str()).collect()
+    }
+
+    #[test]
+    fn a_line_that_is_lost_ends_it_and_what_was_written_is_known() {
+        let all = ["relay.1/low-trip-enable", "relay.2/low-trip-enable", "relay.3/low-trip-enable"];
+        let (rows, done) = restored(Cable::gauge(100, 0));
+        assert_eq!(names(&rows), all);
+        done.unwrap();
+        let (rows, done) = restored(Cable::gauge(3, 0));
+        assert_eq!(names(&rows), all[..2]);
+        let said = done.unwrap_err().to_string();
+        let lost =
+            "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing came to nothing: no answer";
+        assert_eq!(said, lost);
+    }
+
+    #[test]
+    fn what_another_setting_moved_is_written_again() {
+        let (rows, done) = restored(Cable::gauge(100, 1));
+        done.unwrap();
+        let expected = [
+            "relay.1/low-trip-enable",
+            "relay.2/low-trip-enable",
+            "relay.3/low-trip-enable",
+            "relay.1/low-trip-enable",
+        ];
+        assert_eq!(names(&rows), expected);
+        assert!(rows.iter().all(|row| row.error.is_none()), "{rows:?}");
+    }
+
+    /// Key Lock is lost with the power: it is no setting, and a file that has it is not of `dump`.
+    #[test]
+    fn what_is_not_kept_is_no_setting() {
+        let gauge = Cable::gauge(1, 0);
+        let error = File::parse(FILE).unwrap().in_order(&gauge).unwrap_err().to_string();
+        assert_eq!(error, "line 8, column 21: device.key-lock is no setting of img400");
+    }
+}

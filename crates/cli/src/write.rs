@@ -1,0 +1,106 @@
+//! `profivac write`: a parameter of a gauge, or a command.
+
+use crate::failure::Failure;
+use crate::gauge::{AnyGauge, At, confirm};
+use crate::output::{json, out};
+use crate::read::Row;
+use clap::Args;
+use profivac_host::client::{ClientError, Order, Written};
+use serde::Serialize;
+
+/// Write a parameter of a gauge, or send a command by its name.
+///
+/// TARGET VALUE is a parameter and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A value is a number, one of the names
+/// that `profivac list` shows, or a pressure in any unit of the gauge; without a unit it is in the one the gauge has now.
+/// A command stands for itself: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; where several parts have it, name the
+/// part: `cdg.zero-adjust`, `channel.1/degas on`.
+///
+/// The value is checked against the table, and the conditions of a command against the gauge, before anything is sent. What was
+/// there is shown beside what is there then. What switches emission or degas, adjusts, or stops the measurement is asked about on
+/// a terminal and needs --yes without one.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    at: At,
+    /// Do not ask
+    #[arg(long)]
+    yes: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// What to write, and its value; or a command
+    #[arg(value_name = "TARGET", required = true)]
+    target: String,
+    /// The value
+    #[arg(value_name = "VALUE", allow_hyphen_values = true)]
+    value: Option<String>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac write --port /dev/ttyUSB0 --address 5 pirani.safe-state use-safe-value
+  profivac write --port /dev/ttyUSB0 --address 5 trip-point.1/low-trip-point '2e-3 mbar'
+  profivac write --port /dev/ttyUSB0 --address 5 execute
+  profivac write --port /dev/ttyUSB0 --address 5 --yes degas on";
+
+/// What JSON says about a write.
+#[derive(Debug, Serialize)]
+struct Change {
+    name: String,
+    slot: u8,
+    instance: u8,
+    index: u8,
+    written: String,
+    before: Option<Row>,
+    after: Option<Row>,
+}
+
+/// Checks, asks, sends, reads back.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    arguments.at.with(|gauge| {
+        let order = prepare(gauge, &arguments.target, arguments.value.as_deref())?;
+        if let Some(risk) = order.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
+            confirm(&format!("{} {} {risk}", order.named.name, order.text), arguments.yes)?;
+        }
+        let written = gauge.carry_out(order)?;
+        out(&if arguments.json { json(&change(&written)) } else { line(&written) });
+        Ok(())
+    })
+}
+
+/// What is to be sent: a command, or a parameter and its value.
+fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Result<Order, Failure> {
+    let names = gauge.names();
+    let words = value.map_or_else(|| target.to_owned(), |value| format!("{target} {value}"));
+    if let Some((named, code)) = names.command(&words).map_err(ClientError::from)? {
+        return Ok(gauge.prepare(named, code.name)?);
+    }
+    let named = gauge.find(target)?;
+    let value = value.ok_or_else(|| {
+        Failure::usage(format!("what shall {named} be? Say a VALUE behind it; `profivac list` shows what it takes"))
+    })?;
+    Ok(gauge.prepare(&named, value)?)
+}
+
+fn change(written: &Written) -> Change {
+    let parameter = written.named.parameter;
+    Change {
+        name: written.named.name.clone(),
+        slot: parameter.place.slot,
+        instance: parameter.place.instance,
+        index: parameter.row.id,
+        written: written.text.clone(),
+        before: written.before.as_ref().map(Row::of),
+        after: written.after.as_ref().map(Row::of),
+    }
+}
+
+/// `NAME: OLD -> NEW`, or what was sent where nothing can be read.
+fn line(written: &Written) -> String {
+    let name = &written.named.name;
+    match (&written.before, &written.after) {
+        (Some(before), Some(after)) => format!("{name}: {} -> {}", before.text, after.text),
+        _ => format!("{name}: {} done", written.text),
+    }
+}

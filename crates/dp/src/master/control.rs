@@ -1,0 +1,214 @@
+//! Global_Control: what a master tells groups of slaves. profibus-wire 2.9.
+//!
+//! The mode is told at every change and then again and again. Groups may be kept in Clear while the others work. Sync,
+//! Freeze and their opposites are commands: each is sent once, for a second Sync would let further outputs through. No
+//! slave acknowledges them; what became of one stands in the diagnosis (Sync_Mode, Freeze_Mode, Not_Supported).
+
+use super::{Master, Mode, Pending};
+use crate::link::BitTime;
+use crate::link::active::Request;
+use core::fmt;
+use heapless::Deque;
+use profivac_wire::control::Function;
+use profivac_wire::global::{ControlCommand, GlobalControl};
+use profivac_wire::sap::MASTER_MS0;
+use profivac_wire::{BROADCAST, Sap};
+
+/// So many commands can wait.
+pub const COMMANDS: usize = 8;
+
+/// Why a command was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotSent {
+    /// [`COMMANDS`] are waiting already.
+    Full,
+    /// No slave exchanges data, so none would listen.
+    NobodyListens,
+    /// It has other bits than Sync, Unsync, Freeze and Unfreeze, or none.
+    NoCommand(ControlCommand),
+}
+
+impl fmt::Display for NotSent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Full => write!(f, "{COMMANDS} commands are waiting to be sent already"),
+            Self::NobodyListens => f.write_str("no slave exchanges data, so none would listen"),
+            Self::NoCommand(command) => {
+                write!(f, "control command {:02X} is not made of Sync, Unsync, Freeze and Unfreeze", command.bits())
+            }
+        }
+    }
+}
+
+impl core::error::Error for NotSent {}
+
+/// What is to be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Tell {
+    /// The mode, to everybody.
+    Mode,
+    /// Clear, to the groups that are kept in it.
+    Cleared,
+    /// The oldest command.
+    Command,
+}
+
+/// A command on its way.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    control: GlobalControl,
+    /// When the first cycle after the call began. Sent once every slave concerned has exchanged data since.
+    since: Option<BitTime>,
+}
+
+/// All that waits to be told.
+#[derive(Clone, Debug)]
+pub(super) struct Controls {
+    /// The mode has changed, or a slave has joined, or it is time again.
+    pub(super) mode_due: bool,
+    cleared_due: bool,
+    /// How many commands may be sent now.
+    ready: usize,
+    commands: Deque<Waiting, COMMANDS>,
+    /// The groups that are kept in Clear.
+    cleared: u8,
+}
+
+impl Controls {
+    pub(super) const fn new() -> Self {
+        Self { mode_due: false, cleared_due: false, ready: 0, commands: Deque::new(), cleared: 0 }
+    }
+
+    /// Whether slaves of this group get safe outputs, whatever the mode.
+    #[inline]
+    pub(super) const fn is_cleared(&self, group: u8) -> bool {
+        self.cleared & group != 0
+    }
+
+    /// What to tell next.
+    #[inline]
+    pub(super) fn next(&mut self) -> Option<Tell> {
+        if core::mem::take(&mut self.mode_due) {
+            self.cleared_due = self.cleared != 0;
+            Some(Tell::Mode)
+        } else if core::mem::take(&mut self.cleared_due) {
+            Some(Tell::Cleared)
+        } else {
+            (self.ready > 0).then_some(Tell::Command)
+        }
+    }
+
+    /// What became of it: nobody answers, so all that counts is that it has left.
+    pub(super) fn told(&mut self, tell: Tell, sent: bool) {
+        match (tell, sent) {
+            (Tell::Command, true) => {
+                self.ready = self.ready.saturating_sub(1);
+                self.commands.pop_front();
+            }
+            (Tell::Mode, false) => self.mode_due = true,
+            (Tell::Cleared, false) => self.cleared_due = true,
+            (Tell::Command, false) | (Tell::Mode | Tell::Cleared, true) => {}
+        }
+    }
+
+    /// The data unit.
+    fn message(&self, tell: Tell, mode: Mode) -> Option<GlobalControl> {
+        Some(match (tell, mode) {
+            (Tell::Mode, Mode::Operate) => GlobalControl { command: ControlCommand::empty(), group: 0 },
+            (Tell::Mode, Mode::Clear | Mode::Stop) => GlobalControl { command: ControlCommand::CLEAR_DATA, group: 0 },
+            (Tell::Cleared, _) => GlobalControl { command: ControlCommand::CLEAR_DATA, group: self.cleared },
+            (Tell::Command, _) => self.commands.front()?.control,
+        })
+    }
+
+    /// Nobody is left who would listen.
+    pub(super) fn forget(&mut self) {
+        self.commands.clear();
+        self.ready = 0;
+    }
+}
+
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
+    Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
+{
+    /// Sends Sync, Unsync, Freeze or Unfreeze, or a pair of them, to the slaves of a group; `group` 0 is everybody.
+    ///
+    /// It leaves between two cycles, as soon as every slave of the group has exchanged data in a cycle that began after
+    /// this call. So Sync takes over the outputs as they are now, at all slaves at once, and the inputs that Freeze takes
+    /// come with the cycle that follows.
+    ///
+    /// # Errors
+    /// [`NotSent`], and nothing is sent.
+    pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), NotSent> {
+        let pairs = ControlCommand::SYNC | ControlCommand::UNSYNC | ControlCommand::FREEZE | ControlCommand::UNFREEZE;
+        if command.is_empty() || !pairs.contains(command) {
+            return Err(NotSent::NoCommand(command));
+        }
+        if self.mode == Mode::Stop || self.exchanging == 0 {
+            return Err(NotSent::NobodyListens);
+        }
+        let waiting = Waiting { control: GlobalControl { command, group }, since: None };
+        self.controls.commands.push_back(waiting).map_err(|_| NotSent::Full)
+    }
+
+    /// How many commands were taken and not sent yet. They are dropped when no slave exchanges data any more.
+    pub fn controls_waiting(&self) -> usize {
+        self.controls.commands.len()
+    }
+
+    /// Keeps the slaves of these groups, one per bit, in Clear while the mode is [`Mode::Operate`]; the others work.
+    /// They are told at once and then as often as the mode, and get safe outputs in every exchange.
+    pub const fn set_cleared_groups(&mut self, groups: u8) {
+        self.controls.cleared = groups;
+        self.controls.mode_due = true;
+    }
+
+    /// The groups that are kept in Clear.
+    pub const fn cleared_groups(&self) -> u8 {
+        self.controls.cleared
+    }
+
+    /// A cycle begins: which commands may be sent before it?
+    pub(super) fn prepare_controls(&mut self, now: BitTime) {
+        if self.exchanging == 0 {
+            self.controls.forget();
+        }
+        let waiting = |waiting: &Waiting| {
+            waiting.since.is_some_and(|since| self.all_exchanged_since(since, Some(waiting.control)))
+        };
+        self.controls.ready = self.controls.commands.iter().take_while(|command| waiting(command)).count();
+        for command in &mut self.controls.commands {
+            command.since.get_or_insert(now);
+        }
+    }
+
+    /// Whether every slave that exchanges data, and that `control` concerns, has done so since.
+    pub(super) fn all_exchanged_since(&self, since: BitTime, control: Option<GlobalControl>) -> bool {
+        let concerned = |group| control.is_none_or(|control| control.concerns(group));
+        self.slaves.iter().filter(|slave| slave.is_exchanging() && concerned(slave.group)).all(|slave| {
+            let at = slave.exchanged_at();
+            at.is_some_and(|at| at > since)
+        })
+    }
+
+    /// The next Global_Control, if there is one to be sent and somebody to listen.
+    #[inline]
+    pub(super) fn next_control(&mut self) -> Option<Pending> {
+        if self.exchanging == 0 {
+            return None;
+        }
+        self.controls.next().map(Pending::Control)
+    }
+
+    /// Global_Control goes to everybody; whom it concerns stands in it.
+    pub(super) fn global_control(&mut self, tell: Tell) -> Option<Request<'_>> {
+        let length = self.controls.message(tell, self.mode)?.emit(&mut self.du).ok()?;
+        Some(Request {
+            da: BROADCAST,
+            function: Function::SdnHigh,
+            dsap: Sap::GlobalControl.to_octet(),
+            ssap: Some(MASTER_MS0),
+            du: self.du.get(..length)?,
+        })
+    }
+}

@@ -1,0 +1,67 @@
+//! The extended diagnosis of a slave, entry by entry and in words. profibus-wire 2.3.1 and 2.3.2.
+
+use super::Master;
+use core::fmt;
+use profivac_wire::ext_diag::{Block, Blocks, Message};
+
+/// One entry of the extended diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entry<'a> {
+    /// A device-related block of a DP-V1 slave: an alarm or a status.
+    Message(Message<'a>),
+    /// Any other block: identifier-related, channel-related, a revision, or what only the manual of the device explains.
+    Block(Block<'a>),
+    /// What follows is no block: its length is 0, or runs past the end. The last entry.
+    Broken,
+}
+
+impl fmt::Display for Entry<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Message(message) => message.fmt(f),
+            Self::Block(block) => block.fmt(f),
+            Self::Broken => f.write_str("the rest is no block"),
+        }
+    }
+}
+
+/// Walks over the extended diagnosis of a slave.
+#[derive(Clone, Debug)]
+pub struct ExtDiag<'a> {
+    blocks: Blocks<'a>,
+    dpv1: bool,
+}
+
+impl<'a> ExtDiag<'a> {
+    /// Begins with the first block of `octets`. What device-related blocks are, the GSD file of the slave says
+    /// (DPV1_Slave) and not the mode it was parameterised for.
+    #[must_use]
+    pub const fn new(octets: &'a [u8], dpv1: bool) -> Self {
+        Self { blocks: Blocks::new(octets), dpv1 }
+    }
+}
+
+impl<'a> Iterator for ExtDiag<'a> {
+    type Item = Entry<'a>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        Some(match self.blocks.next()? {
+            Ok(Block::Device(content)) if self.dpv1 => {
+                Message::parse(content).map_or(Entry::Block(Block::Device(content)), Entry::Message)
+            }
+            Ok(block) => Entry::Block(block),
+            Err(_) => Entry::Broken,
+        })
+    }
+}
+
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
+    Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
+{
+    /// The entries of the last extended diagnosis of a slave; none if there is no such slave.
+    pub fn ext_diag(&self, address: u8) -> ExtDiag<'_> {
+        let slave = self.slave(address);
+        let octets = slave.and_then(|slave| slave.diagnosis()).map(|diag| diag.ext_diag);
+        ExtDiag::new(octets.unwrap_or_default(), slave.is_some_and(|slave| slave.dpv1))
+    }
+}

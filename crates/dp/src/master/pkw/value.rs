@@ -1,0 +1,233 @@
+//! What travels in the parameter channel: eight octets each way. errata-bpg-bcg-tpg 17 to 24, errata-pxg55x-img400 1 to 12.
+//!
+//! | Octet | 1 | 2 | 3 | 4 | 5 to 8 |
+//! |---|---|---|---|---|---|
+//! | | AK in the high nibble | slot | index | 0 | value, right-aligned |
+
+use core::fmt;
+
+/// How many octets the channel has each way.
+pub(in crate::master) const OCTETS: usize = 8;
+
+/// AK of an instruction.
+const READ: u8 = 1;
+const WRITE_WORD: u8 = 2;
+const WRITE_DOUBLE_WORD: u8 = 3;
+
+/// AK of an answer.
+const NOTHING: u8 = 0;
+const WORD: u8 = 1;
+const DOUBLE_WORD: u8 = 2;
+const REFUSED: u8 = 7;
+const BYTE: u8 = 11;
+
+/// A value, with its width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Value {
+    /// One octet.
+    Byte(u8),
+    /// Two octets.
+    Word(u16),
+    /// Four octets: also floats, and arrays of three octets behind a zero (errata-bpg-bcg-tpg 20).
+    DoubleWord(u32),
+}
+
+impl Value {
+    /// The value of these octets, if there is a width for them.
+    #[must_use]
+    pub const fn from_octets(octets: &[u8]) -> Option<Self> {
+        Some(match *octets {
+            [d] => Self::Byte(d),
+            [c, d] => Self::Word(u16::from_be_bytes([c, d])),
+            [a, b, c, d] => Self::DoubleWord(u32::from_be_bytes([a, b, c, d])),
+            _ => return None,
+        })
+    }
+
+    /// The four octets of the channel, the value on the right.
+    #[must_use]
+    pub fn octets(self) -> [u8; 4] {
+        match self {
+            Self::Byte(value) => u32::from(value),
+            Self::Word(value) => u32::from(value),
+            Self::DoubleWord(value) => value,
+        }
+        .to_be_bytes()
+    }
+
+    /// How many octets the value has.
+    #[must_use]
+    pub const fn width(self) -> usize {
+        match self {
+            Self::Byte(_) => 1,
+            Self::Word(_) => 2,
+            Self::DoubleWord(_) => 4,
+        }
+    }
+
+    const fn answer_ak(self) -> u8 {
+        match self {
+            Self::Byte(_) => BYTE,
+            Self::Word(_) => WORD,
+            Self::DoubleWord(_) => DOUBLE_WORD,
+        }
+    }
+}
+
+/// Why the slave does not carry out an instruction: AK 7 and a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Error(pub u16);
+
+impl Error {
+    /// The words of tira56e1 4.3.3, which has all numbers of the other manuals.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            0 => "undefined slot",
+            1 => "parameter not changeable",
+            2 => "lower or upper value range limit overflow",
+            // The others say "index error": errata-pxg55x-img400 7.
+            3 => "index error",
+            4 => "no array",
+            5 => "data type error",
+            6 => "setting not allowed (only resettable)",
+            7 => "description element not changeable",
+            10 => "access group error",
+            11 => "no operation sovereignty",
+            12 => "password error",
+            13 => "text not readable in cyclic data transfer",
+            14 => "name not readable in cyclic data transfer",
+            15 => "no text array existent",
+            17 => "instruction not processable in this state",
+            18 => "other errors",
+            19 => "data not readable in cyclic transfer",
+            201 => "already in requested state",
+            202 => "object state conflict",
+            _ => "reserved",
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.name(), self.0)
+    }
+}
+
+/// What does not fit in an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrong {
+    /// No answer has this AK.
+    Signature(u8),
+    /// It is about another parameter.
+    Place {
+        /// Slot and index of the instruction.
+        expected: (u8, u8),
+        /// Slot and index of the answer.
+        received: (u8, u8),
+    },
+    /// The value has another width than the one that was written, or was expected.
+    Width {
+        /// How many octets it should have.
+        expected: usize,
+        /// How many it has.
+        received: usize,
+    },
+    /// Octets that the answer does not use are not 0.
+    Padding,
+    /// There was an answer before there was an instruction: AK 0 was not answered by AK 0.
+    Unasked,
+}
+
+impl fmt::Display for Wrong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Signature(ak) => write!(f, "the parameter channel answers with AK {ak}, which is no answer"),
+            Self::Place { expected: (slot, index), received: (other_slot, other_index) } => {
+                write!(f, "the parameter channel answers about {other_slot}/{other_index} instead of {slot}/{index}")
+            }
+            Self::Width { expected, received } => {
+                write!(f, "the parameter channel answers with {received} octets instead of {expected}")
+            }
+            Self::Padding => f.write_str("the parameter channel answers with octets that should be 0"),
+            Self::Unasked => f.write_str("the parameter channel goes on answering when nothing is asked"),
+        }
+    }
+}
+
+/// What a slave is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Instruction {
+    pub(super) slot: u8,
+    pub(super) index: u8,
+    /// What is written.
+    pub(super) write: Option<Value>,
+    /// How many octets a value that is read must have, if that is known.
+    pub(super) width: Option<usize>,
+    /// AK of a write of one octet.
+    pub(super) byte_ak: u8,
+}
+
+/// What a slave answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    Nothing,
+    Value(Value),
+    Refused(Error),
+}
+
+impl Instruction {
+    /// The octets that stand in the outputs.
+    pub(super) fn octets(&self) -> [u8; OCTETS] {
+        let ak = match self.write {
+            None => READ,
+            Some(Value::Byte(_)) => self.byte_ak,
+            Some(Value::Word(_)) => WRITE_WORD,
+            Some(Value::DoubleWord(_)) => WRITE_DOUBLE_WORD,
+        };
+        let [a, b, c, d] = self.write.map_or([0; 4], Value::octets);
+        [ak << 4, self.slot, self.index, 0, a, b, c, d]
+    }
+
+    /// What the octets in the inputs answer.
+    pub(super) fn answer(&self, [pke, slot, index, _, value @ ..]: [u8; OCTETS]) -> Result<Answer, Wrong> {
+        let ak = pke >> 4;
+        if ak == NOTHING {
+            return Ok(Answer::Nothing);
+        }
+        let (expected, received) = ((self.slot, self.index), (slot, index));
+        if expected != received {
+            return Err(Wrong::Place { expected, received });
+        }
+        match (ak, value) {
+            (REFUSED, [0, 0, high, low]) => Ok(Answer::Refused(Error(u16::from_be_bytes([high, low])))),
+            (BYTE, [0, 0, 0, d]) => self.fitting(Value::Byte(d)),
+            (WORD, [0, 0, c, d]) => self.fitting(Value::Word(u16::from_be_bytes([c, d]))),
+            (DOUBLE_WORD, octets) => self.fitting(Value::DoubleWord(u32::from_be_bytes(octets))),
+            (REFUSED | BYTE | WORD, _) => Err(Wrong::Padding),
+            (other, _) => Err(Wrong::Signature(other)),
+        }
+    }
+
+    fn fitting(&self, value: Value) -> Result<Answer, Wrong> {
+        let expected = match self.write {
+            Some(written) if written.answer_ak() == value.answer_ak() => return Ok(Answer::Value(value)),
+            // Where a byte is written as a word, the answer is as wide as the parameter: errata-bpg-bcg-tpg 133.
+            Some(Value::Word(_)) if self.byte_ak == WRITE_WORD && value.width() == 1 => {
+                return Ok(Answer::Value(value));
+            }
+            Some(written) => written.width(),
+            None => match self.width {
+                Some(width) if width != value.width() => width,
+                _ => return Ok(Answer::Value(value)),
+            },
+        };
+        Err(Wrong::Width { expected, received: value.width() })
+    }
+}
+
+/// Whether nothing is answered.
+pub(super) const fn is_rest(octets: &[u8; OCTETS]) -> bool {
+    let [pke, ..] = octets;
+    *pke >> 4 == NOTHING
+}

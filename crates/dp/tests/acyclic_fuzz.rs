@@ -1,0 +1,233 @@
+//! Random answers, random users, random times: no acyclic request makes a master panic, and each one comes to an end.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
+
+mod support;
+
+use profivac_dp::link::active::Active;
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
+use profivac_dp::master::pkw::Value;
+use profivac_dp::master::{
+    Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Phase, PkwParameters, Settings, SlaveParameters,
+    services,
+};
+use profivac_dp::slave::{Features, Slave};
+use profivac_wire::acyclic::AlarmAck;
+use profivac_wire::control::{Control, StationType, Status};
+use profivac_wire::{Frame, Telegram};
+use support::plain::Plain;
+use support::{Random, bus};
+
+const BAUD: Baud = Baud::B1500000;
+const IDENT: u16 = 0x1234;
+/// Parameter channel both ways.
+const CFG: [u8; 2] = [0x97, 0xA7];
+
+type Any = Active<Master<2, 16, 8, 3>>;
+
+/// A master, the slaves it works with, and what it was asked.
+struct Bus {
+    station: Any,
+    slaves: Vec<Slave<Plain>>,
+    now: BitTime,
+    handles: Vec<Handle>,
+    /// Every how many answers are spoilt, 0 for none.
+    spoil: usize,
+}
+
+impl Bus {
+    fn new() -> Self {
+        let mut station: Any = Master::on(bus(), Settings::new(BAUD), BitTime(0));
+        let features = Features { sync: true, freeze: true, dpv1: true, ms1: true };
+        let mut slaves = Vec::new();
+        for address in [8, 9] {
+            let device = Plain { features, record: vec![address; 5], ..Plain::new(IDENT, &CFG) };
+            slaves.push(Slave::new(device, address, BAUD));
+            let slave = SlaveParameters { user_prm: &[0x80, 0, 0], ..SlaveParameters::new(address, IDENT, &CFG) };
+            station.user.add(&slave).unwrap();
+        }
+        station.user.set_mode(Mode::Operate);
+        Self { station, slaves, now: BitTime(0), handles: Vec::new(), spoil: 0 }
+    }
+
+    /// One telegram of the master and what follows.
+    fn step(&mut self, random: &mut Random) {
+        self.now = self.now.max(self.station.wake_at().unwrap_or(self.now));
+        let Some(transmit) = self.station.poll(self.now) else { return };
+        let request = transmit.octets.to_vec();
+        self.now = self.now.max(transmit.not_before) + request.len() as u64 * CHARACTER_TBIT;
+        self.station.sent(self.now);
+        let telegram = Telegram::parse(&request).unwrap();
+        let mut answer = None;
+        for slave in &mut self.slaves {
+            slave.poll(self.now);
+            answer = answer.or(slave.telegram(self.now, &telegram).map(|answer| answer.octets.to_vec()));
+        }
+        if self.spoil > 0 && random.below(self.spoil) == 0 {
+            answer = spoilt(&telegram, answer, random);
+        }
+        let Some(answer) = answer else { return };
+        self.now = self.now + 11 + answer.len() as u64 * CHARACTER_TBIT;
+        match Telegram::parse(&answer) {
+            Ok(telegram) => drop(self.station.telegram(self.now, &telegram)),
+            Err(_) => self.station.activity(self.now),
+        }
+    }
+
+    /// Somebody wants something.
+    fn meddle(&mut self, random: &mut Random) {
+        let [address, slot, index] =
+            [8 + (random.next() & 1) as u8, random.next() as u8 & 3, 14 + random.next() as u8 % 4];
+        let any = self.handles.get(random.below(self.handles.len().max(1))).copied();
+        let data = vec![slot; random.below(260)];
+        let (ms1, ms2, pkw) = parameters(random);
+        let user = &mut self.station.user;
+        let begun = match random.below(60) {
+            0..4 => user.ms2_open(address, &ms2).ok(),
+            4..6 => user.ms1_read(address, slot, index, random.next() as u8, &ms1).ok(),
+            6 => user.ms1_write(address, slot, index, &data, &ms1).ok(),
+            7 => user.ms1_alarm_ack(address, AlarmAck { slot, alarm_type: 1, specifier: index }, &ms1).ok(),
+            8..10 => user.pkw_read(address, slot, index, Some(random.below(5)), &pkw).ok(),
+            10 => user.pkw_write(address, slot, index, Value::Word(7), &pkw).ok(),
+            _ => None,
+        };
+        self.handles.extend(begun);
+        let user = &mut self.station.user;
+        match (random.below(40), any) {
+            (0..4, Some(handle)) => drop(user.ms2_read(handle, slot, index, random.next() as u8)),
+            (4..6, Some(handle)) => drop(user.ms2_write(handle, slot, index, &data)),
+            (6, Some(handle)) => drop(user.ms2_transport(handle, slot, index, &data)),
+            (7, Some(handle)) => drop(user.ms2_close(handle)),
+            (8..12, Some(handle)) => drop(user.outcome(handle)),
+            (12, _) => drop(user.submit(&services::slave_diag(address))),
+            (13, _) => drop(user.take()),
+            (14..20, _) => drop(user.next_event()),
+            (20, _) if random.below(20) == 0 => user.restart(address),
+            (21, _) if random.below(20) == 0 => user.set_mode(Mode::Clear),
+            (22, _) => user.set_mode(Mode::Operate),
+            (23, _) if random.below(20) == 0 => self.station.listen(self.now),
+            (24, _) if random.below(20) == 0 => self.slaves[usize::from(address & 1)].power_up(address),
+            _ => {}
+        }
+    }
+
+    /// Whether a request is still under way.
+    fn is_pending(&mut self, handle: Handle) -> bool {
+        let user = &mut self.station.user;
+        if let Some(phase) = user.ms2_phase(handle) {
+            user.ms2_close(handle).unwrap();
+            return phase != Phase::Ended;
+        }
+        !user.is_over(handle)
+    }
+}
+
+/// Times and places as anybody may choose them, also absurd ones.
+fn parameters(random: &mut Random) -> (Ms1Parameters, Ms2Parameters, PkwParameters) {
+    let pace_tbit = [0, 100, 1500][random.below(3)];
+    let ms1 = Ms1Parameters { pace_tbit, response_tbit: random.next() % 60_000, rejections: random.next() as u8 & 3 };
+    let ms2 = Ms2Parameters {
+        send_timeout: random.next() as u16 & 7,
+        response_timeout: random.next() as u16 & 7,
+        pace_tbit,
+        rejections: random.next() as u8 & 3,
+        destination: ((random.next() & 1) as u8, 0),
+        ..Ms2Parameters::new(BAUD)
+    };
+    let at = random.below(3);
+    let pkw = PkwParameters { outputs_at: at / 2, inputs_at: at / 2, cycles: random.next() as u32 % 20, byte_ak: 10 };
+    (ms1, ms2, pkw)
+}
+
+/// Another answer than the one of the slave.
+fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) -> Option<Vec<u8>> {
+    let Telegram::Frame(asked) = request else { return answer };
+    let kind = random.below(8);
+    if let (0..2, Some(mut octets)) = (kind, answer.clone()) {
+        let place = random.below(octets.len());
+        octets[place] = random.next() as u8;
+        if octets.len() > 9 && kind == 0 {
+            let end = octets.len() - 2;
+            octets[end] = octets[4..end].iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
+        }
+        return Some(octets);
+    }
+    let statuses =
+        [Status::DataLow, Status::DataHigh, Status::NoResource, Status::UserError, Status::ServiceNotActivated];
+    let functions = [0x48, 0x51, 0x56, 0x57, 0x58, 0x5C, 0x5E, 0x5F, 0xD7, 0xDE, 0xDF, 0x77];
+    let mut du = vec![functions[random.below(12)], random.next() as u8 & 3, 14 + random.next() as u8 % 4];
+    du.extend((0..random.below(20)).map(|_| random.next() as u8 & 0x1F));
+    let status = statuses[random.below(5)];
+    let fc = Control::Response { station: StationType::Slave, status }.to_octet();
+    let has_data = matches!(status, Status::DataLow | Status::DataHigh);
+    let (dsap, ssap) = if has_data { (asked.ssap, asked.dsap) } else { (None, None) };
+    let du = if has_data { &du[..] } else { &[] };
+    let frame = Frame { da: asked.sa, sa: asked.da, dsap, ssap, fc, du };
+    match kind {
+        2 => None,
+        3 => Some(vec![0xE5]),
+        _ => {
+            let mut octets = [0; 255];
+            let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+            Some(octets[..length].to_vec())
+        }
+    }
+}
+
+#[test]
+fn every_request_ends_whatever_is_answered() {
+    let mut random = Random::new(0x00AC_7C1C);
+    let (mut begun, mut values) = (0, 0);
+    for round in 0..300 {
+        let mut bus = Bus::new();
+        for _ in 0..200 {
+            bus.step(&mut random);
+        }
+        bus.spoil = 1 + round % 9;
+        for _ in 0..2000 {
+            bus.step(&mut random);
+            bus.meddle(&mut random);
+        }
+        begun += bus.handles.len();
+        // The storm is over, or the slaves are gone: one way or the other everything ends.
+        bus.spoil = 0;
+        if random.below(2) == 0 {
+            bus.slaves.clear();
+        }
+        let limit = bus.now + BAUD.tbit_of_ms(9000);
+        for handle in bus.handles.clone() {
+            while bus.is_pending(handle) {
+                bus.step(&mut random);
+                assert!(bus.now < limit, "{handle:?} of round {round} never ends");
+            }
+        }
+        values += works_afterwards(bus, &mut random);
+    }
+    println!("{begun} requests begun; {values} times it worked afterwards");
+    assert!(begun > 10_000 && values > 100, "{begun}, {values}");
+}
+
+/// A fresh connection gives the value, where the slaves are still there.
+fn works_afterwards(mut bus: Bus, random: &mut Random) -> usize {
+    if bus.slaves.is_empty() {
+        return 0;
+    }
+    // Connections that the storm left open at the slave end by their own timers.
+    let until = bus.now + BAUD.tbit_of_ms(9000);
+    while bus.now < until {
+        bus.step(random);
+    }
+    let connection = bus.station.user.ms2_open(8, &Ms2Parameters::new(BAUD)).unwrap();
+    for _ in 0..20_000 {
+        match bus.station.user.outcome(connection) {
+            None => {}
+            Some(Outcome::Opened(_)) => bus.station.user.ms2_read(connection, 1, 16, 240).unwrap(),
+            Some(Outcome::Read(record)) => {
+                assert_eq!(record, bus.slaves[0].device().record);
+                return 1;
+            }
+            Some(other) => panic!("{other:?}"),
+        }
+        bus.step(random);
+    }
+    panic!("no value");
+}

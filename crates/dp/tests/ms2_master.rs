@@ -1,0 +1,462 @@
+//! MS2 at the master: every state against every answer, and the timers. profibus-wire 4.6 to 4.11.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
+
+mod support;
+
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::{Cause, End, Handle, Master, Ms2Parameters, NotTaken, Outcome, Phase, Settings};
+use profivac_wire::acyclic::AbortReason;
+use profivac_wire::{Frame, Telegram};
+use std::fmt::Write as _;
+use std::path::Path;
+use support::desk::Desk;
+use support::{bus, hex};
+
+const BAUD: Baud = Baud::B1500000;
+
+type Tool = Desk<Master<0, 0>>;
+
+/// T is 1 s, and a slave may be busy twice.
+fn parameters() -> Ms2Parameters {
+    Ms2Parameters { send_timeout: 100, response_timeout: 100, rejections: 2, ..Ms2Parameters::new(BAUD) }
+}
+
+fn opening() -> (Tool, Handle) {
+    let mut desk = Desk::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
+    let connection = desk.station.user.ms2_open(8, &parameters()).unwrap();
+    desk.asks();
+    (desk, connection)
+}
+
+/// A response of slave 8 from `ssap`, with the function code of `fc`.
+fn frame(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
+    let frame = Frame { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
+    let mut octets = [0; 255];
+    let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+    octets[..length].to_vec()
+}
+
+/// What a test lets the slave answer: DL with a PDU, SC, a status without data, or nothing.
+fn answer(desk: &mut Tool, ssap: u8, what: &str) {
+    match what.split_once(' ') {
+        _ if what == "SC" => desk.hears("E5"),
+        _ if what == "RS" => desk.hears("10 02 08 03 0D 16"),
+        _ if what == "RR" => desk.hears("10 02 08 02 0C 16"),
+        _ if what == "UE" => desk.hears("10 02 08 01 0B 16"),
+        _ if what == "silence" => {}
+        Some(("DH", pdu)) => desk.hears_octets(11, &frame(0x0A, ssap, &hex(pdu))),
+        Some(("RDL", pdu)) => desk.hears_octets(11, &frame(0x0C, ssap, &hex(pdu))),
+        Some(("RDH", pdu)) => desk.hears_octets(11, &frame(0x0D, ssap, &hex(pdu))),
+        _ => desk.hears_octets(11, &frame(0x08, ssap, &hex(what))),
+    }
+}
+
+const MANAGER: &str = "56 30 00 64";
+const INITIATE_RES: &str = "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
+
+fn open() -> (Tool, Handle) {
+    let (mut desk, connection) = opening();
+    answer(&mut desk, 49, MANAGER);
+    desk.asks();
+    answer(&mut desk, 48, INITIATE_RES);
+    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Opened(_))));
+    (desk, connection)
+}
+
+/// Where a connection can stand, with a message on its way.
+#[derive(Clone, Copy, Debug)]
+enum Stand {
+    /// Initiate to the resource manager.
+    Initiate,
+    /// The resource manager is polled.
+    PollManager,
+    /// The server is polled for the response to Initiate.
+    PollServer,
+    /// A request, and a poll for its response.
+    Read,
+    PollRead,
+    PollWrite,
+    PollTransport,
+    Idle,
+    PollIdle,
+    /// An Abort of the user.
+    Aborting,
+}
+
+use Stand::{Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read};
+
+fn stand(at: Stand) -> (Tool, Handle) {
+    if let Initiate | PollManager | PollServer = at {
+        let (mut desk, connection) = opening();
+        match at {
+            PollManager => answer(&mut desk, 49, "SC"),
+            PollServer => answer(&mut desk, 49, MANAGER),
+            _ => return (desk, connection),
+        }
+        desk.asks();
+        return (desk, connection);
+    }
+    let (mut desk, connection) = open();
+    let user = &mut desk.station.user;
+    match at {
+        Read | PollRead => user.ms2_read(connection, 1, 16, 8).unwrap(),
+        PollWrite => user.ms2_write(connection, 1, 16, &[1, 2]).unwrap(),
+        PollTransport => user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap(),
+        Aborting => user.ms2_close(connection).unwrap(),
+        _ => {}
+    }
+    desk.asks();
+    if let PollRead | PollWrite | PollTransport | PollIdle = at {
+        answer(&mut desk, 48, "SC");
+        desk.asks();
+    }
+    (desk, connection)
+}
+
+/// Everything a slave may answer.
+const ANSWERS: [&str; 30] = [
+    "SC",
+    "RS",
+    "RR",
+    "UE",
+    "silence",
+    "DH 5E 01 10 02 AA BB",
+    "RDL 5E 01 10 02 AA BB",
+    "RDH 5E 01 10 02 AA BB",
+    "48",
+    "48 00",
+    MANAGER,
+    "56 31 00 64",
+    INITIATE_RES,
+    "57 F1 01 00 00 00 00 00 00 02 00 02 00 00 00 00",
+    "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00",
+    "D7 80 A9 00",
+    "58 00 13",
+    "58",
+    "5E 01 10 02 AA BB",
+    "5E 01 10 00",
+    "5E 01 11 02 AA BB",
+    "5E 02 10 02 AA BB",
+    "5E 01 10 03 AA BB",
+    "5E 01 10 09 01 02 03 04 05 06 07 08 09",
+    "DE 80 B0 00",
+    "5F 01 10 02",
+    "5F 01 10 01",
+    "DF 80 B7 02",
+    "51 01 10 01 CC",
+    "5C 01 10 02",
+];
+
+/// What follows an answer: the phase, and the outcome if there is one.
+fn after(at: Stand, what: &str) -> String {
+    let (mut desk, connection) = stand(at);
+    let ssap = if let Initiate | PollManager = at { 49 } else { 48 };
+    if what == "silence" && !matches!(at, Initiate) {
+        // The link layer repeats what was counted.
+        desk.asks();
+    }
+    answer(&mut desk, ssap, what);
+    // An Abort of ours is acknowledged.
+    let next = desk.asks_within(40_000).map(|said| said.octets);
+    let sent = next.as_deref().map_or(String::new(), |octets| match octets {
+        [0x68, _, _, 0x68, 0x88, 0x82, _, dsap, 0x32, du @ .., _, 0x16] => {
+            let du: Vec<String> = du.iter().map(|octet| format!("{octet:02X}")).collect();
+            format!(" then to SAP {dsap}: {}", if du.is_empty() { "poll".to_owned() } else { du.join(" ") })
+        }
+        other => panic!("{other:02X?}"),
+    });
+    if sent.contains(": 58") {
+        answer(&mut desk, 48, "SC");
+    }
+    let user = &mut desk.station.user;
+    let phase = user.ms2_phase(connection).map_or("-".to_owned(), |phase| phase.to_string());
+    let outcome = match user.outcome(connection) {
+        None => String::new(),
+        Some(Outcome::Ended(end)) => format!(", {end}"),
+        Some(Outcome::Refused(negative)) => format!(", refused: {}", negative.code_1),
+        Some(Outcome::Opened(opened)) => format!(", open at SAP {}", opened.server_sap),
+        Some(Outcome::Read(record)) => format!(", read {record:02X?}"),
+        Some(Outcome::Transported(data)) => format!(", transported {data:02X?}"),
+        Some(Outcome::Written) => ", written".to_owned(),
+        Some(other) => panic!("{other:?}"),
+    };
+    format!("{phase}{outcome}{sent}")
+}
+
+/// profibus-wire 4.11, and what it does not say.
+#[test]
+fn every_answer_in_every_state() {
+    let mut text = String::new();
+    let all = [Initiate, PollManager, PollServer, Read, PollRead, PollWrite, PollTransport, Idle, PollIdle, Aborting];
+    for at in all {
+        writeln!(text, "{at:?}").unwrap();
+        for what in ANSWERS {
+            writeln!(text, "  {what:<50}{}", after(at, what)).unwrap();
+        }
+    }
+    golden("ms2_master.txt", &text);
+}
+
+/// Lets the slave answer every message with `what` until the connection ends; when, and how.
+fn until_the_end(desk: &mut Tool, connection: Handle, what: &str) -> (BitTime, End) {
+    loop {
+        let said = desk.asks();
+        if said.text().contains(" 32 58 00 ") {
+            desk.hears("E5");
+            let Some(Outcome::Ended(end)) = desk.station.user.outcome(connection) else { panic!("ended") };
+            return (said.start, end);
+        }
+        answer(desk, 48, what);
+    }
+}
+
+/// The end that this master brings about.
+fn failed(reason: AbortReason, cause: Cause) -> End {
+    End::Failed { reason, cause }
+}
+
+/// One poll takes a millisecond at most, and what follows begins within one more.
+const GRAIN: u64 = BAUD.tbit_of_ms(2);
+
+fn is_about(measured: u64, ms: u64) -> bool {
+    (BAUD.tbit_of_ms(ms)..BAUD.tbit_of_ms(ms) + GRAIN).contains(&measured)
+}
+
+/// A connection with these times, in 10 ms: Send_Timeout asked for, C2_Response_Timeout, least Send_Timeout of the slave.
+fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Tool, Handle) {
+    let mut desk = Tool::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
+    let parameters = Ms2Parameters { send_timeout, response_timeout, ..parameters() };
+    let connection = desk.station.user.ms2_open(8, &parameters).unwrap();
+    desk.asks();
+    answer(&mut desk, 49, &format!("56 30 {:02X} {:02X}", least >> 8, least & 0xFF));
+    desk.asks();
+    answer(&mut desk, 48, INITIATE_RES);
+    let Some(Outcome::Opened(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
+    assert_eq!(opened.send_timeout, send_timeout.max(least));
+    (desk, connection)
+}
+
+/// 4.9, rule 2: T is the greater Send_Timeout of both sides.
+#[test]
+fn idle_follows_t_after_the_last_response_again_and_again() {
+    for (asked, least, ms) in [(100, 100, 1000), (10, 100, 1000), (130, 100, 1300), (1, 1, 10)] {
+        let (mut desk, connection) = open_with(asked, 1, least);
+        for _ in 0..3 {
+            let fetched = desk.now;
+            let said = desk.asks();
+            assert!(said.text().contains(" 30 32 48 "), "{}", said.text());
+            assert!(is_about(said.start - fetched, ms), "{} after {} ms", said.start - fetched, ms);
+            answer(&mut desk, 48, "SC");
+            desk.asks();
+            answer(&mut desk, 48, "48");
+        }
+        assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Open));
+    }
+}
+
+/// 4.9, rule 4.
+#[test]
+fn a_response_is_waited_for_as_long_as_c2_response_timeout_and_t() {
+    for (asked, response, least, ms) in [(100, 100, 100, 1000), (100, 250, 100, 2500), (10, 20, 100, 1000)] {
+        let (mut desk, connection) = open_with(asked, response, least);
+        desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+        let began = desk.now;
+        let (ended, end) = until_the_end(&mut desk, connection, "SC");
+        assert!(is_about(ended - began, ms), "{} after {ms} ms", ended - began);
+        assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
+    }
+}
+
+/// The server has an Idle timer, and this master supervises that the server answers Idle.
+#[test]
+fn a_server_that_does_not_answer_idle_ends_the_connection() {
+    let (mut desk, connection) = open();
+    let said = desk.asks();
+    answer(&mut desk, 48, "SC");
+    let (ended, end) = until_the_end(&mut desk, connection, "SC");
+    assert!(is_about(ended - said.start, 1000));
+    assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
+}
+
+/// The response to Initiate is waited for as any other; the access point is known, so the slave is told.
+#[test]
+fn an_initiate_that_nobody_answers_ends_in_time() {
+    let (mut desk, connection) = stand(PollServer);
+    answer(&mut desk, 48, "SC");
+    let (_, end) = until_the_end(&mut desk, connection, "SC");
+    assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
+    // The resource manager has no connection to abort.
+    let (mut desk, connection) = stand(PollManager);
+    let (began, mut last) = (desk.now, desk.now);
+    answer(&mut desk, 49, "SC");
+    while let Some(said) = desk.asks_within(40_000) {
+        last = said.start;
+        answer(&mut desk, 49, "SC");
+    }
+    assert!((BAUD.tbit_of_ms(990)..BAUD.tbit_of_ms(1001)).contains(&(last - began)), "{}", last - began);
+    let end = failed(AbortReason::TIMEOUT, Cause::Timeout);
+    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+}
+
+/// 4.9, rule 6: polls go on for T.
+#[test]
+fn a_slave_that_falls_silent_is_polled_for_t() {
+    use profivac_dp::link::active::Failure;
+    let (mut desk, connection) = open_with(100, 400, 100);
+    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    desk.asks();
+    answer(&mut desk, 48, "SC");
+    let began = desk.now;
+    let mut polls = 0;
+    let ended = loop {
+        let said = desk.asks();
+        match said.text().contains(" 32 58 00 0F ") {
+            true => break said.start,
+            false => polls += 1,
+        }
+    };
+    assert!(polls > 100, "{polls}");
+    // A poll without an answer takes two slot times.
+    assert!((BAUD.tbit_of_ms(1000)..BAUD.tbit_of_ms(1010)).contains(&(ended - began)), "{}", ended - began);
+    while desk.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+        desk.says();
+    }
+    let end = failed(AbortReason::Fdl(15), Cause::Lost(Failure::Silence));
+    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+}
+
+/// 4.2: polls are a Min_Slave_Interval apart, also from the request.
+#[test]
+fn messages_to_a_slave_keep_their_distance() {
+    let (mut desk, connection) = open();
+    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    let mut before = desk.now;
+    for _ in 0..5 {
+        let said = desk.asks();
+        assert!(said.start >= before + BAUD.tbit_of_ms(1), "{} after {before}", said.start);
+        answer(&mut desk, 48, "SC");
+        before = desk.now;
+    }
+}
+
+/// A request is sent once: what got lost is not asked for again, since a write must not be done twice.
+#[test]
+fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
+    let (mut desk, connection) = open();
+    desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    let write = desk.asks().text();
+    // The link layer repeats the telegram, with the same count: the slave does it once.
+    assert_eq!(desk.asks().text(), write);
+    for _ in 0..5 {
+        assert!(desk.asks().text().starts_with("68 05 05 68 88 82 "), "a poll");
+        answer(&mut desk, 48, "SC");
+    }
+    desk.asks();
+    answer(&mut desk, 48, "5F 01 10 02");
+    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Written));
+}
+
+/// 4.9, rule 6: the request is repeated as long as the slave has no room; the count begins anew when it has.
+#[test]
+fn a_busy_slave_is_asked_again_so_many_times() {
+    use profivac_wire::control::Status;
+    for (what, reason, status) in
+        [("RR", AbortReason::Fdl(2), Status::NoResource), ("UE", AbortReason::Fdl(1), Status::UserError)]
+    {
+        let (mut desk, connection) = open();
+        desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+        for answered in [what, what, "SC", what, what, what] {
+            desk.asks();
+            answer(&mut desk, 48, answered);
+        }
+        assert!(desk.asks().text().contains(" 32 58 00 "), "the third in a row ends it");
+        answer(&mut desk, 48, "SC");
+        let end = failed(reason, Cause::Status(status));
+        assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    }
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_at_once() {
+    let (mut desk, connection) = opening();
+    let user = &mut desk.station.user;
+    assert_eq!(user.ms2_open(127, &parameters()), Err(NotTaken::Address(127)));
+    assert_eq!(user.ms2_open(2, &parameters()), Err(NotTaken::Address(2)), "the master itself");
+    assert_eq!(user.ms2_read(connection, 1, 16, 8), Err(NotTaken::NotOpen));
+    for _ in 1..4 {
+        user.ms2_open(8, &parameters()).unwrap();
+    }
+    assert_eq!(user.ms2_open(8, &parameters()), Err(NotTaken::Full { places: 4 }));
+
+    let (mut desk, connection) = open();
+    let user = &mut desk.station.user;
+    let length = |octets| Err(NotTaken::Length { octets, room: 240 });
+    assert_eq!(user.ms2_read(connection, 1, 16, 0), length(0));
+    assert_eq!(user.ms2_write(connection, 1, 16, &[]), length(0));
+    assert_eq!(user.ms2_write(connection, 1, 16, &[0; 241]), length(241));
+    assert_eq!(user.ms2_transport(connection, 1, 16, &[0; 300]), length(300));
+    user.ms2_read(connection, 1, 16, 8).unwrap();
+    assert_eq!(user.ms2_read(connection, 1, 17, 8), Err(NotTaken::Busy));
+    user.ms2_close(connection).unwrap();
+    desk.asks();
+    answer(&mut desk, 48, "SC");
+    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Ended(_))));
+    assert_eq!(desk.station.user.ms2_close(connection), Err(NotTaken::Gone));
+    assert_eq!(desk.station.user.ms2_read(connection, 1, 16, 8), Err(NotTaken::Gone));
+}
+
+/// A request may be handed in while an Idle is on its way.
+#[test]
+fn a_request_waits_for_an_idle_under_way() {
+    let (mut desk, connection) = stand(Idle);
+    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    answer(&mut desk, 48, "SC");
+    assert!(desk.asks().text().starts_with("68 05 05"), "the Idle is fetched first");
+    answer(&mut desk, 48, "48");
+    assert!(desk.asks().text().contains(" 30 32 5E 01 10 08 "));
+    answer(&mut desk, 48, "5E 01 10 01 AA");
+    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Read(&[0xAA])));
+}
+
+/// Who has no token is not asked for work; time passes all the same.
+#[test]
+fn without_the_token_waiting_ends_too() {
+    let (mut desk, connection) = stand(PollRead);
+    // The poll is on its way: it is not given up before its answer may have come.
+    desk.station.user.elapse(desk.now + BAUD.tbit_of_ms(1001));
+    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
+    desk.station.listen(desk.now);
+    desk.station.user.elapse(desk.now);
+    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
+    desk.station.user.elapse(desk.now + BAUD.tbit_of_ms(1001));
+    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Aborting));
+}
+
+/// A wish to close while the resource manager is polled waits until it is known which access point is to be told.
+#[test]
+fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
+    let (mut desk, connection) = stand(PollManager);
+    desk.station.user.ms2_close(connection).unwrap();
+    answer(&mut desk, 49, "SC");
+    let said = desk.asks_within(40_000).expect("SAP 49 is polled on");
+    assert!(said.text().contains(" 31 32 "), "{}", said.text());
+    answer(&mut desk, 49, MANAGER);
+    assert_eq!(desk.asks().text()[18..], *"5C 30 32 58 00 20 40 16");
+    answer(&mut desk, 48, "SC");
+    let end = End::Closed(AbortReason::User(0));
+    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+}
+
+/// Compares with `tests/golden/master/NAME` of the workspace. `PROFIVAC_BLESS=1` writes it instead.
+fn golden(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/master").join(name);
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+    }
+    let golden = std::fs::read_to_string(&path).unwrap_or_default();
+    for (number, (expected, now)) in (1..).zip(golden.lines().zip(text.lines())) {
+        assert_eq!(expected, now, "{name}, line {number}");
+    }
+    assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
+}

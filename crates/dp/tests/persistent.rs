@@ -1,0 +1,310 @@
+//! One slave errs again and again, in every way there is: the trouble is told in words, it is tried more and more slowly,
+//! and the others do not suffer. profibus-wire 3.9 and 3.10.
+//!
+//! The bound for the others: no cycle is longer than one in which everybody works, plus one message cycle of the slave that
+//! errs with all its repetitions, plus one Global_Control. That is what one message per slave and cycle comes to.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
+
+mod support;
+
+use profivac_dp::link::active::{Active, Failure};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, Trouble};
+use profivac_wire::control::Status;
+use support::line::{From, Line};
+use support::plain::Plain;
+use support::{bus, hex, is_housekeeping};
+
+const IDENT: u16 = 0x1234;
+/// Two octets in, two octets out.
+const CFG: [u8; 2] = [0x11, 0x21];
+/// Who errs; its place is in the middle of the cycle.
+const BAD: u8 = 8;
+const OTHERS: [u8; 4] = [3, 5, 20, 77];
+/// A cycle in which all five work: messages of 290 bit times, the token, T_ID1.
+const GOOD_CYCLE: u64 = 5 * 290 + 33 + 37;
+/// Global_Control and T_ID2.
+const CONTROL: u64 = 143 + 150;
+/// The longest request here (Set_Prm, 132 bit times), T_SL, as much noise as an answer has, T_SL: and all that twice.
+const WORST_MESSAGE: u64 = 2 * (132 + 300 + 250 + 300);
+
+type Bus = Line<Master<8, 32>>;
+
+fn settings() -> Settings {
+    // Ten seconds are long for a test in bit times.
+    let baud = Baud::B1500000;
+    Settings { control_cycles: 50, ready_tbit: baud.tbit_of_ms(50), ..Settings::new(baud) }
+}
+
+fn line() -> Bus {
+    let mut master: Active<Master<8, 32>> = Master::on(bus(), settings(), BitTime(0));
+    let order = [OTHERS[0], OTHERS[1], BAD, OTHERS[2], OTHERS[3]];
+    for address in order {
+        master.user.add(&SlaveParameters::new(address, IDENT, &CFG)).unwrap();
+    }
+    master.user.set_mode(Mode::Operate);
+    let mut line = Line::new(master);
+    // The one that errs is the first in the list, wherever it is in the cycle.
+    for address in [BAD].into_iter().chain(OTHERS) {
+        let mut device = Plain::new(IDENT, &CFG);
+        device.inputs = vec![1, address];
+        line.attach(device, address);
+    }
+    line
+}
+
+/// Every answer of the slave that errs becomes these octets.
+fn answers(line: &mut Bus, octets: Vec<u8>) {
+    line.tamper = Some(Box::new(move |from, sent| if from == From::Slave(0) { octets.clone() } else { sent.to_vec() }));
+}
+
+/// Its answers to everything but FDL status become these octets.
+fn answers_services(line: &mut Bus, octets: &'static str) {
+    line.tamper = Some(Box::new(move |from, sent| match (from, sent) {
+        (From::Slave(0), [0x10, _, _, 0, ..]) => sent.to_vec(),
+        (From::Slave(0), _) => hex(octets),
+        _ => sent.to_vec(),
+    }));
+}
+
+/// An answer to Slave_Diag from slave 8 to master 2.
+fn diag(du: [u8; 6]) -> Vec<u8> {
+    let mut octets = vec![0x68, 11, 11, 0x68, 0x82, 0x88, 0x08, 0x3E, 0x3C];
+    octets.extend(du);
+    let fcs = octets[4..].iter().fold(0u8, |sum, octet| sum.wrapping_add(*octet));
+    octets.extend([fcs, 0x16]);
+    octets
+}
+
+/// Its diagnosis becomes this one.
+fn diagnoses(line: &mut Bus, du: [u8; 6]) {
+    line.tamper = Some(Box::new(move |from, sent| match (from, sent) {
+        (From::Slave(0), [0x68, _, _, _, 0x82, 0x88, _, 0x3E, 0x3C, ..]) => diag(du),
+        _ => sent.to_vec(),
+    }));
+}
+
+/// A way to err, what it is called, and the words of the trouble.
+struct Fault {
+    name: &'static str,
+    err: fn(&mut Bus),
+    trouble: Trouble,
+    words: &'static str,
+    /// How many messages it takes from the first of a new try to the fault.
+    messages: usize,
+}
+
+const FAULTS: &[Fault] = &[
+    Fault {
+        name: "it never answers",
+        err: |line| answers(line, Vec::new()),
+        trouble: Trouble::Lost(Failure::Silence),
+        words: "no answer",
+        messages: 1,
+    },
+    Fault {
+        name: "it answers FDL status and nothing else",
+        err: |line| answers_services(line, ""),
+        trouble: Trouble::Lost(Failure::Silence),
+        words: "no answer",
+        // FDL status; Slave_Diag three times, since it was not there before.
+        messages: 4,
+    },
+    Fault {
+        name: "it answers with garbage",
+        err: |line| answers(line, vec![0x55, 0xAA, 0x68, 0xFF, 0x10, 0x00, 0x16, 0x33]),
+        trouble: Trouble::Lost(Failure::Damaged),
+        words: "the answer is damaged",
+        messages: 1,
+    },
+    Fault {
+        name: "it refuses Set_Prm",
+        err: |line| line.slaves[0].device_mut().accepts_prm = false,
+        trouble: Trouble::PrmFault,
+        words: "it does not accept its parameters (Prm_Fault)",
+        messages: 4,
+    },
+    Fault {
+        name: "it refuses Chk_Cfg",
+        err: |line| line.slaves[0].device_mut().cfg = vec![0x10],
+        trouble: Trouble::CfgFault,
+        words: "it does not accept its configuration (Cfg_Fault)",
+        messages: 4,
+    },
+    Fault {
+        name: "it is another device",
+        err: |line| line.slaves[0].device_mut().ident = 0x4321,
+        trouble: Trouble::Ident { expected: IDENT, received: 0x4321 },
+        words: "it is another device: ident number 4321 instead of 1234",
+        messages: 1,
+    },
+    Fault {
+        name: "it belongs to another master",
+        err: |line| diagnoses(line, [0x00, 0x0C, 0x00, 0x05, 0x12, 0x34]),
+        trouble: Trouble::Owned { master: 5 },
+        words: "it belongs to master 5",
+        messages: 1,
+    },
+    Fault {
+        name: "it asks for parameters for ever",
+        err: |line| diagnoses(line, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]),
+        trouble: Trouble::PrmReq,
+        words: "it asks to be parameterised again (Prm_Req)",
+        messages: 4,
+    },
+    Fault {
+        name: "it answers RS",
+        err: |line| answers_services(line, "10 02 08 03 0D 16"),
+        trouble: Trouble::Refused(Status::ServiceNotActivated),
+        words: "it does not exchange data with us (RS)",
+        messages: 1,
+    },
+    Fault {
+        name: "it answers UE",
+        err: |line| answers_services(line, "10 02 08 01 0B 16"),
+        trouble: Trouble::Refused(Status::UserError),
+        words: "its application has failed (UE)",
+        messages: 1,
+    },
+    Fault {
+        name: "it answers RR",
+        err: |line| answers_services(line, "10 02 08 02 0C 16"),
+        trouble: Trouble::Refused(Status::NoResource),
+        words: "it has no room for the data (RR)",
+        messages: 1,
+    },
+    Fault {
+        name: "it acknowledges everything",
+        err: |line| answers_services(line, "E5"),
+        trouble: Trouble::Refused(Status::NoReply),
+        words: "it acknowledges where it should answer with data",
+        messages: 1,
+    },
+];
+
+/// What happens on the line in so many bit times: the longest cycle, and how many messages went to the one that errs.
+fn watch(line: &mut Bus, tbit: u64) -> (u64, usize) {
+    let first = line.trace.len();
+    let end = line.now + tbit;
+    let mut longest = 0;
+    let mut cycles = line.master.user.cycles();
+    line.run_until(tbit + 100_000, |line| {
+        if line.master.user.cycles() != cycles {
+            cycles = line.master.user.cycles();
+            longest = longest.max(line.master.user.cycle_tbit());
+        }
+        line.now >= end
+    });
+    let asked =
+        line.trace[first..].iter().filter(|entry| entry.from == From::Master && !is_housekeeping(&entry.octets));
+    let asked = asked.filter(|entry| match entry.octets[..] {
+        [0x10, da, ..] | [0x68, _, _, _, da, ..] => da & 0x7F == BAD,
+        _ => false,
+    });
+    (longest, asked.count())
+}
+
+#[test]
+fn it_is_told_in_words_tried_slowly_and_costs_the_others_no_more_than_one_message() {
+    for fault in FAULTS {
+        let mut line = line();
+        (fault.err)(&mut line);
+        line.run_until(500_000, |line| {
+            line.master.user.exchanging() == OTHERS.len() && line.master.user.trouble(BAD) == Some(fault.trouble)
+        });
+        assert_eq!(fault.trouble.to_string(), fault.words);
+        // One second, until the pauses have grown, and two that count.
+        line.run_for(1_500_000);
+        let before = OTHERS.map(|address| *line.master.user.counters(address).unwrap());
+        let cycles = line.master.user.cycles();
+        while line.master.user.next_event().is_some() {}
+        let (longest, asked) = watch(&mut line, 3_000_000);
+
+        assert_eq!(line.master.user.trouble(BAD), Some(fault.trouble), "{}", fault.name);
+        assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{}: {longest}", fault.name);
+        // Every 250 ms, eight or nine times; a repetition of each message that fails in silence.
+        let (least, most) = (7 * fault.messages, 10 * fault.messages * 2);
+        assert!((least..=most).contains(&asked), "{}: {asked} messages", fault.name);
+        for (address, before) in OTHERS.into_iter().zip(before) {
+            let after = line.master.user.counters(address).unwrap();
+            assert_eq!((after.lost, after.retries, after.starts), (before.lost, before.retries, 1), "{}", fault.name);
+            let missed = (after.exchanges - before.exchanges).abs_diff(line.master.user.cycles() - cycles);
+            assert!(missed <= 1, "{}: {address} is exchanged with in every cycle", fault.name);
+        }
+        // On average the others are no slower than if it worked.
+        let average = 3_000_000 / u64::from(line.master.user.cycles() - cycles);
+        assert!(average < GOOD_CYCLE, "{}: {average}", fault.name);
+    }
+}
+
+#[test]
+fn what_goes_on_is_told_once_and_not_with_every_try() {
+    for fault in FAULTS {
+        let mut line = line();
+        (fault.err)(&mut line);
+        line.run_for(1_000_000);
+        let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
+        let troubles = told.iter().filter(|event| event.address == BAD && event.what.to_string() == fault.words);
+        assert_eq!(troubles.count(), 1, "{}: {told:?}", fault.name);
+    }
+}
+
+#[test]
+fn it_comes_back_within_the_longest_pause_once_it_works() {
+    for fault in FAULTS {
+        let mut line = line();
+        (fault.err)(&mut line);
+        line.run_for(3_000_000);
+        line.tamper = None;
+        let device = line.slaves[0].device_mut();
+        (device.accepts_prm, device.cfg, device.ident) = (true, CFG.to_vec(), IDENT);
+        let limit = settings().pause_max_tbit + 20_000;
+        line.run_until(limit, |line| line.master.user.inputs(BAD) == Some(&[1, BAD][..]));
+        assert_eq!(line.master.user.trouble(BAD), None, "{}", fault.name);
+    }
+}
+
+/// Not a refusal, but no end either: it is asked in every cycle while it may still be checking, and then as the others.
+#[test]
+fn a_slave_that_is_never_ready_is_given_the_time_it_may_take_and_then_a_pause() {
+    let mut line = line();
+    diagnoses(&mut line, [0x02, 0x0C, 0x00, 0x02, 0x12, 0x34]);
+    line.run_until(200_000, |line| line.master.user.trouble(BAD) == Some(Trouble::NotReady));
+    assert_eq!(Trouble::NotReady.to_string(), "it does not become ready (Station_Not_Ready)");
+    line.run_for(3_000_000);
+    let (longest, _) = watch(&mut line, 3_000_000);
+    assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{longest}");
+    let told = std::iter::from_fn(|| line.master.user.next_event());
+    assert_eq!(
+        told.filter(|event| event.address == BAD && event.what.to_string().contains("not become ready")).count(),
+        1
+    );
+    assert_eq!(line.master.user.counters(OTHERS[0]).unwrap().lost, 0);
+}
+
+/// It works until it is asked a few times, and then it has lost its parameters: again and again.
+#[test]
+fn a_slave_that_falls_out_of_exchange_every_time_is_started_four_times_a_second_at_most() {
+    let mut line = line();
+    line.run_until(500_000, |line| line.master.user.exchanging() == 5);
+    let mut falls = 0;
+    let mut longest = 0;
+    let end = line.now + 6_000_000;
+    while line.now < end {
+        let exchanges = line.master.user.counters(BAD).unwrap().exchanges;
+        line.run_until(1_000_000, |line| {
+            longest = longest.max(line.master.user.cycle_tbit());
+            line.master.user.counters(BAD).unwrap().exchanges > exchanges + 3
+        });
+        line.slaves[0].power_up(BAD);
+        falls += 1;
+        while line.master.user.next_event().is_some() {}
+    }
+    // Four seconds: 0, 10, 30, 70, 150, 310 ms, then every 250.
+    assert!((18..=22).contains(&falls), "{falls}");
+    assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{longest}");
+    for address in OTHERS {
+        let counters = line.master.user.counters(address).unwrap();
+        assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1));
+    }
+}

@@ -1,0 +1,296 @@
+//! The parameter channel at the master: the printed instructions, the rests between them, and wrong answers.
+//! profibus-wire 6.1, tira56e1 4.3, IF300P manual 3.2.2 and 4.1, BG 5530 App. D and E.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
+
+mod support;
+
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::pkw::{Error, Value, Wrong};
+use profivac_dp::master::{
+    Cause, Handle, Master, Mode, NotTaken, Outcome, PkwParameters, Settings, SlaveParameters, State,
+};
+use profivac_wire::{Frame, Telegram};
+use support::desk::Desk;
+use support::{bus, hex, text};
+
+type Station = Desk<Master<1, 32>>;
+
+/// Ten exchanges for an instruction.
+const GAUGE: PkwParameters = PkwParameters { cycles: 10, ..PkwParameters::GAUGE };
+const CONTROLLER: PkwParameters = PkwParameters { cycles: 10, ..PkwParameters::CONTROLLER };
+
+/// The octets of the outputs in an exchange.
+fn outputs(octets: &[u8]) -> Vec<u8> {
+    match Telegram::parse(octets).unwrap() {
+        Telegram::Frame(Frame { da: 8, dsap: None, du, .. }) => du.to_vec(),
+        other => panic!("no exchange: {other:?}"),
+    }
+}
+
+/// Slave 8 answers the exchange with these inputs: the channel, and an octet that is something else.
+fn hear(desk: &mut Station, channel: &[u8]) {
+    let du = [channel, &[0x77]].concat();
+    let frame = Frame { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
+    let mut octets = [0; 255];
+    let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+    desk.hears_octets(11, &octets[..length]);
+}
+
+const NOTHING: [u8; 8] = [0; 8];
+
+/// Nine octets in and out: the channel and one more. The next exchange was asked for; user output 55.
+fn exchanging() -> Station {
+    let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
+    let mut desk = Desk::new(Master::on(bus(), settings, BitTime(0)));
+    desk.station.user.add(&SlaveParameters::new(8, 0x1234, &[0x97, 0xA7, 0x10, 0x20])).unwrap();
+    desk.station.user.set_mode(Mode::Operate);
+    let ready = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
+    desk.asks();
+    for answer in ["10 02 08 00 0A 16", "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", ready] {
+        desk.hears(answer);
+        desk.asks();
+    }
+    desk.asks();
+    hear(&mut desk, &NOTHING);
+    desk.station.user.outputs_mut(8).unwrap()[8] = 0x55;
+    desk
+}
+
+/// One exchange: what stands in the channel, and what the slave answers.
+fn exchange(desk: &mut Station, answer: &[u8]) -> String {
+    let said = outputs(&desk.asks().octets);
+    assert_eq!(said[8], 0x55, "the rest of the outputs is the user's");
+    hear(desk, answer);
+    text(&said[..8])
+}
+
+/// The instruction after the rest, and its outcome when the slave answers `answer` to it.
+fn instructed(desk: &mut Station, handle: Handle, answer: &str) -> (String, Outcome<'static>) {
+    assert_eq!(exchange(desk, &NOTHING), text(&NOTHING), "AK 0 first");
+    let instruction = exchange(desk, &hex(answer));
+    let outcome = match desk.station.user.outcome(handle).expect("an outcome") {
+        Outcome::Value(value) => Outcome::Value(value),
+        Outcome::Denied(error) => Outcome::Denied(error),
+        Outcome::Failed(cause) => Outcome::Failed(cause),
+        other => panic!("{other:?}"),
+    };
+    (instruction, outcome)
+}
+
+/// What the manuals print: BG 5530 App. D and E, IF300P manual 3.2.4.2 and 4.1, and the signatures of tira56e1 4.3.1.
+#[test]
+fn reads_and_writes_as_printed() {
+    use Value::{Byte, DoubleWord, Word};
+    let mut desk = exchanging();
+    for (slot, index, instruction, answer, value) in [
+        (1, 22, "10 01 16 00 00 00 00 00", "10 01 16 00 00 00 13 08", Word(0x1308)),
+        (0, 25, "10 00 19 00 00 00 00 00", "B0 00 19 00 00 00 00 04", Byte(4)),
+        (1, 19, "10 01 13 00 00 00 00 00", "20 01 13 00 42 C8 00 00", DoubleWord(100f32.to_bits())),
+    ] {
+        let handle = desk.station.user.pkw_read(8, slot, index, None, &GAUGE).unwrap();
+        assert_eq!(instructed(&mut desk, handle, answer), (instruction.to_owned(), Outcome::Value(value)));
+        assert_eq!(desk.station.user.outcome(handle), None, "once");
+    }
+    let threshold = DoubleWord(0x3B03_126F);
+    for (slot, index, value, parameters, instruction, answer, told) in [
+        (2, 15, Byte(4), GAUGE, "A0 02 0F 00 00 00 00 04", "B0 02 0F 00 00 00 00 04", Byte(4)),
+        (1, 15, Word(0xFF00), GAUGE, "20 01 0F 00 00 00 FF 00", "10 01 0F 00 00 00 FF 00", Word(0xFF00)),
+        (10, 21, threshold, CONTROLLER, "30 0A 15 00 3B 03 12 6F", "20 0A 15 00 3B 03 12 6F", threshold),
+        // A controller is written bytes as words and answers bytes.
+        (10, 20, Byte(0), CONTROLLER, "20 0A 14 00 00 00 00 00", "B0 0A 14 00 00 00 00 00", Byte(0)),
+        (10, 23, Word(3), CONTROLLER, "20 0A 17 00 00 00 00 03", "B0 0A 17 00 00 00 00 03", Byte(3)),
+    ] {
+        let handle = desk.station.user.pkw_write(8, slot, index, value, &parameters).unwrap();
+        assert_eq!(instructed(&mut desk, handle, answer), (instruction.to_owned(), Outcome::Value(told)));
+    }
+    // The channel rests afterwards.
+    assert_eq!(exchange(&mut desk, &NOTHING), text(&NOTHING));
+}
+
+/// tira56e1 4.3.3: the numbers in words.
+#[test]
+fn refusals_have_the_words_of_the_manual() {
+    let mut desk = exchanging();
+    for (number, words) in [
+        (0, "undefined slot (0)"),
+        (1, "parameter not changeable (1)"),
+        (2, "lower or upper value range limit overflow (2)"),
+        (3, "index error (3)"),
+        (5, "data type error (5)"),
+        (13, "text not readable in cyclic data transfer (13)"),
+        (17, "instruction not processable in this state (17)"),
+        (18, "other errors (18)"),
+        (201, "already in requested state (201)"),
+        (202, "object state conflict (202)"),
+        (0x1234, "reserved (4660)"),
+    ] {
+        let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+        let answer = format!("70 01 13 00 00 00 {:02X} {:02X}", number >> 8, number & 0xFF);
+        let (_, outcome) = instructed(&mut desk, handle, &answer);
+        assert_eq!(outcome, Outcome::Denied(Error(number)));
+        assert_eq!(Error(number).to_string(), words);
+    }
+}
+
+/// errata-pxg55x-img400 11: a slave takes its cycles; the instruction stands until it is answered, and then AK 0 until that
+/// is answered too. A read that stood before is not taken for the answer to the next one.
+#[test]
+fn a_slow_slave_is_waited_for_in_both_directions() {
+    let mut desk = exchanging();
+    let read = hex("10 01 13 00 00 00 00 00");
+    let old = hex("20 01 13 00 42 C8 00 00");
+    let new = hex("20 01 13 00 43 48 00 00");
+    for (old, new, value) in [(&NOTHING.to_vec(), &old, 100f32), (&old, &new, 200.0)] {
+        let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+        for _ in 0..2 {
+            assert_eq!(exchange(&mut desk, old), text(&NOTHING));
+            assert_eq!(desk.station.user.outcome(handle), None);
+            if *old == NOTHING {
+                break;
+            }
+        }
+        if *old != NOTHING {
+            assert_eq!(exchange(&mut desk, &NOTHING), text(&NOTHING));
+        }
+        for _ in 0..3 {
+            assert_eq!(exchange(&mut desk, &NOTHING), text(&read));
+            assert_eq!(desk.station.user.outcome(handle), None);
+        }
+        assert_eq!(exchange(&mut desk, new), text(&read));
+        let value = Value::DoubleWord(value.to_bits());
+        assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Value(value)));
+    }
+}
+
+/// What becomes of a read of 1/19, four octets wide, when the slave answers `answer` again and again.
+fn told(answer: &str) -> String {
+    let mut desk = exchanging();
+    let handle = desk.station.user.pkw_read(8, 1, 19, Some(4), &GAUGE).unwrap();
+    exchange(&mut desk, &NOTHING);
+    for _ in 0..9 {
+        assert_eq!(desk.station.user.outcome(handle), None);
+        exchange(&mut desk, &hex(answer));
+    }
+    match desk.station.user.outcome(handle) {
+        Some(Outcome::Failed(cause)) => cause.to_string(),
+        other => panic!("{answer}: {other:?}"),
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_passed_over_and_named_in_the_end() {
+    for (answer, words) in [
+        ("00 01 13 00 42 C8 00 00", "no response in time"),
+        ("20 02 13 00 42 C8 00 00", "the parameter channel answers about 2/19 instead of 1/19"),
+        ("20 01 14 00 42 C8 00 00", "the parameter channel answers about 1/20 instead of 1/19"),
+        ("30 01 13 00 42 C8 00 00", "the parameter channel answers with AK 3, which is no answer"),
+        ("F0 01 13 00 42 C8 00 00", "the parameter channel answers with AK 15, which is no answer"),
+        ("10 01 13 00 00 00 00 04", "the parameter channel answers with 2 octets instead of 4"),
+        ("B0 01 13 00 00 00 00 04", "the parameter channel answers with 1 octets instead of 4"),
+        ("10 01 13 00 00 01 00 04", "the parameter channel answers with octets that should be 0"),
+        ("B0 01 13 00 00 00 01 04", "the parameter channel answers with octets that should be 0"),
+        ("70 01 13 00 01 00 00 04", "the parameter channel answers with octets that should be 0"),
+    ] {
+        assert_eq!(told(answer), words, "{answer}");
+    }
+}
+
+/// Every other value of AK, slot and index.
+#[test]
+fn no_forged_answer_becomes_a_value() {
+    for place in 0..3 {
+        for octet in 0..=255u8 {
+            let mut answer = hex("20 01 13 00 42 C8 00 00");
+            // The lower nibble is reserved, and AK 7 is a refusal.
+            if (answer[place] ^ octet) & if place == 0 { 0xF0 } else { 0xFF } == 0 {
+                continue;
+            }
+            answer[place] = octet;
+            let mut desk = exchanging();
+            let handle = desk.station.user.pkw_read(8, 1, 19, Some(4), &GAUGE).unwrap();
+            exchange(&mut desk, &NOTHING);
+            exchange(&mut desk, &answer);
+            let told = desk.station.user.outcome(handle);
+            assert!(!matches!(told, Some(Outcome::Value(_))), "{answer:02X?}: {told:?}");
+        }
+    }
+}
+
+/// The answer to a write has the width of what was written.
+#[test]
+fn a_write_is_answered_in_its_width() {
+    let mut desk = exchanging();
+    let handle = desk.station.user.pkw_write(8, 2, 20, Value::Byte(1), &GAUGE).unwrap();
+    exchange(&mut desk, &NOTHING);
+    for _ in 0..9 {
+        exchange(&mut desk, &hex("10 02 14 00 00 00 00 01"));
+    }
+    let wrong = Wrong::Width { expected: 1, received: 2 };
+    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(wrong))));
+}
+
+/// An exchange that left before the instruction was handed in says nothing about it.
+#[test]
+fn an_exchange_under_way_is_no_rest() {
+    let mut desk = exchanging();
+    desk.station.user.outputs_mut(8).unwrap()[..8].copy_from_slice(&hex("10 01 13 00 00 00 00 00"));
+    assert_eq!(text(&outputs(&desk.asks().octets)[..8]), "10 01 13 00 00 00 00 00", "what the user put there");
+    let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+    hear(&mut desk, &NOTHING);
+    let (_, outcome) = instructed(&mut desk, handle, "20 01 13 00 42 C8 00 00");
+    assert_eq!(outcome, Outcome::Value(Value::DoubleWord(100f32.to_bits())));
+}
+
+/// A slave that never stops answering is not asked anything new.
+#[test]
+fn a_slave_that_does_not_rest_is_named() {
+    let mut desk = exchanging();
+    let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+    for _ in 0..10 {
+        assert_eq!(exchange(&mut desk, &hex("20 01 13 00 42 C8 00 00")), text(&NOTHING));
+    }
+    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(Wrong::Unasked))));
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_at_once() {
+    let mut desk = exchanging();
+    let user = &mut desk.station.user;
+    let elsewhere = PkwParameters { inputs_at: 2, ..GAUGE };
+    assert_eq!(user.pkw_read(8, 1, 19, None, &elsewhere), Err(NotTaken::NoChannel));
+    let elsewhere = PkwParameters { outputs_at: usize::MAX, ..GAUGE };
+    assert_eq!(user.pkw_read(8, 1, 19, None, &elsewhere), Err(NotTaken::NoChannel));
+    assert_eq!(user.pkw_read(9, 1, 19, None, &GAUGE), Err(NotTaken::NotExchanging(9)));
+    let handle = user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+    assert_eq!(user.pkw_write(8, 1, 19, Value::Byte(0), &GAUGE), Err(NotTaken::Busy));
+    assert_eq!(user.outcome(handle), None);
+    user.set_mode(Mode::Clear);
+    assert_eq!(user.pkw_read(8, 1, 19, None, &GAUGE), Err(NotTaken::NotOperating));
+}
+
+/// Clear sends zeros: no instruction any more.
+#[test]
+fn an_instruction_ends_with_operate() {
+    let mut desk = exchanging();
+    let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+    exchange(&mut desk, &NOTHING);
+    desk.station.user.set_mode(Mode::Clear);
+    desk.asks();
+    desk.says();
+    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::NotOperating)));
+}
+
+/// After a restart the slave has forgotten the instruction, and the master too.
+#[test]
+fn an_instruction_ends_with_data_exchange() {
+    let mut desk = exchanging();
+    let handle = desk.station.user.pkw_write(8, 1, 19, Value::Byte(1), &GAUGE).unwrap();
+    exchange(&mut desk, &NOTHING);
+    desk.asks();
+    desk.hears("10 02 08 03 0D 16");
+    assert_eq!(desk.station.user.state(8), Some(State::Diag1));
+    while desk.station.user.outcome(handle).is_none() {
+        desk.says();
+    }
+    assert_eq!(desk.station.user.outputs_mut(8).unwrap(), [0, 0, 0, 0, 0, 0, 0, 0, 0x55], "nothing is left there");
+}

@@ -1,0 +1,433 @@
+//! The active station in a ring, telegram by telegram: the table of `link::active::token`, and what no line can make it do.
+//! profibus-wire 1.5, 1.12 and 1.13.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
+
+mod support;
+
+use profivac_dp::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests, Standing};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::master::services;
+use profivac_wire::control::Control;
+use profivac_wire::{MAX_TELEGRAM, Telegram};
+use support::desk::Desk;
+use support::{Random, bus, hex, text};
+
+/// Asks slave 40 for its diagnosis, as often as it is told to.
+#[derive(Clone, Default)]
+struct Asker {
+    left: u32,
+    failed: u32,
+}
+
+impl Requests for Asker {
+    fn next(&mut self, _priority: Priority, _now: BitTime) -> Option<Request<'_>> {
+        self.left = self.left.checked_sub(1)?;
+        Some(services::slave_diag(40))
+    }
+
+    fn confirm(&mut self, _now: BitTime, confirmation: Confirmation<'_>) {
+        self.failed += u32::from(matches!(confirmation, Confirmation::Failed(_)));
+    }
+}
+
+/// T_SL 300, T_ID1 37; no address to ask between 5 and 9, for a long time.
+fn parameters() -> BusParameters {
+    BusParameters { address: 5, hsa: 5, ..bus() }
+}
+
+fn listening() -> Desk<Asker> {
+    Desk::new(Active::new(parameters(), Asker::default(), BitTime(0)))
+}
+
+/// Station 5 knows the ring of 3, 9 and 15 and is not in it.
+fn ready() -> Desk<Asker> {
+    let mut desk = listening();
+    for _ in 0..3 {
+        for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
+            desk.hears_after(40, token);
+        }
+    }
+    assert_eq!(desk.station.standing(), Standing::Ready);
+    desk
+}
+
+/// Station 5 is in the ring of 3, 5, 9 and 15 and has passed the token on; 9 has it.
+fn idle() -> Desk<Asker> {
+    let mut desk = ready();
+    desk.hears_after(40, "DC 05 03");
+    while desk.says().text() != "DC 09 05" {}
+    desk.hears_after(40, "DC 0F 09");
+    assert_eq!((desk.station.standing(), desk.station.has_token()), (Standing::InRing, false));
+    desk
+}
+
+/// What the station answers to a telegram that ends now, and how many bit times later.
+fn answer(desk: &mut Desk<Asker>, telegram: &str) -> Option<(u64, String)> {
+    let octets = hex(telegram);
+    desk.now = desk.now + 40 + octets.len() as u64 * CHARACTER_TBIT;
+    let end = desk.now;
+    let answer = desk.station.telegram(end, &Telegram::parse(&octets).unwrap())?;
+    let (start, octets) = (answer.not_before, answer.octets.to_vec());
+    desk.now = start + octets.len() as u64 * CHARACTER_TBIT;
+    desk.station.sent(desk.now);
+    Some((start - end, text(&octets)))
+}
+
+#[test]
+fn fdl_status_tells_how_the_station_stands_to_the_ring() {
+    const ASK: &str = "10 05 03 49 51 16";
+    for (mut desk, expected) in
+        [(listening(), "10 03 05 10 18 16"), (ready(), "10 03 05 20 28 16"), (idle(), "10 03 05 30 38 16")]
+    {
+        assert_eq!(answer(&mut desk, ASK), Some((11, expected.into())));
+        assert_eq!(answer(&mut desk, ASK), Some((11, expected.into())), "and again");
+        // Others are asked, or everybody, or nobody that exists asks.
+        for other in ["10 06 03 49 52 16", "10 7F 03 49 CB 16", "10 05 7F 49 CD 16"] {
+            assert_eq!(answer(&mut desk, other), None, "{other}");
+        }
+    }
+}
+
+#[test]
+fn a_station_of_the_ring_has_no_services() {
+    // Slave_Diag, Data_Exchange and Ident to station 5: RS. Global_Control to it: nothing.
+    for ask in ["68 05 05 68 85 83 6D 3C 3E EF 16", "10 05 03 6D 75 16", "10 05 03 4E 56 16"] {
+        assert_eq!(answer(&mut idle(), ask), Some((11, "10 03 05 33 3B 16".into())), "{ask}");
+        assert_eq!(answer(&mut listening(), ask), None, "{ask}");
+    }
+    assert_eq!(answer(&mut idle(), "10 05 03 46 4E 16"), None);
+}
+
+#[test]
+fn the_token_is_taken_from_the_predecessor_at_once_and_from_others_the_second_time() {
+    for mut desk in [ready(), idle()] {
+        desk.hears_after(40, "DC 05 0F");
+        assert!(!desk.station.has_token(), "15 is not the predecessor");
+        desk.hears_after(300, "DC 05 09");
+        assert!(!desk.station.has_token(), "nor is 9");
+        desk.hears_after(300, "DC 05 0F");
+        assert!(!desk.station.has_token(), "this was not the second time in a row");
+        desk.hears_after(300, "DC 05 0F");
+        assert!(desk.station.has_token(), "now the ring has changed");
+        assert!(!desk.station.masters().any(|master| master == 3), "nobody is between 15 and 5");
+    }
+    for mut desk in [ready(), idle()] {
+        desk.hears_after(40, "DC 05 03");
+        let token = desk.now;
+        assert!(desk.station.has_token());
+        assert_eq!(desk.says().start, token + 37);
+    }
+}
+
+#[test]
+fn a_station_that_does_not_know_the_ring_takes_no_token() {
+    let mut desk = listening();
+    for _ in 0..5 {
+        desk.hears_after(300, "DC 05 03");
+    }
+    assert!(!desk.station.has_token());
+}
+
+#[test]
+fn a_token_nobody_takes_is_sent_three_times_and_then_to_the_next() {
+    let mut desk = ready();
+    desk.hears_after(40, "DC 05 03");
+    let mut expected = desk.now + 37;
+    for token in ["DC 09 05", "DC 0F 05", "DC 03 05"] {
+        for _ in 0..3 {
+            let said = desk.says();
+            assert_eq!((said.start, said.text().as_str()), (expected, token));
+            expected = desk.now + 300;
+        }
+    }
+    // Nobody is left: the GAP is everybody again, and the token comes back.
+    assert_eq!(desk.says().text(), "DC 05 05");
+    assert_eq!(desk.station.masters().collect::<Vec<_>>(), [5]);
+    assert_eq!(desk.says().text(), "10 00 05 49 4E 16");
+    let counters = desk.station.ring_counters();
+    assert_eq!((counters.repeated, counters.lost_successors), (6, 3));
+}
+
+#[test]
+fn a_master_that_is_found_in_the_gap_gets_the_token_if_it_can_take_it() {
+    for (answer, kind, token) in [
+        ("10 05 03 00 08 16", "a slave", "DC 05 05"),
+        ("10 05 03 10 18 16", "not ready", "DC 05 05"),
+        ("10 05 03 20 28 16", "ready", "DC 03 05"),
+        ("10 05 03 30 38 16", "in a ring of its own", "DC 03 05"),
+    ] {
+        let mut desk = listening();
+        while desk.says().text() != "10 03 05 49 51 16" {}
+        desk.hears(answer);
+        assert_eq!(desk.says().text(), token, "{kind}");
+    }
+}
+
+#[test]
+fn whoever_speaks_after_the_token_has_it() {
+    for heard in ["DC 0F 09", "10 28 09 49 7A 16", "FF", "10 28"] {
+        let mut desk = ready();
+        desk.hears_after(40, "DC 05 03");
+        assert_eq!(desk.says().text(), "DC 09 05");
+        desk.hears_after(280, heard);
+        // Silence from here on: T_TO of 5 is 16 slot times.
+        let silent = desk.now;
+        let claim = desk.says();
+        assert_eq!((claim.start, claim.text().as_str()), (silent + 16 * 300, "DC 09 05"), "{heard}");
+    }
+}
+
+#[test]
+fn a_token_that_goes_past_puts_the_station_out_of_the_ring_and_keeps_it_ready() {
+    for token in ["DC 09 03", "DC 03 03", "DC 06 0F"] {
+        let mut desk = idle();
+        desk.hears_after(40, token);
+        assert_eq!(desk.station.standing(), Standing::Ready, "{token}");
+        assert_eq!(desk.station.ring_counters().left_out, 1, "{token}");
+    }
+    for token in ["DC 0F 09", "DC 03 0F", "DC 06 09"] {
+        let mut desk = idle();
+        desk.hears_after(40, token);
+        if token == "DC 06 09" {
+            // From 9 around the end to 6: past us.
+            assert_eq!(desk.station.standing(), Standing::Ready);
+        } else {
+            assert_eq!(desk.station.standing(), Standing::InRing, "{token}");
+        }
+    }
+}
+
+#[test]
+fn outside_the_ring_a_silent_line_is_claimed_with_two_tokens_and_inside_the_token_is_passed_on() {
+    for mut desk in [listening(), ready()] {
+        let silent = desk.now;
+        let said = [desk.says(), desk.says()].map(|said| said.text());
+        assert_eq!((said, desk.now), (["DC 05 05".into(), "DC 05 05".into()], silent + 4800 + 33 + 37 + 33));
+        assert_eq!(desk.station.masters().collect::<Vec<_>>(), [5]);
+    }
+    let mut desk = idle();
+    let silent = desk.now;
+    let said = desk.says();
+    assert_eq!((said.start, said.text().as_str()), (silent + 4800, "DC 09 05"));
+    assert_eq!(desk.station.ring_counters().claimed, 1);
+}
+
+#[test]
+fn who_has_the_token_and_hears_another_master_gives_it_up() {
+    for heard in ["10 28 03 49 74 16", "DC 0F 09", "68 05 05 68 A8 83 6D 3C 3E 12 16"] {
+        let mut desk = ready();
+        desk.station.user.left = 5;
+        desk.hears_after(40, "DC 05 03");
+        assert_eq!(desk.says().text(), "68 05 05 68 A8 85 6D 3C 3E 14 16");
+        desk.hears_after(100, heard);
+        assert_eq!((desk.station.has_token(), desk.station.user.failed), (false, 1), "{heard}");
+        assert_eq!(desk.station.ring_counters().given_up, 1, "{heard}");
+        // Another token that is offered is taken as if nothing had happened.
+        desk.hears_after(40, "DC 05 03");
+        assert!(desk.station.has_token(), "{heard}");
+    }
+}
+
+#[test]
+fn the_own_address_heard_twice_silences_the_station_until_two_rotations_are_without_it() {
+    for heard in ["DC 09 05", "10 28 05 49 76 16", "10 03 05 00 08 16"] {
+        let mut desk = idle();
+        desk.hears_after(40, heard);
+        assert_eq!(desk.station.standing(), Standing::InRing, "once may be noise: {heard}");
+        desk.hears_after(40, heard);
+        assert_eq!(desk.station.standing(), Standing::AddressTaken, "{heard}");
+        assert_eq!(answer(&mut desk, "10 05 03 49 51 16"), None, "the other one answers");
+        for _ in 0..3 {
+            for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
+                assert_ne!(desk.station.standing(), Standing::Ready);
+                desk.hears_after(40, token);
+            }
+        }
+        assert_eq!(desk.station.standing(), Standing::Ready, "{heard}");
+    }
+}
+
+#[test]
+fn the_own_address_heard_now_and_then_is_noise() {
+    let mut desk = idle();
+    for _ in 0..10 {
+        desk.hears_after(40, "DC 09 05");
+        for _ in 0..2 {
+            desk.hears_after(40, "DC 05 03");
+            while desk.says().text() != "DC 09 05" {}
+            desk.hears_after(40, "DC 0F 09");
+        }
+    }
+    assert_eq!(desk.station.standing(), Standing::InRing);
+}
+
+#[test]
+fn no_token_with_an_impossible_address_changes_anything() {
+    for make in [listening, ready, idle] {
+        let before = make();
+        for address in [126, 127, 128, 131, 200, 255] {
+            for (da, sa) in [(5, address), (address, 5), (address, 3), (3, address), (address, address)] {
+                let mut desk = make();
+                desk.station.telegram(desk.now + 100, &Telegram::Token { da, sa });
+                let all = |desk: &Desk<Asker>| (desk.station.masters().collect::<Vec<_>>(), desk.station.standing());
+                assert_eq!(all(&desk), all(&before), "{sa} to {da}");
+                assert!(!desk.station.has_token());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
+    let mut desk = Desk::new(Active::new(
+        BusParameters { rotation_tbit: 256, ..parameters() },
+        Asker { left: 100, failed: 0 },
+        BitTime(0),
+    ));
+    for _ in 0..3 {
+        for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
+            desk.hears_after(40, token);
+        }
+    }
+    for _ in 0..5 {
+        desk.hears_after(2000, "DC 05 03");
+        let messages = std::iter::from_fn(|| Some(desk.says())).take_while(|said| !said.is_token());
+        assert_eq!(messages.filter(|said| said.octets[0] == 0x68).count(), 1);
+        desk.hears_after(40, "DC 0F 09");
+    }
+}
+
+/// Everything a station could know about the token, kept beside it.
+struct Watch {
+    /// Another master spoke last, and not to give us the token.
+    theirs: bool,
+    /// The end of whatever was heard or sent last.
+    busy: BitTime,
+    /// The last telegram asked us for something.
+    asked: bool,
+    /// What was sent last: whoever hears it at once hears an echo.
+    sent: Vec<u8>,
+}
+
+impl Watch {
+    fn hears(&mut self, own: u8, end: BitTime, telegram: Option<&Telegram<'_>>) {
+        self.busy = end;
+        self.asked = false;
+        let mut octets = [0; MAX_TELEGRAM];
+        let length = telegram.and_then(|telegram| telegram.emit(&mut octets).ok()).unwrap_or_default();
+        let speaks = match telegram {
+            Some(Telegram::Token { da, sa }) => *da <= 125 && *sa <= 125,
+            Some(Telegram::Frame(frame)) => {
+                frame.sa == own || matches!(frame.control(), Control::Request { .. }) && frame.sa < 127
+            }
+            Some(Telegram::ShortAck) | None => false,
+        };
+        if speaks && std::mem::take(&mut self.sent) == octets[..length] {
+            return;
+        }
+        match telegram {
+            Some(Telegram::Token { da, sa }) if *da <= 125 && *sa <= 125 => self.theirs = *da != own || *sa == own,
+            Some(Telegram::Frame(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
+                self.theirs = true;
+                self.asked = frame.da == own && frame.sa != own;
+            }
+            _ => {}
+        }
+    }
+
+    /// The station is about to send.
+    fn sends(&mut self, bus: &BusParameters, start: BitTime, octets: &[u8]) {
+        let telegram = Telegram::parse(octets).expect("a station sends telegrams");
+        let answers =
+            matches!(&telegram, Telegram::Frame(frame) if matches!(frame.control(), Control::Response { .. }));
+        let idle = start - self.busy;
+        if answers {
+            assert!(self.asked && idle == 11, "nobody asked: {}", text(octets));
+        } else {
+            assert!(idle >= bus.id1_tbit(), "{} after {idle}", text(octets));
+            assert!(!self.theirs || idle >= bus.timeout_tbit(), "it has no token: {}", text(octets));
+            self.theirs = false;
+        }
+        self.asked = false;
+        self.sent = octets.to_vec();
+    }
+}
+
+/// Octets that mean something in a ring, mostly.
+fn octets(random: &mut Random) -> Vec<u8> {
+    let address = |random: &mut Random| [3, 5, 5, 9, 15, 40, 126, 127, 133][random.below(9)];
+    let (da, sa) = (address(random), address(random));
+    match random.below(10) {
+        0..4 => vec![0xDC, da, sa],
+        4 => vec![0xDC, 5, [3, 3, 9][random.below(3)]],
+        5 => vec![[0xE5, 0xFF, random.next() as u8][random.below(3)]],
+        6 => (0..random.below(12)).map(|_| random.next() as u8).collect(),
+        _ => {
+            let fc = [0x49, 0x6D, 0x46, 0x00, 0x08, 0x30, 0x10, random.next() as u8][random.below(8)];
+            vec![0x10, da, sa, fc, da.wrapping_add(sa).wrapping_add(fc), 0x16]
+        }
+    }
+}
+
+/// One storm of telegrams, pieces and noise: no panic, nothing said without the token as far as the station can know, and
+/// never a station that waits for a moment that is over.
+fn storm(seed: u64) {
+    let mut random = Random::new(seed);
+    let bus = BusParameters { gap_factor: 1, hsa: 15, rotation_tbit: 3000, ..parameters() };
+    let mut station = Active::new(bus, Asker { left: u32::MAX, failed: 0 }, BitTime(0));
+    let mut receiver = Receiver::new(BitTime(0));
+    let mut watch = Watch { theirs: true, busy: BitTime(0), asked: false, sent: Vec::new() };
+    let mut now = BitTime(0);
+    for _ in 0..2_000 {
+        let silence = [11, 40, 40, 60, 310, 310, 1000, 6000][random.below(8)];
+        let until = now + silence;
+        let mut quick = 0;
+        while let Some(due) = station.wake_at().filter(|due| *due <= until) {
+            quick = if due <= now { quick + 1 } else { 0 };
+            assert!(quick < 4, "it waits for {due}, and it is {now}");
+            now = now.max(due);
+            let Some(transmit) = station.poll(now) else { continue };
+            watch.sends(&bus, transmit.not_before.max(now), transmit.octets);
+            now = transmit.not_before.max(now) + transmit.octets.len() as u64 * CHARACTER_TBIT;
+            watch.busy = now;
+            station.sent(now);
+        }
+        now = now.max(until);
+        for octet in octets(&mut random) {
+            now = now + CHARACTER_TBIT;
+            match receiver.octet(now, octet) {
+                Heard::Telegram(telegram) => {
+                    watch.hears(5, now, Some(&telegram));
+                    if let Some(transmit) = station.telegram(now, &telegram) {
+                        watch.sends(&bus, transmit.not_before, transmit.octets);
+                        now = transmit.not_before + transmit.octets.len() as u64 * CHARACTER_TBIT;
+                        watch.busy = now;
+                        station.sent(now);
+                    }
+                }
+                Heard::Nothing | Heard::Damaged(_) => {
+                    watch.hears(5, now, None);
+                    station.activity(now);
+                }
+            }
+        }
+        assert!(station.masters().all(|master| master <= 125));
+        assert!(station.wake_at().is_some(), "it sleeps for ever");
+    }
+    // Silence: it makes a ring of its own.
+    let end = now + 100_000;
+    while now < end {
+        now = now.max(station.wake_at().unwrap());
+        let Some(transmit) = station.poll(now) else { continue };
+        now = now + transmit.octets.len() as u64 * CHARACTER_TBIT;
+        station.sent(now);
+    }
+    assert_eq!((station.standing(), station.masters().collect::<Vec<_>>()), (Standing::InRing, vec![5]));
+}
+
+#[test]
+fn no_octets_at_no_time_make_it_panic_speak_without_the_token_or_hang() {
+    for seed in 0..200 {
+        storm(seed);
+    }
+}

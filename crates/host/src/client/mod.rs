@@ -1,0 +1,31 @@
+//! Gauges by name: for the bus tool, and for programs of one's own.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`names`] | parameters by the manual's words or its numbers |
+//! | [`values`] | values in words and units, and their octets |
+//! | [`owned`] | MS1 and the parameter channel of a slave that this master owns |
+//! | [`records`] | the ways to the records of a slave, and what it answers |
+//! | [`address`] | a new station address |
+//! | [`bus`] | the same from many threads, and async in any runtime |
+//! | [`identify`] | which device stands at an address |
+//! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
+//! | `gauge` | [`Gauge`]: read, write, command |
+//! | `conditions`, `access` | what is checked before anything is sent |
+//! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
+
+mod access;
+pub mod address;
+pub mod bus;
+mod conditions;
+mod error;
+mod gauge;
+pub mod identify;
+pub mod names;
+pub mod owned;
+pub mod records;
+pub mod settings;
+pub mod values;
+
+pub use error::{ClientError, Doing, Place, Severity};
+pub use gauge::{Gauge, Order, Pressure, Reading, Written};

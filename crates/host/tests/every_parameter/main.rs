@@ -1,0 +1,194 @@
+//! Every parameter of all twelve devices, by MS2, MS1 and parameter channel of this project's master: one value whatever
+//! the way, and every writable one written and restored. In bit times.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
+
+mod golden;
+mod rig;
+
+use profivac_devices::model::{Access, DataType, Row};
+use profivac_host::instrument::DEVICES;
+use rig::{Rig, Told, Way};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+/// Whether the access marks of a row allow this way.
+fn is_readable(row: &Row, way: Way) -> bool {
+    match way {
+        Way::Ms2 => row.access.contains(Access::READ_2),
+        Way::Ms1 => row.access.contains(Access::READ_1),
+        Way::Pkw => row.access.intersects(Access::READ) && is_carried(row),
+    }
+}
+
+fn is_writable(row: &Row, way: Way) -> bool {
+    match way {
+        Way::Ms2 => row.access.contains(Access::WRITE_2),
+        Way::Ms1 => row.access.contains(Access::WRITE_1),
+        Way::Pkw => row.access.intersects(Access::WRITE) && is_carried(row),
+    }
+}
+
+/// The parameter channel carries up to four octets, and no texts: errata-bpg-bcg-tpg 19 and 20, errata-pxg55x-img400 4.
+fn is_carried(row: &Row) -> bool {
+    match row.data_type {
+        DataType::Visible(_) => false,
+        DataType::OctetString(octets) | DataType::Array(octets) | DataType::Record(octets) => octets <= 4,
+        _ => true,
+    }
+}
+
+#[test]
+fn every_readable_parameter_has_one_value_whatever_the_way() {
+    for entry in &DEVICES {
+        let mut rig = Rig::new(entry.model);
+        rig.bring_up();
+        rig.open();
+        let (mut read, mut compared) = (0, 0);
+        for (address, row) in rig.rows() {
+            rig.select(address);
+            let what = format!("{} {}:{}/{} {}", entry.model.name, address.slot, address.instance, row.id, row.name);
+            let mut values = Vec::new();
+            for way in rig.ways() {
+                let told = rig.read(way, address.slot, row.id);
+                assert_eq!(matches!(told, Told::Octets(_)), is_readable(row, way), "{what} by {way:?}: {told}");
+                if let Told::Octets(octets) = told {
+                    values.push(without_padding(row, octets));
+                }
+            }
+            read += usize::from(!values.is_empty());
+            compared += usize::from(values.len() > 1);
+            assert!(values.windows(2).all(|pair| pair[0] == pair[1]), "{what}: {values:02X?}");
+        }
+        println!("{}: {read} parameters read, {compared} of them in more than one way", entry.model.name);
+        assert!(read > 20, "{}: {read}", entry.model.name);
+    }
+}
+
+/// An array of three octets stands behind a zero in the channel: errata-bpg-bcg-tpg 20.
+fn without_padding(row: &Row, octets: Vec<u8>) -> Vec<u8> {
+    match row.data_type {
+        DataType::Array(3) if octets.len() == 4 => octets[1..].to_vec(),
+        _ => octets,
+    }
+}
+
+/// What is written to try a parameter with a present value: the first of these that is accepted.
+fn candidates(row: &Row, present: &[u8]) -> Vec<Vec<u8>> {
+    let count = |step: i64| {
+        let value = present.iter().fold(0u32, |value, octet| value << 8 | u32::from(*octet));
+        let moved = (i64::from(value) + step) as u32;
+        moved.to_be_bytes()[4 - present.len()..].to_vec()
+    };
+    let all = match (row.data_type, present) {
+        _ if is_switch(row) => vec![vec![u8::from(present == [0])]],
+        (DataType::Visible(_), text) => vec![vec![b'A'; text.len()], vec![b'1'; text.len()]],
+        (DataType::Float | DataType::ByType, [a, b, c, d]) => {
+            let value = f32::from_be_bytes([*a, *b, *c, *d]);
+            let others =
+                [value * 1.25, value * 0.8, value * 2.0, value * 0.5, value + 1.0, value - 1.0, 1.0, 0.01, 0.0];
+            others.iter().map(|other| other.to_be_bytes().to_vec()).collect()
+        }
+        (_, octets) if octets.len() <= 4 => [1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 7, -7, 8, -8].map(count).to_vec(),
+        (_, octets) => vec![octets.iter().map(|octet| octet ^ 1).collect()],
+    };
+    all.into_iter().filter(|other| other != present).collect()
+}
+
+/// Another value is written, read back, and the value before restored. What is told of it.
+fn there_and_back(rig: &mut Rig, way: Way, slot: u8, row: &Row) -> String {
+    let read = |rig: &mut Rig| {
+        let ways = rig.ways();
+        let by = ways.into_iter().find(|by| is_readable(row, *by)).unwrap();
+        match rig.read(by, slot, row.id) {
+            Told::Octets(octets) => octets,
+            other => panic!("{slot}/{}: {other}", row.id),
+        }
+    };
+    let before = read(rig);
+    let mut last = Told::Written;
+    for other in candidates(row, &before) {
+        last = rig.write(way, slot, row.id, &other);
+        if last == Told::Written {
+            let what = format!("{} {slot}/{} {} by {way:?}", rig.model.name, row.id, row.name);
+            if !is_switch(row) {
+                assert_eq!(read(rig), other, "{what}");
+            }
+            // A switch is written 0 and 1, and may show which "on" it is.
+            let back = if is_switch(row) { vec![u8::from(before != [0])] } else { before.clone() };
+            assert_eq!(rig.write(way, slot, row.id, &back), Told::Written, "{what}: back");
+            assert_eq!(read(rig), before, "{what}: restored");
+            return format!("{} {} and back", Told::Octets(before), Told::Octets(other));
+        }
+        assert_eq!(read(rig), before, "a refused value changes nothing");
+    }
+    // A selector with nothing else to select takes the value it has.
+    match rig.write(way, slot, row.id, &before) {
+        Told::Written => format!("{} again and back", Told::Octets(before)),
+        _ => last.to_string(),
+    }
+}
+
+/// A line for a row that can be written: what came of it in each way.
+fn written(rig: &mut Rig, slot: u8, row: &Row) -> Vec<String> {
+    let ways = rig.ways().into_iter().filter(|way| is_writable(row, *way));
+    ways.collect::<Vec<_>>().into_iter().map(|way| format!("{way:?} {}", there_and_back(rig, way, slot, row))).collect()
+}
+
+/// The commands of a block are 14 and 15 in the manuals of the gauges, and Volatility is one at the controllers
+/// (errata-bpg-bcg-tpg 143); Emission Current 106 need not follow what is written (98). What they do is tested with the
+/// devices.
+fn is_command(row: &Row) -> bool {
+    [14, 15].contains(&row.id) || [(26, "Volatility"), (106, "Emission Current")].contains(&(row.id, row.name))
+}
+
+/// A cathode is switched by 0 and 1 and shows what it does then, which can be more.
+fn is_switch(row: &Row) -> bool {
+    row.name == "Emission Status"
+}
+
+/// A parameter that can be written and read back.
+fn is_value(row: &Row) -> bool {
+    let both = row.access.intersects(Access::WRITE) && row.access.intersects(Access::READ);
+    both && !is_command(row)
+}
+
+/// A set of thresholds that is valid cannot be changed: errata-bpg-bcg-tpg 138.
+fn unlock(rig: &mut Rig, slot: u8, row: &Row) {
+    if ["Upper threshold", "Lower threshold", "Threshold source"].contains(&row.name) {
+        assert_eq!(rig.write(Way::Pkw, slot, 20, &[0]), Told::Written);
+    }
+}
+
+/// In IDLE by MS2, and in data exchange by every way.
+#[test]
+fn every_writable_parameter_is_written_and_restored() {
+    let mut text = String::new();
+    for entry in &DEVICES {
+        let (mut all, mut changed) = (BTreeSet::new(), BTreeSet::new());
+        writeln!(text, "{}", entry.model.name).unwrap();
+        for exchanging in [false, true] {
+            let mut rig = Rig::new(entry.model);
+            if exchanging {
+                rig.bring_up();
+            }
+            rig.open();
+            for (address, row) in rig.rows().into_iter().filter(|(_, row)| is_value(row)) {
+                let place = format!("{}:{}/{}", address.slot, address.instance, row.id);
+                all.insert(place.clone());
+                if rig.ways().is_empty() {
+                    continue;
+                }
+                rig.select(address);
+                unlock(&mut rig, address.slot, row);
+                let told = written(&mut rig, address.slot, row);
+                let state = if exchanging { "exchange" } else { "idle" };
+                writeln!(text, "  {state:<9}{place:<9}{:<44}{}", row.name, told.join("; ")).unwrap();
+                if told.iter().any(|told| told.ends_with("and back")) {
+                    changed.insert(place);
+                }
+            }
+        }
+        assert_eq!(all, changed, "{}: every one was changed and restored", entry.model.name);
+    }
+    golden::check("written_parameters.txt", &text);
+}
