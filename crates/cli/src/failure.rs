@@ -2,6 +2,7 @@
 
 use profivac_host::instrument::SpecError;
 use profivac_host::port::PortError;
+use profivac_host::scenario::{ScenarioError, SceneError};
 use profivac_host::tool::ToolError;
 use profivac_host::watch::WatchError;
 use std::fmt;
@@ -84,6 +85,18 @@ impl From<PortError> for Failure {
 
 impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
         Self { kind: Kind::Usage, sentence: error.to_string() }
     }
 }
