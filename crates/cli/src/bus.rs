@@ -49,29 +49,15 @@ impl Bus {
 
     /// A station on the bus that says anything, also what no master would.
     pub fn probe(&self) -> Result<PortWire, Failure> {
-        let (port, baud) = self.open_port()?;
+        let (port, baud) = open_port(&self.port, self.baud)?;
         Ok(PortWire::new(port, baud, self.parameters(baud)))
     }
 
     fn open_at(&self) -> Result<(Tool, Baud), Failure> {
         // What can be wrong before anything is opened.
         self.parameters(self.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
-        let (port, baud) = self.open_port()?;
+        let (port, baud) = open_port(&self.port, self.baud)?;
         Ok((Tool::new(port, baud, self.parameters(baud), self.timeout)?, baud))
-    }
-
-    fn open_port(&self) -> Result<(Box<dyn Port>, Baud), Failure> {
-        let mut port = open::port(&self.port, self.baud.known())?;
-        let baud = match self.baud {
-            Rate::Known(baud) => baud,
-            Rate::Auto => {
-                let found = rate::search(&mut *port)?;
-                remark(&format_args!("{} runs at {found}", self.port));
-                found
-            }
-        };
-        remarks(|| port.next_remark());
-        Ok((port, baud))
     }
 
     fn parameters(&self, baud: Baud) -> BusParameters {
@@ -93,4 +79,19 @@ impl Bus {
     pub const fn hsa(&self) -> u8 {
         self.hsa
     }
+}
+
+/// Opens a port, and finds its rate if nobody knows it.
+pub fn open_port(name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
+    let mut port = open::port(name, rate.known())?;
+    let baud = match rate {
+        Rate::Known(baud) => baud,
+        Rate::Auto => {
+            let found = rate::search(&mut *port)?;
+            remark(&format_args!("{name} runs at {found}"));
+            found
+        }
+    };
+    remarks(|| port.next_remark());
+    Ok((port, baud))
 }

@@ -2,6 +2,7 @@
 
 use profivac_host::instrument::SpecError;
 use profivac_host::port::PortError;
+use profivac_host::scenario::{ScenarioError, SceneError};
 use profivac_host::tool::ToolError;
 use profivac_host::watch::WatchError;
 use profivac_station::config::ConfigError;
@@ -47,7 +48,7 @@ impl From<ToolError> for Failure {
         match error {
             ToolError::Port(error) => error.into(),
             ToolError::Parameters(error) => Self::usage(error.to_string()),
-            ToolError::Taken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+            ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
         }
     }
 }
@@ -103,6 +104,12 @@ impl From<StationError> for Failure {
     }
 }
 
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
 impl From<ServerError> for Failure {
     fn from(error: ServerError) -> Self {
         let kind = match error {
@@ -110,6 +117,12 @@ impl From<ServerError> for Failure {
             ServerError::Listen { .. } => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
     }
 }
 

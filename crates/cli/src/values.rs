@@ -57,6 +57,12 @@ pub fn slave_address(text: &str) -> Result<u8, String> {
     address.ok_or_else(|| format!("expected the address of a slave from 0 to 125, got {text:?}"))
 }
 
+/// The address of a slave, also of one that waits for its address.
+pub fn any_address(text: &str) -> Result<u8, String> {
+    let address = text.parse().ok().filter(|address| *address <= 126);
+    address.ok_or_else(|| format!("expected the address of a slave from 0 to 126, got {text:?}"))
+}
+
 /// How much faster than real time.
 pub fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed| (0.01..=10_000.0).contains(speed));

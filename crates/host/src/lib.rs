@@ -16,8 +16,10 @@
 //! | [`clock`] | bit times on the monotonic clock |
 //! | [`mod@bench`] | virtual devices: power, pressure, faults |
 //! | [`conform`] | whether a slave keeps the rules |
+//! | [`explain`] | what was on a line, told in words |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
+//! | [`scenario`] | a plant, its gauges, what happens, and what has to come of it |
 //! | [`scene`] | a whole segment in memory |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
 //! | [`pressure`] | pressures as people write them |
@@ -26,6 +28,7 @@ pub mod bench;
 pub mod client;
 pub mod clock;
 pub mod conform;
+pub mod explain;
 pub mod gsd;
 pub mod instrument;
 pub mod line;
@@ -36,6 +39,7 @@ pub mod open;
 pub mod port;
 pub mod pressure;
 pub mod rate;
+pub mod scenario;
 pub mod scene;
 pub mod segment;
 pub mod segment_file;

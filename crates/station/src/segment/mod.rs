@@ -166,7 +166,7 @@ impl Worker {
             }
             Err(ToolError::Port(error)) => Err(error),
             // The parameters of a checked file are possible.
-            Err(ToolError::Parameters(_) | ToolError::Taken(_) | ToolError::Babble) => {
+            Err(ToolError::Parameters(_) | ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble) => {
                 Err(PortError::Lost(port.clone()))
             }
         }
@@ -330,7 +330,7 @@ fn seen(tool: &mut Tool, config: &config::Segment) -> Seen {
         Standing::Offline | Standing::Listening | Standing::Ready => (view::SegmentState::Listening, None),
     };
     let cycle_ms = milliseconds(tool.master().cycle_tbit(), config.baud);
-    let masters: Vec<_> = tool.masters();
+    let masters: Vec<_> = tool.masters().collect();
     let others = masters.into_iter().filter(|address| *address != config.master).map(|address| view::OnBus {
         address,
         standing: view::Standing::Master,
