@@ -107,3 +107,23 @@ fn init_never_writes_over_a_file() {
     assert_eq!(told.status.code(), Some(2));
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
 }
+
+#[test]
+fn the_demonstration_has_the_dashboard_over_all_devices() {
+    let demo = Program::start(&["demo", "--headless", "--listen", "127.0.0.1:0", "--speed", "5"]);
+    let told = demo.complaint();
+    let address = told.strip_prefix("profivac: the dashboard is at http://").unwrap_or_else(|| panic!("{told}"));
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let gauges = get(address, "/api/gauges");
+        let measuring = gauges.matches("\"exchanging\"").count() + gauges.matches("\"faulty\"").count();
+        if measuring == 12 {
+            break;
+        }
+        assert!(Instant::now() < end, "{gauges}");
+        std::thread::yield_now();
+    }
+    let blocks = get(address, "/api/gauges/bcg450%205/blocks");
+    assert!(blocks.starts_with("HTTP/1.1 200") && blocks.contains("\"Safe Value\""), "{blocks}");
+    assert!(get(address, "/").contains("<div id=\"app\">"));
+}

@@ -6,8 +6,11 @@
 //!    └── port is lost, back-off ┴────────────────────────────────────────────────┘
 //! ```
 
+mod exhibit;
 mod member;
 mod questions;
+
+pub use exhibit::Exhibit;
 
 use crate::config;
 use crate::plant::{Plant, Question, Scenery};
@@ -232,7 +235,8 @@ impl Worker {
         }
         self.look(tool)?;
         let plant = &self.plant;
-        self.members.iter_mut().for_each(|member| member.sample(plant, tool));
+        let master = tool.master();
+        self.members.iter_mut().for_each(|member| member.sample(plant, master));
         if Instant::now() >= self.show_at {
             self.show(Some(&mut *tool));
         }
