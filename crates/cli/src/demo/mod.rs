@@ -1,5 +1,6 @@
 //! `profivac demo`: a small vacuum plant with all its gauges, which a master reads over PROFIBUS. All of it in memory.
 
+mod dashboard;
 mod picture;
 mod trend;
 
@@ -9,12 +10,14 @@ use crate::output::out;
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
+use dashboard::Dashboard;
 use profivac_dp::link::Baud;
 use profivac_host::port::wait;
 use profivac_host::scenario::{Bus, Run, Scenario};
 use profivac_host::scene::Scene;
 use rustix::fd::AsFd;
 use serde::Serialize;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use trend::Trend;
@@ -29,6 +32,12 @@ pub struct Arguments {
     /// Another plant, and what happens to it, instead of the small one with all devices
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+    /// Where the dashboard is: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
+    #[arg(long, value_name = "HOST:PORT")]
+    listen: Option<SocketAddr>,
+    /// Let other computers see the dashboard, if it listens at an address they reach
+    #[arg(long, requires = "listen")]
+    public: bool,
     /// How much faster than real time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
@@ -47,6 +56,7 @@ const EXAMPLES: &str = "\
 Examples:
   profivac demo
   profivac demo --speed 60
+  profivac demo --headless --listen 127.0.0.1:0
   profivac demo --scenario scenarios/vent.toml --speed 30
   profivac demo --headless --for 5";
 
@@ -76,6 +86,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         eprintln!("profivac: there is no terminal to draw on: rows as with --headless");
     }
     let mut demo = Demo::new(arguments)?;
+    if let Some(dashboard) = demo.dashboard.as_ref().filter(|_| headless) {
+        eprintln!("profivac: the dashboard is at {}", dashboard.url());
+    }
     if headless {
         demo.in_rows(arguments.json)?
     } else {
@@ -89,6 +102,7 @@ struct Demo {
     title: String,
     run: Run,
     scene: Scene,
+    dashboard: Option<Dashboard>,
     speed: f64,
     signals: Signals,
     end: Option<Instant>,
@@ -118,10 +132,23 @@ impl Demo {
         };
         let scene = scenario.scene(MASTER, BAUD)?;
         let run = scenario.start(Bus::There);
+        let Arguments { listen, public, headless, .. } = *arguments;
+        let wanted = !headless || listen.is_some();
+        let dashboard = wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, listen, public)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;
-        Ok(Self { title: scenario.title, run, scene, speed: arguments.speed, signals, end, lived, owed: 0.0 })
+        Ok(Self {
+            title: scenario.title,
+            run,
+            scene,
+            dashboard,
+            speed: arguments.speed,
+            signals,
+            end,
+            lived,
+            owed: 0.0,
+        })
     }
 
     /// Waits until `moment` and lets the plant live up to it. False when it is time to end.
@@ -132,6 +159,9 @@ impl Demo {
         let lag = now.duration_since(self.lived).min(MAX_LAG);
         self.lived = now;
         self.pass(lag.as_secs_f64() * self.speed);
+        if let Some(dashboard) = &mut self.dashboard {
+            dashboard.look(&mut self.scene);
+        }
         Ok(readable != [true] && self.end.is_none_or(|end| now < end))
     }
 

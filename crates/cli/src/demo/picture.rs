@@ -91,9 +91,15 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
         Axis::default().bounds([0.0, end]).labels(["0".to_owned(), format!("{:.0}", end / 2.0), format!("{end:.0} s")]);
     let decades = (0..=7).map(|step| format!("1e{:+}", DECADES[0] as i32 + 2 * step));
     let pressure = Axis::default().bounds(DECADES).labels(decades);
-    let block = Block::bordered().title(" mbar over time ").title_bottom(" q leaves ");
+    let block = Block::bordered().title(" mbar over time ").title_bottom(farewell(demo));
     let grey = Style::new().fg(Color::Gray);
     frame.render_widget(Chart::new(sets).block(block).x_axis(time.style(grey)).y_axis(pressure.style(grey)), area);
+}
+
+/// How to leave, and where more is to be seen.
+fn farewell(demo: &Demo) -> String {
+    let dashboard = demo.dashboard.as_ref().map(|dashboard| format!("dashboard {} ", dashboard.url()));
+    format!(" q leaves {}", dashboard.unwrap_or_default())
 }
 
 /// A row for each device: what the master reads, and what stands on its front.
