@@ -28,6 +28,8 @@ fn main() -> Result<()> {
     let installed = unchanged && copy.join("node_modules").is_dir();
     if let Err(error) = build(&copy, installed) {
         println!("cargo::warning=the dashboard is not built: {}", error.to_string().replace('\n', " "));
+        // There is no such file, so the next build tries again.
+        println!("cargo::rerun-if-changed={}", web.join("no-node").display());
         println!("cargo::warning=it needs Node 18 or newer, on Debian the packages nodejs and npm");
         fs::create_dir_all(copy.join("dist"))?;
         fs::write(copy.join("dist/index.html"), MISSING)?;
