@@ -205,14 +205,7 @@ fn beam() -> [Fake; 6] {
             parts: &[("pirani", Shape::Rise)],
             ..BEAM
         },
-        Fake {
-            name: "spare",
-            address: 40,
-            device: "pcg550",
-            standing: Standing::Starting,
-            parts: &[],
-            ..BEAM
-        },
+        Fake { name: "spare", address: 40, device: "pcg550", standing: Standing::Starting, parts: &[], ..BEAM },
     ]
 }
 
@@ -288,7 +281,9 @@ impl Fake {
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
             gas: self.gas.to_owned(),
             levels: self.levels.iter().map(|(name, pa)| TripLevel { name: (*name).to_owned(), pa: *pa }).collect(),
-            readings: readings.map(|(place, ((series, shown), part))| self.reading(place, &series, shown, part.0)).collect(),
+            readings: readings
+                .map(|(place, ((series, shown), part))| self.reading(place, &series, shown, part.0))
+                .collect(),
             age_ms,
             poll_ms: 200,
         }

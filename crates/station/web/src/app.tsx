@@ -113,13 +113,13 @@ function UnitChoice(): JSX.Element {
   )
 }
 
-const THEMES = { auto: '◐ auto', light: '☀ light', dark: '☾ dark' }
+const THEMES = { auto: '◐', light: '☀', dark: '☾' }
 
 function ThemeChoice(): JSX.Element {
   const theme = useTheme()
   return (
     <button type="button" class="plain theme" onClick={nextTheme} aria-label={`Colours: ${theme}`} title="Colours (t)">
-      {THEMES[theme]}
+      {THEMES[theme]} <span class="word">{theme}</span>
     </button>
   )
 }

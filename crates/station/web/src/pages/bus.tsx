@@ -64,7 +64,7 @@ function Facts({ segment }: { segment: Segment }): JSX.Element {
     ['rate', baud(segment.baud)],
     ['state', STATES[segment.state]],
     ['cycle', cycle],
-    ['damaged', `${segment.damaged}`],
+    ['damaged telegrams', `${segment.damaged}`],
     ['our master', `${segment.master}`],
   ]
   return (

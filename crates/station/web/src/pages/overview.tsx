@@ -124,7 +124,7 @@ export function Complaints({ gauge }: { gauge: Gauge }): JSX.Element | null {
 export function Age({ gauge, live }: { gauge: Gauge; live: Live }): JSX.Element {
   const ms = ageOf(gauge, live.since)
   if (ms === null) return <span class="age">never heard</span>
-  if (!isStale(gauge, live.since)) return <span class="age">{age(ms)} ago</span>
+  if (!isStale(gauge, live.since)) return <span class="age">{ms < 1000 ? 'now' : `${age(ms)} ago`}</span>
   const since = live.now - ms
   return (
     <span class="age old">

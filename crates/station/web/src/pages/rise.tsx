@@ -5,7 +5,7 @@ import { useState } from 'preact/hooks'
 import { rise, type Rise as Fit } from '../api.ts'
 import { useLive } from '../live.ts'
 import { Chart, type Line } from '../parts/chart.tsx'
-import { colour, own } from '../parts/colours.ts'
+import { colour } from '../parts/colours.ts'
 import { Pressure } from '../parts/pressure.tsx'
 import { allSeries, Busy, extent, keyed, useDrawn, useTrends } from '../parts/trend.tsx'
 import { useAsked, useWidth } from '../parts/use.ts'
@@ -61,7 +61,7 @@ export function Rise(): JSX.Element {
       <ol class="steps panel">
         <li>
           <label>
-            Choose the gauge{' '}
+            <span>Choose the gauge</span>
             <select value={series} onChange={(event) => change({ ...wanted, series: event.currentTarget.value, begin: null, end: null })}>
               {names.map((name) => (
                 <option value={name} key={name}>
@@ -79,9 +79,8 @@ export function Rise(): JSX.Element {
         </li>
         <li>
           <label>
-            Volume{' '}
+            <span>Give the volume, for flows</span>
             <input class="short" type="number" min="0" step="any" inputMode="decimal" value={litres} onInput={(event) => change({ ...wanted, litres: event.currentTarget.value })} /> L
-            <span class="muted"> for flows</span>
           </label>
         </li>
       </ol>
@@ -130,7 +129,7 @@ function Curves({ wanted, fit, mark }: { wanted: Wanted; fit: Fit | null; mark: 
   const curves = [...drawn.curves]
   if (fit && wanted.begin !== null && lines.length > 0) {
     curves.push(fittedCurve(fit, drawn.times, wanted.begin, wanted.end ?? live.now, unit))
-    lines.push({ name: 'fit', colour: own('accent'), stretches: [] })
+    lines.push({ name: 'fit', colour: colour(1, dark), dashed: true, stretches: [] })
   }
   const marks = [
     ...(wanted.begin === null ? [] : [{ at: wanted.begin, name: 'valve closed', strong: true }]),
@@ -138,7 +137,14 @@ function Curves({ wanted, fit, mark }: { wanted: Wanted; fit: Fit | null; mark: 
   ]
   return (
     <div class="panel" ref={box}>
-      <p class="muted hint">Or drag over the rise in the curve. The wheel and + − zoom, the arrows move.</p>
+      <p class="muted hint">
+        Or drag over the rise in the curve. The wheel and + − zoom, the arrows move.
+        {fit && (
+          <span class="fit" style={{ color: colour(1, dark) }}>
+            ╌╌ fit
+          </span>
+        )}
+      </p>
       <Chart
         words={`The pressure of ${wanted.series} in ${unit} over time. Dragging marks beginning and end.`}
         times={drawn.times}

@@ -5,7 +5,7 @@ import { useEffect, useState } from 'preact/hooks'
 import { exportAddress, type Gauge } from '../api.ts'
 import { useLive } from '../live.ts'
 import { Chart } from '../parts/chart.tsx'
-import { colour } from '../parts/colours.ts'
+import { colours } from '../parts/colours.ts'
 import { allSeries, Busy, extent, keyed, readAt, useDrawn, useTrends, type Drawn } from '../parts/trend.tsx'
 import { useWidth } from '../parts/use.ts'
 import { inputMoment, moment } from '../pure/format.ts'
@@ -19,8 +19,8 @@ import { Readout } from '../parts/readout.tsx'
 /** So many are shown before anything is chosen. */
 const FIRST = 4
 
-/** All thirteen decades: what gauges of every kind measure together, in Pa. */
-const WHOLE: [number, number] = [1e-8, 1e5]
+/** All thirteen decades and a little: what gauges of every kind measure together, in Pa. */
+const WHOLE: [number, number] = [1e-8, 2e5]
 
 const HOME: Range = { last: SPANS[1]!.ms }
 
@@ -47,13 +47,15 @@ export function Trends(): JSX.Element {
   const names = all.map(({ series }) => series)
   const { chosen, range, whole, choose } = useChoice(names)
   const [box, width] = useWidth()
-  const [cursor, setCursor] = useState<number | null>(null)
+  const [place, setPlace] = useState<number | null>(null)
   const asked = useTrends(chosen, range, Math.max(0, width - 58))
   const drawn = useDrawn(asked.value, range, unit, live.now)
   const window = windowOf(range, live.now)
+  const cursor = place === null ? null : window[0] + place * (window[1] - window[0])
   const setRange = (range: Range): void => choose(chosen, range, whole)
   const of = (series: string): Gauge => all.find((one) => one.series === series)!.gauge
-  const paint = (series: string): string => colour(names.indexOf(series), dark)
+  const painted = colours(names, chosen, dark)
+  const paint = (series: string): string => painted.get(series) ?? 'gray'
   const levels = drawn.trends
     .filter(({ series }) => names.includes(series))
     .flatMap(({ series }) => of(series).levels.map(({ name, pa }) => ({ name: `${series}: ${name}`, colour: paint(series), value: inUnit(pa, unit) })))
@@ -62,7 +64,7 @@ export function Trends(): JSX.Element {
   return (
     <div class="trends">
       <h1 class="unseen">Trends</h1>
-      <Bar range={range} now={live.now} whole={whole} setRange={setRange} setWhole={(whole) => choose(chosen, range, whole)} chosen={chosen} />
+      <Bar range={range} now={live.now} whole={whole} setRange={setRange} setWhole={(whole) => choose(chosen, range, whole)} />
       <div class="trend-chart panel" ref={box}>
         <Chart
           words={`Pressures in ${unit} over time. Arrow keys move, plus and minus zoom, Home goes back to now.`}
@@ -76,11 +78,11 @@ export function Trends(): JSX.Element {
           levels={levels}
           marks={(asked.value?.happenings ?? []).map(({ at_ms, text }) => ({ at: at_ms, name: text }))}
           width={width}
-          height={width < 600 ? 300 : 460}
+          height={width < 600 ? 300 : Math.max(340, Math.min(720, Math.round(innerHeight * 0.52)))}
           look={dark ? 'dark' : 'light'}
           onSelect={(from, to) => setRange({ from, to: Math.max(to, from + 2000) })}
           onZoom={(at, factor) => setRange(zoomed(window, at, factor))}
-          onCursor={setCursor}
+          onCursor={setPlace}
           onKey={(key) => {
             const next = keyed(key, range, live.now, HOME)
             if (next) setRange(next)
@@ -90,13 +92,19 @@ export function Trends(): JSX.Element {
       </div>
       <Readout all={all} chosen={chosen} paint={paint} toggle={toggle} unit={unit} at={cursor} read={(series) => (cursor === null ? null : readAt(drawn, series, cursor))} happenings={nearby(asked.value?.happenings ?? [], cursor, window, width)} />
       <Busy asked={asked} />
+      <div class="bar">
+        <Custom window={window} live={isLive(range)} setRange={setRange} />
+        <a class="button" href={exportAddress(chosen, Math.floor(window[0]), Math.ceil(window[1]))} download="pressures.csv">
+          Save as CSV
+        </a>
+      </div>
     </div>
   )
 }
 
 /** The range of the axis in the unit that is shown. */
 function scaleOf(drawn: Drawn, window: [number, number], unit: Unit, whole: boolean, levels: number[]): [number, number] {
-  if (whole) return decades(inUnit(WHOLE[0], unit) * 1.2, inUnit(WHOLE[1], unit) / 1.2)
+  if (whole) return decades(inUnit(WHOLE[0], unit) * 1.3, inUnit(WHOLE[1], unit))
   const [low, high] = extent(drawn, window)
   const all = [low, high, ...levels].filter(Number.isFinite)
   return all.length ? decades(Math.min(...all), Math.max(...all)) : decades(1 / UNITS[unit], 1e3 / UNITS[unit])
@@ -112,12 +120,11 @@ interface BarProps {
   range: Range
   now: number
   whole: boolean
-  chosen: string[]
   setRange: (range: Range) => void
   setWhole: (whole: boolean) => void
 }
 
-function Bar({ range, now, whole, chosen, setRange, setWhole }: BarProps): JSX.Element {
+function Bar({ range, now, whole, setRange, setWhole }: BarProps): JSX.Element {
   const window = windowOf(range, now)
   const middle = (window[0] + window[1]) / 2
   return (
@@ -143,15 +150,9 @@ function Bar({ range, now, whole, chosen, setRange, setWhole }: BarProps): JSX.E
           ›
         </button>
       </div>
-      <Custom window={window} live={isLive(range)} setRange={setRange} />
-      <div class="buttons">
-        <button type="button" aria-pressed={whole} onClick={() => setWhole(!whole)} title="The whole scale, or what fits">
-          13 decades
-        </button>
-        <a class="button" href={exportAddress(chosen, Math.floor(window[0]), Math.ceil(window[1]))} download="pressures.csv">
-          CSV
-        </a>
-      </div>
+      <button type="button" aria-pressed={whole} onClick={() => setWhole(!whole)} title="All decades, or those that are needed">
+        Whole scale
+      </button>
     </div>
   )
 }

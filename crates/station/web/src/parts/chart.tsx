@@ -13,8 +13,7 @@ import { own } from './colours.ts'
 export interface Line {
   name: string
   colour: string
-  /** Without its band of lowest and highest. */
-  thin?: boolean
+  dashed?: boolean
   stretches: Stretch[]
 }
 
@@ -36,7 +35,8 @@ export interface ChartProps {
   look: string
   onSelect: (from: number, to: number) => void
   onZoom?: (at: number, factor: number) => void
-  onCursor?: (at: number | null) => void
+  /** Where the cursor is, 0 at the left edge to 1: time goes on under a cursor that stands. */
+  onCursor?: (place: number | null) => void
   onKey?: (key: string) => boolean
 }
 
@@ -82,6 +82,7 @@ export function Chart(props: ChartProps): JSX.Element {
       aria-label={props.words}
       data-from={props.window[0]}
       data-to={props.window[1]}
+      data-points={props.times.length}
       onKeyDown={onKeyDown}
     />
   )
@@ -101,9 +102,9 @@ function data(props: ChartProps): uPlot.AlignedData {
 
 function options(latest: { current: ChartProps }): uPlot.Options {
   const { width, height, log, lines } = latest.current
-  const series = lines.flatMap(({ colour, thin }): uPlot.Series[] => {
+  const series = lines.flatMap(({ colour, dashed }): uPlot.Series[] => {
     const hidden = { stroke: 'transparent', width: 0, points: { show: false } }
-    return [hidden, hidden, { stroke: colour, width: thin ? 1.4 : 1.8, points: { show: false } }]
+    return [hidden, hidden, { stroke: colour, width: 1.8, dash: dashed ? [8, 5] : [], points: { show: false } }]
   })
   const bands = lines.map(({ colour }, place): uPlot.Band => ({ series: [3 * place + 2, 3 * place + 1], fill: `${colour}38` }))
   return {
@@ -172,7 +173,7 @@ function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
     setCursor: [
       (chart) => {
         const { left = -1 } = chart.cursor
-        latest.current.onCursor?.(left < 0 ? null : chart.posToVal(left, 'x'))
+        latest.current.onCursor?.(left < 0 ? null : left / chart.over.clientWidth)
       },
     ],
   }

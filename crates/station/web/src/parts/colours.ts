@@ -8,6 +8,19 @@ export function colour(place: number, dark: boolean): string {
   return colours[place % colours.length]!
 }
 
+/** A colour for each name, its own as long as nobody before it has the same. */
+export function colours(names: string[], chosen: string[], dark: boolean): Map<string, string> {
+  const taken = new Set<number>()
+  const made = new Map(names.map((name, place) => [name, colour(place, dark)]))
+  for (const name of names.filter((name) => chosen.includes(name))) {
+    let place = names.indexOf(name) % LIGHT.length
+    while (taken.has(place) && taken.size < LIGHT.length) place = (place + 1) % LIGHT.length
+    taken.add(place)
+    made.set(name, colour(place, dark))
+  }
+  return made
+}
+
 /** A colour of the page's own, by its name in CSS. */
 export function own(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()

@@ -19,10 +19,11 @@ export interface Mark {
 
 /** The thickness of a lane of marks at the edge, in CSS pixels. */
 const LANE_PX = 5
+const BAND_PX = 34
 
 const WORDS = { over: 'over range', under: 'under range', invalid: 'not valid' }
 
-/** A stretch beyond range: a pale band through everything, and a bar in the colour of the gauge at the edge it went beyond. */
+/** A stretch beyond range: a pale band and a bar in the colour of the gauge, at the edge beyond which it went. */
 export function drawStretches(chart: uPlot, line: Line, lane: number): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
@@ -33,9 +34,11 @@ export function drawStretches(chart: uPlot, line: Line, lane: number): void {
     const right = Math.min(bbox.left + bbox.width, chart.valToPos(to, 'x', true))
     if (right <= left) continue
     const width = Math.max(dpr, right - left)
-    ctx.fillStyle = `${line.colour}14`
-    ctx.fillRect(left, bbox.top, width, bbox.height)
-    ctx.fillStyle = what === 'invalid' ? own('bad') : line.colour
+    const paint = what === 'invalid' ? own('bad') : line.colour
+    const depth = BAND_PX * dpr
+    ctx.fillStyle = `${paint}1c`
+    ctx.fillRect(left, what === 'over' ? bbox.top : bbox.top + bbox.height - depth, width, depth)
+    ctx.fillStyle = paint
     const height = LANE_PX * dpr
     const place = (height + dpr) * lane
     const top = what === 'over' ? bbox.top + place : bbox.top + bbox.height - height - place

@@ -3,9 +3,8 @@
 import type { JSX } from 'preact'
 import { trend, type Trend } from '../api.ts'
 import { live, tail } from '../live.ts'
-import { decades, withTail } from '../pure/series.ts'
 import { aligned } from '../pure/range.ts'
-import { join } from '../pure/series.ts'
+import { decades, join, withTail } from '../pure/series.ts'
 import { useAsked } from './use.ts'
 
 const WIDTH = 240
@@ -16,8 +15,8 @@ const AGAIN_MS = 60_000
 export function Spark({ series, dim }: { series: string; dim: boolean }): JSX.Element {
   const asked = useAsked(series, AGAIN_MS, (signal) => {
     const now = Math.round(live().now)
-    const window = aligned([now - SPAN_MS, now], WIDTH)
-    return trend(series, window.from, window.to, WIDTH, signal)
+    const { from, to, count } = aligned([now - SPAN_MS, now], WIDTH)
+    return trend(series, from, to, count, signal)
   })
   const lines = asked.value ? drawn(withTail(asked.value, tail(series)), live().now) : []
   const words = asked.value?.start_ms.length ? `The last ten minutes of ${series}` : 'Nothing was recorded in the last ten minutes'
@@ -43,7 +42,7 @@ function drawn(trend: Trend, now: number): string[] {
   times.forEach((time, place) => {
     const mean = means[place]
     if (mean === null) lines.push([])
-    else if (mean !== undefined && x(time) >= 0) lines[lines.length - 1]!.push(`${x(time).toFixed(1)},${y(mean).toFixed(1)}`)
+    else if (mean !== undefined) lines[lines.length - 1]!.push(`${x(time).toFixed(1)},${y(mean).toFixed(1)}`)
   })
   return lines.filter(({ length }) => length > 0).map((points) => (points.length === 1 ? [...points, ...points] : points).join(' '))
 }

@@ -41,11 +41,10 @@ export function useTrends(names: string[], range: Range, pixels: number): Asked<
   return useAsked(JSON.stringify(settled), often, async (signal) => {
     const { names, range, pixels } = settled
     if (pixels === 0) return { trends: [], happenings: [], binMs: 1 }
-    const { from, to, binMs } = aligned(windowOf(range, live.now), pixels)
-    const bins = Math.round((to - from) / binMs)
+    const { from, to, binMs, count } = aligned(windowOf(range, live.now), pixels)
     const [happenings, ...trends] = await Promise.all([
       events(from, to, MOST_EVENTS, signal),
-      ...names.map((name) => trend(name, from, to, bins, signal)),
+      ...names.map((name) => trend(name, from, to, count, signal)),
     ])
     return { trends, happenings, binMs }
   })

@@ -44,10 +44,11 @@ const STEPS: [number, string][] = [
   [60, 'min'],
 ]
 
-/** A time that has passed, in its two largest units: `0.3 s`, `42 s`, `3 min 5 s`, `2 d 4 h`. */
+/** A time that has passed, in its two largest units: `3.1 s`, `42 s`, `3 min 5 s`, `2 d 4 h`. */
 export function age(ms: number): string {
   const seconds = ms / 1000
-  if (seconds < 9.95) return `${Math.max(0, seconds).toFixed(1)} s`
+  if (seconds < 1) return 'less than 1 s'
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`
   let rest = Math.round(seconds)
   if (rest < 60) return `${rest} s`
   const words: string[] = []

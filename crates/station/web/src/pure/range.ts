@@ -23,12 +23,31 @@ export function windowOf(range: Range, now: number): [number, number] {
   return isLive(range) ? [now - range.last, now] : [range.from, range.to]
 }
 
-/** A window that begins where a pixel begins, so that pixels stay the same while time goes on. */
-export function aligned([from, to]: [number, number], pixels: number): { from: number; to: number; binMs: number } {
-  const binMs = Math.max(1, Math.ceil((to - from) / pixels))
-  const start = Math.floor(from / binMs) * binMs
-  const count = Math.ceil((to - start) / binMs)
-  return { from: start, to: start + count * binMs, binMs }
+/** While nothing moves a sample is kept once a minute: so far outside of a window lies the next one, and some more. */
+const OUTSIDE_MS = 90_000
+
+/** A level of the record is coarser than this; below it single samples are drawn. */
+const SAMPLES_MS = 10_000
+
+/** The station draws at most 20000 pixels. */
+const MOST_BINS = 15_000
+
+export interface Bins {
+  from: number
+  to: number
+  binMs: number
+  count: number
+}
+
+/** What is to be fetched for a window: pixels that stay where they are while time goes on, and as much on both sides that
+ *  lines go to the edges. */
+export function aligned([from, to]: [number, number], pixels: number): Bins {
+  const fine = Math.ceil((to - from) / pixels)
+  const outside = fine < SAMPLES_MS ? OUTSIDE_MS : fine
+  const binMs = Math.max(1, fine, Math.ceil((to - from + 2 * outside) / MOST_BINS))
+  const start = Math.floor((from - outside) / binMs) * binMs
+  const count = Math.ceil((to + outside - start) / binMs)
+  return { from: start, to: start + count * binMs, binMs, count }
 }
 
 /** Closer (factor below 1) or farther, so that what lies at `at` stays where it is. */

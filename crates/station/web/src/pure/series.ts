@@ -70,9 +70,26 @@ export function join(trends: Trend[], binMs: number): Joined {
       curve.high[place] = trend.high[at]!
       curve.mean[place] = trend.mean[at]!
     })
+    widen(curve)
     return curve
   })
   return { times, curves }
+}
+
+/** A gap reaches from the last value before it to the first after it, also at the times of other curves. */
+function widen(curve: Curve): void {
+  let before = -1
+  let hasGap = false
+  for (let place = 0; place <= curve.mean.length; place += 1) {
+    const value = curve.mean[place]
+    if (value === null) hasGap = true
+    if (typeof value !== 'number' && place < curve.mean.length) continue
+    for (let empty = before + 1; hasGap && empty < place; empty += 1) {
+      curve.low[empty] = curve.high[empty] = curve.mean[empty] = null
+    }
+    before = place
+    hasGap = false
+  }
 }
 
 const STRETCHES: [number, Stretch['what']][] = [
