@@ -9,7 +9,10 @@ const LIGHT = { colorScheme: 'light' }
 const DARK = { colorScheme: 'dark' }
 const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true }
 
-const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.spark polyline').length >= 8)
+/** A long page is shown down to here. */
+const LONGEST = 1400
+
+const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.spark polyline').length >= 11)
 
 /** Puts the cursor into the chart. */
 async function point(page) {
@@ -29,6 +32,12 @@ async function read(page) {
 async function riseMarked(page) {
   await page.locator('.result').waitFor()
   await drawn(page)
+}
+
+/** The whole page, unless it is very long. */
+async function shown(page) {
+  const [width, height] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollHeight])
+  return { x: 0, y: 0, width, height: Math.min(height, LONGEST) }
 }
 
 const day = 'range=1d&s=chamber&s=load+lock&s=cryostat&s=gate+1&s=pump+stand.2&s=detector'
@@ -57,7 +66,7 @@ for (const [name, path, options, ready] of pictures(started_ms)) {
   const { page, complaints, close } = await openPage(browser, plant.url + path, options)
   await ready(page)
   if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
-  await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: true })
+  await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: true, clip: await shown(page) })
   await close()
 }
 await browser.close()

@@ -160,7 +160,7 @@ function powers(low: number, high: number, height: number): number[] {
 
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
-    drawAxes: [(chart) => latest.current.lines.forEach((line, lane) => drawStretches(chart, line, lane))],
+    drawAxes: [(chart) => latest.current.lines.filter(({ stretches }) => stretches.length > 0).forEach((line, lane) => drawStretches(chart, line, lane))],
     draw: [(chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? [])],
     setSelect: [
       (chart) => {

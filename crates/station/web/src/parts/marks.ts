@@ -35,7 +35,7 @@ export function drawStretches(chart: uPlot, line: Line, lane: number): void {
     if (right <= left) continue
     const width = Math.max(dpr, right - left)
     const paint = what === 'invalid' ? own('bad') : line.colour
-    const depth = BAND_PX * dpr
+    const depth = what === 'invalid' ? 0 : BAND_PX * dpr
     ctx.fillStyle = `${paint}1c`
     ctx.fillRect(left, what === 'over' ? bbox.top : bbox.top + bbox.height - depth, width, depth)
     ctx.fillStyle = paint
@@ -77,7 +77,13 @@ function drawMark(chart: uPlot, mark: Mark): void {
   ctx.lineWidth = mark.strong ? 2 * dpr : dpr
   ctx.setLineDash(mark.strong ? [] : [2 * dpr, 4 * dpr])
   stroke(ctx, x, bbox.top, x, bbox.top + bbox.height)
-  if (mark.strong) return label(chart, mark.name, x + 6 * dpr, bbox.top + 6 * dpr, 200 * dpr, own('accent'))
+  if (mark.strong) {
+    // To the right of its line, or to the left where there is no room.
+    ctx.font = `${11 * dpr}px system-ui, sans-serif`
+    const width = ctx.measureText(mark.name).width + 6 * dpr
+    const left = x + width > bbox.left + bbox.width ? x - width : x + 6 * dpr
+    return label(chart, mark.name, left, bbox.top + 6 * dpr, width, own('accent'))
+  }
   ctx.fillStyle = own('muted')
   ctx.beginPath()
   ctx.moveTo(x - 4 * dpr, bbox.top + bbox.height)

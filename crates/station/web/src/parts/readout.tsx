@@ -50,7 +50,7 @@ function Line({ series, gauge, chosen, paint, toggle, unit, at, read }: ReadoutP
     <li class={drawn ? '' : 'off'}>
       <label>
         <input type="checkbox" checked={drawn} onChange={() => toggle(series)} style={{ accentColor: paint(series) }} />
-        <span class="swatch" style={{ background: drawn ? paint(series) : 'transparent', borderColor: paint(series) }} aria-hidden="true" />
+        <span class="swatch" style={drawn ? { background: paint(series), borderColor: paint(series) } : {}} aria-hidden="true" />
         <span class="name">{series}</span>
         <span class="value">
           {(at === null || drawn) && <Shown pa={pa} quality={quality as Quality} unit={unit} />}
