@@ -119,7 +119,7 @@ fn answer(plant: &Plant, segment: &str) {
             std::thread::sleep(Duration::from_millis(400));
             let answered = match gauge.as_str() {
                 "turbo outlet" => Err(format!("{gauge} does not answer")),
-                _ => Ok(blocks::all(&gauge)),
+                _ => Ok(blocks::all()),
             };
             // Whoever asked may have gone.
             answer.send(answered).ok();

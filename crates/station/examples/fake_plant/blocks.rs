@@ -42,7 +42,7 @@ const HOT: &[Row] = &[
 ];
 
 /// Blocks with their parameters.
-pub fn all(_gauge: &str) -> Vec<Block> {
+pub fn all() -> Vec<Block> {
     [
         ("Physical Block (slot 0)", PHYSICAL),
         ("Analog Input Function Block (slot 1)", INPUT),

@@ -163,7 +163,6 @@ fn beam() -> [Fake; 6] {
             name: "gate 1",
             address: 21,
             device: "bpg400",
-            levels: &[("close", 1e-3)],
             parts: &[("hot-cathode", Shape::Drift { pa: 8.3e-5, decades: 0.25, period: 2_700.0 })],
             gaps: &[(-540.0, -330.0), (-3_000.0, -2_100.0), (-200_000.0, -150_000.0)],
             ..BEAM

@@ -9,7 +9,7 @@ let browser
 let plant
 
 before(async () => {
-  ;[browser, plant] = await Promise.all([startBrowser(), startPlant()])
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant('127.0.0.1:0', 'hostile')])
 })
 
 after(async () => {
@@ -20,8 +20,8 @@ after(async () => {
 const PAGES = { '/': 'Overview', '/trends': 'Trends', '/bus': 'Bus map', '/gauge': 'Gauge', '/rise': 'Rate of rise', '/events': 'Events' }
 
 /** Opens a page of the plant, and afterwards holds it to have complained of nothing. */
-async function visit(path, look, options = {}, at = plant) {
-  const { page, complaints, close } = await openPage(browser, at.url + path, options)
+async function visit(path, look, options = {}) {
+  const { page, complaints, close } = await openPage(browser, plant.url + path, options)
   try {
     await look(page)
     assert.deepEqual(complaints, [])
@@ -143,20 +143,16 @@ const COLUMNS = () => {
 
 test('a gap is drawn as a gap', async () => {
   const { started_ms } = await plant.json('/api/station')
-  // The trip level of a gauge is a line in its own colour: this chart ends far below it.
   await visit(`/trends?s=gate+1&s=detector&from=${started_ms - 900_000}&to=${started_ms}`, async (page) => {
     await drawn(page)
-    await page.evaluate(() => localStorage.clear())
     const columns = (await page.evaluate(COLUMNS)).map(([time, has]) => [(time - started_ms) / 1000, has])
     const part = (from, to) => {
       const inside = columns.filter(([second]) => second > from && second < to)
       return inside.filter(([, has]) => has).length / inside.length
     }
-    const level = await page.evaluate(() => document.querySelector('.chart canvas').width > 0)
-    assert.ok(level)
     assert.ok(part(-890, -545) > 0.95, `before: ${part(-890, -545)}`)
     assert.ok(part(-320, -10) > 0.95, `after: ${part(-320, -10)}`)
-    assert.ok(part(-535, -335) < 0.7, `inside: ${part(-535, -335)}`)
+    assert.equal(part(-535, -335), 0)
   })
 })
 
@@ -327,24 +323,16 @@ test('events are found by kind and by word', async () => {
 })
 
 test('a name that is a script is a name', async () => {
-  const hostile = await startPlant('127.0.0.1:0', 'hostile')
   const name = '<img src=x onerror=alert(1)>'
-  const paths = ['/', `/trends?${new URLSearchParams({ s: name })}`, '/bus', `/gauge/${encodeURIComponent(name)}`, `/rise?${new URLSearchParams({ s: name })}`, '/events']
-  try {
-    for (const path of paths) {
-      await visit(
-        path,
-        async (page) => {
-          await page.locator('main :is(.card, .panel)').first().waitFor()
-          assert.equal(await page.locator('img').count(), 0)
-          if (path === '/') assert.equal(await text(page.locator('.card h3').getByText(name)), name)
-        },
-        {},
-        hostile,
-      )
-    }
-  } finally {
-    await hostile.stop()
+  for (const [path, place] of [
+    ['/', '.card h3'],
+    [`/trends?${new URLSearchParams({ s: name })}`, '.readout .name'],
+    [`/gauge/${encodeURIComponent(name)}`, '.now h2'],
+  ]) {
+    await visit(path, async (page) => {
+      await page.locator(place).getByText(name, { exact: true }).waitFor()
+      assert.equal(await page.locator('img').count(), 0)
+    })
   }
 })
 

@@ -4,7 +4,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { rise, type Rise as Fit } from '../api.ts'
 import { useLive } from '../live.ts'
-import { Chart, type Line } from '../parts/chart.tsx'
+import { Chart, timePixels, type Line } from '../parts/chart.tsx'
 import { colour } from '../parts/colours.ts'
 import { Pressure } from '../parts/pressure.tsx'
 import { allSeries, Busy, extent, keyed, useDrawn, useTrends } from '../parts/trend.tsx'
@@ -121,7 +121,7 @@ function Curves({ wanted, fit, mark }: { wanted: Wanted; fit: Fit | null; mark: 
   const [box, width] = useWidth()
   const [zoom, setZoom] = useState<Range | null>(null)
   const range = zoom ?? around(wanted, live.now)
-  const asked = useTrends([wanted.series], range, Math.max(0, width - 84))
+  const asked = useTrends([wanted.series], range, timePixels(width, false))
   const drawn = useDrawn(asked.value, range, unit, live.now)
   const window = windowOf(range, live.now)
   const measured = colour(0, dark)

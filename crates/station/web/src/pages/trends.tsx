@@ -4,7 +4,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { exportAddress, type Gauge } from '../api.ts'
 import { useLive } from '../live.ts'
-import { Chart } from '../parts/chart.tsx'
+import { Chart, timePixels } from '../parts/chart.tsx'
 import { colours } from '../parts/colours.ts'
 import { allSeries, Busy, extent, keyed, readAt, useDrawn, useTrends, type Drawn } from '../parts/trend.tsx'
 import { useWidth } from '../parts/use.ts'
@@ -48,7 +48,7 @@ export function Trends(): JSX.Element {
   const { chosen, range, whole, choose } = useChoice(names)
   const [box, width] = useWidth()
   const [place, setPlace] = useState<number | null>(null)
-  const asked = useTrends(chosen, range, Math.max(0, width - 58))
+  const asked = useTrends(chosen, range, timePixels(width, true))
   const drawn = useDrawn(asked.value, range, unit, live.now)
   const window = windowOf(range, live.now)
   const cursor = place === null ? null : window[0] + place * (window[1] - window[0])

@@ -40,7 +40,16 @@ export interface ChartProps {
   onKey?: (key: string) => boolean
 }
 
-/** A band narrower than this many pixels per decade has no room for words. */
+/** The room for the axis of pressure, and at the other edge. */
+const AXIS_PX = { log: 58, linear: 84 }
+const EDGE_PX = 12
+
+/** How many pixels of a chart's width are time. */
+export function timePixels(width: number, log: boolean): number {
+  return Math.max(0, width - (log ? AXIS_PX.log : AXIS_PX.linear) - EDGE_PX)
+}
+
+/** A power of ten on the axis needs so many pixels. */
 const LABEL_PX = 18
 
 export function Chart(props: ChartProps): JSX.Element {
@@ -112,7 +121,7 @@ function options(latest: { current: ChartProps }): uPlot.Options {
     height,
     ms: 1,
     legend: { show: false },
-    padding: [12, 12, 0, 0],
+    padding: [12, EDGE_PX, 0, 0],
     scales: { x: { time: true, range: () => latest.current.window }, y: { distr: log ? 3 : 1, range: () => latest.current.scale } },
     axes: [timeAxis(), pressureAxis(log)],
     series: [{}, ...series],
@@ -139,8 +148,8 @@ function timeAxis(): uPlot.Axis {
 }
 
 function pressureAxis(log: boolean): uPlot.Axis {
-  const axis: uPlot.Axis = { stroke: own('muted'), font: FONT, grid: { stroke: own('grid'), width: 1 }, ticks: { show: false }, size: 58 }
-  if (!log) return { ...axis, values: (_, splits) => splits.map(number), size: 84 }
+  const axis: uPlot.Axis = { stroke: own('muted'), font: FONT, grid: { stroke: own('grid'), width: 1 }, ticks: { show: false }, size: AXIS_PX.log }
+  if (!log) return { ...axis, values: (_, splits) => splits.map(number), size: AXIS_PX.linear }
   return {
     ...axis,
     splits: (chart, _, low, high) => powers(low, high, chart.bbox.height / devicePixelRatio),
