@@ -63,8 +63,9 @@ fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
         let until = PAST.iter().skip(1).map(|(from, _)| -from).chain([0]);
         for ((from, step), until) in PAST.into_iter().zip(until) {
             for second in (-from..until).step_by(usize::try_from(step).unwrap_or(1)) {
-                pushed += record(plant, fake, start, second as f64);
-                if pushed % BATCH == 0 {
+                record(plant, fake, start, second as f64);
+                pushed += 1;
+                if pushed.is_multiple_of(BATCH) {
                     let _written = plant.recorder().flush();
                 }
             }
@@ -79,13 +80,12 @@ fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
 }
 
 /// What a gauge shows at a second, on its way to the record.
-fn record(plant: &Plant, fake: &Fake, start: Micros, second: f64) -> u64 {
+fn record(plant: &Plant, fake: &Fake, start: Micros, second: f64) {
     let at = moment(start, second);
     for (series, shown) in fake.series(second) {
         let Shown { pa, quality } = shown;
         plant.recorder().push(&series, Sample::new(at, pa, quality));
     }
-    1
 }
 
 fn moment(start: Micros, second: f64) -> Micros {

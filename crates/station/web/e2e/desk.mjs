@@ -38,7 +38,7 @@ export function startBrowser() {
   if (!executablePath) throw new Error(`expected a browser at one of ${BROWSERS.join(', ')}`)
   // Chromium's own sandbox does not start for root.
   const args = process.getuid?.() === 0 ? ['--no-sandbox'] : []
-  return chromium.launch({ executablePath, args: [...args, '--lang=en-GB'] })
+  return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' } })
 }
 
 /** A page whose complaints are kept: errors of scripts and everything the console calls an error. */

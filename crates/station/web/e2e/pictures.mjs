@@ -12,7 +12,7 @@ const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile:
 /** A long page is shown down to here. */
 const LONGEST = 1400
 
-const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.spark polyline').length >= 11)
+const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.spark polyline').length >= 10)
 
 /** Puts the cursor into the chart. */
 async function point(page) {
@@ -34,8 +34,9 @@ async function riseMarked(page) {
   await drawn(page)
 }
 
-/** The whole page, unless it is very long. */
+/** The whole page from its top, unless it is very long. */
 async function shown(page) {
+  await page.evaluate(() => scrollTo(0, 0))
   const [width, height] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollHeight])
   return { x: 0, y: 0, width, height: Math.min(height, LONGEST) }
 }
@@ -48,7 +49,7 @@ function pictures(start) {
     ['overview', '/', LIGHT, sparks],
     ['overview-dark', '/', DARK, sparks],
     ['overview-phone', '/', { ...LIGHT, ...PHONE }, sparks],
-    ['trends', '/trends?range=1h&s=chamber&s=load+lock&s=cryostat&s=gate+1&s=pump+stand.2', LIGHT, point],
+    ['trends', '/trends?range=1h&s=chamber&s=load+lock&s=gate+1&s=gate+2&s=pump+stand.2', LIGHT, point],
     ['trends-dark', `/trends?${day}&whole`, DARK, point],
     ['trends-phone', '/trends?range=1h&s=chamber&s=gate+1', { ...DARK, ...PHONE }, drawn],
     ['bus', '/bus', LIGHT, press],

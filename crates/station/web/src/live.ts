@@ -38,7 +38,7 @@ export interface Live {
 
 export function live(): Live {
   const since = performance.now() - (moment ? heardAt : openedAt)
-  const now = moment ? moment.station.now_ms + since : Date.now()
+  const now = moment ? Math.round(moment.station.now_ms + since) : Date.now()
   return { moment, since, connected: moment !== null && since < SILENCE_MS, now }
 }
 

@@ -53,13 +53,18 @@ test('silence of the record is a gap without a mark', () => {
 test('beyond range is marked from the first to the last that says so', () => {
   const over = trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER], [30, 1], [40, null, 8])
   assert.deepEqual(stretches(over, 1000), [
-    { from: 10_000, to: 30_000, what: 'over' },
-    { from: 40_000, to: 41_000, what: 'invalid' },
+    { from: 10_000, to: 30_000, what: 'over', limit: 10 },
+    { from: 40_000, to: 41_000, what: 'invalid', limit: null },
   ])
 })
 
+test('the end of a range is no line', () => {
+  const { curves } = join([trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER])], 1000)
+  assert.deepEqual([...curves[0].mean], [1, null, 5])
+})
+
 test('a mark does not reach over silence', () => {
-  assert.deepEqual(stretches(trend([0, 1, 4], [1000, 1]), 1000), [{ from: 0, to: 1000, what: 'under' }])
+  assert.deepEqual(stretches(trend([0, 1, 4], [1000, 1]), 1000), [{ from: 0, to: 1000, what: 'under', limit: 0.5 }])
 })
 
 test('what was seen since is added, and nothing twice', () => {

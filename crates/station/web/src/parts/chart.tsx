@@ -7,7 +7,7 @@ import uPlot from 'uplot'
 import 'uplot/dist/uPlot.min.css'
 import { decade, number } from '../pure/format.ts'
 import type { Curve, Stretch } from '../pure/series.ts'
-import { drawMarks, drawStretches, type Mark, type Level } from './marks.ts'
+import { drawAllStretches, drawMarks, type Mark, type Level } from './marks.ts'
 import { own } from './colours.ts'
 
 export interface Line {
@@ -169,7 +169,7 @@ function powers(low: number, high: number, height: number): number[] {
 
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
-    drawAxes: [(chart) => latest.current.lines.filter(({ stretches }) => stretches.length > 0).forEach((line, lane) => drawStretches(chart, line, lane))],
+    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
     draw: [(chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? [])],
     setSelect: [
       (chart) => {

@@ -3,6 +3,7 @@
 import type uPlot from 'uplot'
 import { own } from './colours.ts'
 import type { Line } from './chart.tsx'
+import type { Stretch } from '../pure/series.ts'
 
 export interface Level {
   name: string
@@ -17,35 +18,69 @@ export interface Mark {
   strong?: boolean
 }
 
-/** The thickness of a lane of marks at the edge, in CSS pixels. */
-const LANE_PX = 5
-const BAND_PX = 34
+/** The thickness of a bar at the edge, in CSS pixels. */
+const BAR_PX = 5
+
+/** A band fades out over so many, and is seen however near to the edge a range ends. */
+const BAND_PX = 56
+const LEAST_BAND_PX = 16
 
 const WORDS = { over: 'over range', under: 'under range', invalid: 'not valid' }
 
-/** A stretch beyond range: a pale band and a bar in the colour of the gauge, at the edge beyond which it went. */
-export function drawStretches(chart: uPlot, line: Line, lane: number): void {
+/** All of them; bars lie above each other. */
+export function drawAllStretches(chart: uPlot, lines: Line[]): void {
+  let lane = 0
+  for (const line of lines) {
+    drawStretches(chart, line, lane)
+    if (line.stretches.some(({ what }) => what === 'invalid')) lane += 1
+  }
+}
+
+/** Stretches without a pressure. Beyond range: a pale band from the end of the range on, for it is somewhere in there. Not
+ *  valid: a bar at the bottom. */
+function drawStretches(chart: uPlot, line: Line, lane: number): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
   ctx.save()
   clip(chart)
-  for (const { from, to, what } of line.stretches) {
-    const left = Math.max(bbox.left, chart.valToPos(from, 'x', true))
-    const right = Math.min(bbox.left + bbox.width, chart.valToPos(to, 'x', true))
+  for (const stretch of line.stretches) {
+    const left = Math.max(bbox.left, chart.valToPos(stretch.from, 'x', true))
+    const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
     if (right <= left) continue
-    const width = Math.max(dpr, right - left)
-    const paint = what === 'invalid' ? own('bad') : line.colour
-    const depth = what === 'invalid' ? 0 : BAND_PX * dpr
-    ctx.fillStyle = `${paint}1c`
-    ctx.fillRect(left, what === 'over' ? bbox.top : bbox.top + bbox.height - depth, width, depth)
-    ctx.fillStyle = paint
-    const height = LANE_PX * dpr
-    const place = (height + dpr) * lane
-    const top = what === 'over' ? bbox.top + place : bbox.top + bbox.height - height - place
-    ctx.fillRect(left, top, width, height)
-    label(chart, `${line.name} ${WORDS[what]}`, left + 6 * dpr, what === 'over' ? top + height + 3 * dpr : top - 14 * dpr, width - 12 * dpr)
+    const [top, bottom] = edges(chart, stretch, lane)
+    ctx.fillStyle = stretch.what === 'invalid' ? own('bad') : faded(ctx, line.colour, stretch.what === 'over' ? [bottom, top] : [top, bottom])
+    ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
+    const words = `${line.name} ${WORDS[stretch.what]}`
+    const y = stretch.what === 'over' ? bottom - 13 * dpr : stretch.what === 'under' ? top + 2 * dpr : top - 14 * dpr
+    label(chart, words, left + 130 * dpr, y, right - left - 136 * dpr, stretch.what === 'invalid' ? own('bad') : line.colour)
   }
   ctx.restore()
+}
+
+/** A colour that is strongest where a range ends. */
+function faded(ctx: CanvasRenderingContext2D, colour: string, [from, to]: [number, number]): CanvasGradient {
+  const paint = ctx.createLinearGradient(0, from, 0, to)
+  paint.addColorStop(0, `${colour}59`)
+  paint.addColorStop(1, `${colour}00`)
+  return paint
+}
+
+/** Where a stretch begins and ends from top to bottom. */
+function edges({ bbox, valToPos }: uPlot, { what, limit }: Stretch, lane: number): [number, number] {
+  const dpr = devicePixelRatio
+  const bottom = bbox.top + bbox.height
+  if (what === 'invalid' || limit === null) {
+    const place = bottom - (BAR_PX + 1) * dpr * lane
+    return [place - BAR_PX * dpr, place]
+  }
+  const y = valToPos(limit, 'y', true)
+  const [least, most] = [LEAST_BAND_PX * dpr, BAND_PX * dpr]
+  if (what === 'over') {
+    const end = Math.max(y, bbox.top + least)
+    return [Math.max(bbox.top, end - most), end]
+  }
+  const end = Math.min(y, bottom - least)
+  return [end, Math.min(bottom, end + most)]
 }
 
 export function drawMarks(chart: uPlot, levels: Level[], marks: Mark[]): void {

@@ -64,7 +64,7 @@ export function useDrawn(fetched: Fetched | null, range: Range, unit: Unit, now:
       binMs,
       times,
       curves: curves.map(({ low, high, mean }) => ({ low: shown(low), high: shown(high), mean: shown(mean) })),
-      stretches: trends.map((one) => stretches(one, binMs)),
+      stretches: trends.map((one) => stretches(one, binMs).map((stretch) => ({ ...stretch, limit: stretch.limit === null ? null : stretch.limit / UNITS[unit] }))),
     }
   }, [fetched, unit, second, isLive(range)])
 }
@@ -77,7 +77,7 @@ export interface Drawn {
   stretches: ReturnType<typeof stretches>[]
 }
 
-/** The lowest and the highest value of what is drawn in a window. */
+/** The lowest and the highest value of what is drawn in a window, ends of ranges included. */
 export function extent(drawn: Drawn, [from, to]: [number, number]): [number, number] {
   let [low, high] = [Infinity, -Infinity]
   drawn.times.forEach((time, place) => {
@@ -87,6 +87,11 @@ export function extent(drawn: Drawn, [from, to]: [number, number]): [number, num
       high = Math.max(high, curve.high[place] ?? -Infinity)
     }
   })
+  for (const { from: start, to: end, limit } of drawn.stretches.flat()) {
+    if (limit === null || end < from || start > to) continue
+    low = Math.min(low, limit)
+    high = Math.max(high, limit)
+  }
   return [low, high]
 }
 

@@ -2,6 +2,7 @@
 
 import type { Trend } from '../api.ts'
 
+export const VALID = 1 << 0
 export const OVER = 1 << 1
 export const UNDER = 1 << 2
 export const INVALID = 1 << 3
@@ -31,9 +32,16 @@ export interface Stretch {
   from: number
   to: number
   what: 'over' | 'under' | 'invalid'
+  /** Where its range ends. */
+  limit: number | null
 }
 
-/** A trend with an entry of nothing wherever a line must not go on. */
+/** Whether there was nothing but the end of a range: no place for a line. */
+export function isBeyond(bits: number): boolean {
+  return (bits & (OVER | UNDER)) !== 0 && (bits & VALID) === 0
+}
+
+/** A trend with an entry of nothing wherever a line must not go: in gaps, and beyond range. */
 function broken(trend: Trend, binMs: number): Trend {
   const made: Trend = { series: trend.series, start_ms: [], low: [], high: [], mean: [], qualities: [] }
   const longest = Math.max(SILENCE_MS, 2.5 * binMs)
@@ -43,7 +51,9 @@ function broken(trend: Trend, binMs: number): Trend {
     if (before !== undefined && (start - before > longest || (ended && start - before > 1.5 * binMs))) {
       push(made, before + Math.min(binMs, (start - before) / 2), null, null, null, GAP)
     }
-    push(made, start, trend.low[place]!, trend.high[place]!, trend.mean[place]!, trend.qualities[place]!)
+    const bits = trend.qualities[place]!
+    if (isBeyond(bits)) push(made, start, null, null, null, bits)
+    else push(made, start, trend.low[place]!, trend.high[place]!, trend.mean[place]!, bits)
   })
   return made
 }
@@ -110,11 +120,20 @@ export function stretches(trend: Trend, binMs: number): Stretch[] {
       }
       const next = trend.start_ms[place + 1] ?? start + binMs
       const to = next - start > Math.max(SILENCE_MS, 2.5 * binMs) ? start + binMs : next
-      if (open && start <= open.to) open.to = to
-      else made.push((open = { from: start, to, what }))
+      const limit = what === 'over' ? trend.high[place]! : what === 'under' ? trend.low[place]! : null
+      if (open && start <= open.to) {
+        open.to = to
+        open.limit = farther(open, limit)
+      } else made.push((open = { from: start, to, what, limit }))
     })
   }
   return made
+}
+
+/** The end of a range lies beyond everything that was measured within it. */
+function farther({ what, limit }: Stretch, other: number | null): number | null {
+  if (limit === null || other === null) return limit ?? other
+  return what === 'over' ? Math.max(limit, other) : Math.min(limit, other)
 }
 
 /** A trend with what was seen since it was fetched: the record is a second late, and its dead band holds back more. */

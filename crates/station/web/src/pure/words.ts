@@ -57,7 +57,7 @@ export function baud(bitsPerSecond: number): string {
 export function segmentSentence(segment: Segment): string {
   if (segment.trouble) return `In trouble: ${segment.trouble}.`
   if (segment.state !== 'running') return `The segment ${STATES[segment.state]}.`
-  const bad = segment.stations.filter(({ standing }) => standing === 'missing' || standing === 'faulty')
-  if (bad.length === 0) return 'Everybody is there.'
-  return bad.map((one) => `${one.name ?? one.address}: ${one.words}`).join('; ') + '.'
+  const others = segment.stations.filter(({ standing }) => ['missing', 'faulty', 'starting'].includes(standing))
+  if (others.length === 0) return 'Everybody is there.'
+  return others.map((one) => `${one.name ?? one.address}: ${one.words}`).join('; ') + '.'
 }
