@@ -44,6 +44,7 @@ export function startBrowser() {
 /** A page whose complaints are kept: errors of scripts and everything the console calls an error. */
 export async function openPage(browser, url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', locale: 'en-GB', ...options })
+  context.setDefaultTimeout(20_000)
   const page = await context.newPage()
   const complaints = []
   page.on('pageerror', (error) => complaints.push(String(error)))

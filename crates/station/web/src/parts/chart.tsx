@@ -42,7 +42,7 @@ export interface ChartProps {
 
 /** The room for the axis of pressure, and at the other edge. */
 const AXIS_PX = { log: 58, linear: 84 }
-const EDGE_PX = 12
+const EDGE_PX = 24
 
 /** How many pixels of a chart's width are time. */
 export function timePixels(width: number, log: boolean): number {
