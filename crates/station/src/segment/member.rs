@@ -255,6 +255,7 @@ impl Member {
             levels: levels.map(|(name, level)| view::TripLevel { name: name.clone(), pa: level.pa() }).collect(),
             readings: self.readings.clone(),
             age_ms: self.read_at.map(|at| u64::try_from(at.elapsed().as_millis()).unwrap_or(u64::MAX)),
+            poll_ms: u64::try_from(self.config.poll.as_millis()).unwrap_or(u64::MAX),
         }
     }
 }
