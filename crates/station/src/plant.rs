@@ -46,6 +46,10 @@ const QUESTIONS: usize = 8;
 /// So long may an answer take: a few hundred parameters at a slow rate.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+fn now(gauge: Option<&str>, kind: EventKind, text: String) -> Event {
+    Event { at: Micros::now(), gauge: gauge.map(str::to_owned), kind, text }
+}
+
 /// What all threads share.
 pub struct Plant {
     name: String,
@@ -83,11 +87,16 @@ impl Plant {
         Reader::open(&self.file)
     }
 
-    /// Something happened now; it is on the disk when this returns, unless the disk does not take it in time.
+    /// Something happened now; it is on the disk when this returns, unless the disk does not take it in time. For people:
+    /// whoever serves a line [remarks](Self::remark).
     pub fn note(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
-        let event = Event { at: Micros::now(), gauge: gauge.map(str::to_owned), kind, text: text.into() };
         // The recorder's health says so if it cannot write.
-        let _written = self.recorder.event(event);
+        let _written = self.recorder.event(now(gauge, kind, text.into()));
+    }
+
+    /// Something happened now. Never waits for the disk.
+    pub fn remark(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
+        self.recorder.remark(now(gauge, kind, text.into()));
     }
 
     /// What a segment shows from now on.
@@ -117,8 +126,12 @@ impl Plant {
     #[must_use]
     pub fn station(&self) -> Station {
         let health = self.recorder.health();
-        let recorder =
-            RecorderView { written_ms: health.written.map(milliseconds), error: health.error, lost: health.lost };
+        let recorder = RecorderView {
+            written_ms: health.written.map(milliseconds),
+            error: health.error,
+            lost: health.lost,
+            lost_events: health.lost_events,
+        };
         Station {
             name: self.name.clone(),
             version: env!("CARGO_PKG_VERSION"),

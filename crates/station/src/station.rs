@@ -67,7 +67,7 @@ impl Station {
             });
         }
         old.into_iter().for_each(Running::stop);
-        self.plant.note(None, EventKind::Station, "the file was read again");
+        self.plant.remark(None, EventKind::Station, "the file was read again");
         Ok(())
     }
 
@@ -79,7 +79,7 @@ impl Station {
         for segment in &mut self.segments {
             if segment.has_ended() {
                 let config = segment.config().clone();
-                self.plant.note(
+                self.plant.remark(
                     None,
                     EventKind::Station,
                     format!("segment {} has died and is started again", config.name),
@@ -93,6 +93,6 @@ impl Station {
     /// Gives all slaves back and ends.
     pub fn stop(self) {
         self.segments.into_iter().for_each(Running::stop);
-        self.plant.note(None, EventKind::Station, "the station ends");
+        self.plant.remark(None, EventKind::Station, "the station ends");
     }
 }

@@ -30,6 +30,8 @@ pub struct RecorderView {
     pub error: Option<String>,
     /// Samples it could not keep.
     pub lost: u64,
+    /// Events it could not keep.
+    pub lost_events: u64,
 }
 
 /// Where a segment stands.

@@ -130,7 +130,7 @@ impl Member {
     fn say(&mut self, plant: &Plant, trouble: Option<&str>) {
         if self.trouble.as_deref() != trouble {
             let sentence = trouble.unwrap_or("it exchanges data");
-            plant.note(Some(&self.config.name), EventKind::Bus, format!("{}: {sentence}", self.config.name));
+            plant.remark(Some(&self.config.name), EventKind::Bus, format!("{}: {sentence}", self.config.name));
             self.trouble = trouble.map(str::to_owned);
         }
     }

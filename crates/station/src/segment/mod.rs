@@ -176,7 +176,7 @@ impl Worker {
     fn fine(&mut self) {
         self.trouble = None;
         let name = &self.config.name;
-        self.plant.note(None, EventKind::Bus, format!("segment {name}: {} is open", self.config.port));
+        self.plant.remark(None, EventKind::Bus, format!("segment {name}: {} is open", self.config.port));
     }
 
     /// The port is not there any more, or not yet.
@@ -185,7 +185,7 @@ impl Worker {
         let plant = &self.plant;
         self.members.iter_mut().for_each(|member| member.lose(plant, &sentence));
         if self.trouble.as_ref() != Some(&sentence) {
-            self.plant.note(None, EventKind::Bus, format!("segment {}: {sentence}", self.config.name));
+            self.plant.remark(None, EventKind::Bus, format!("segment {}: {sentence}", self.config.name));
             self.trouble = Some(sentence);
         }
         self.show(None);
@@ -228,7 +228,7 @@ impl Worker {
         let due = self.members.iter().map(Member::due).min().unwrap_or_else(|| Instant::now() + SERVE);
         tool.serve(&[], due.saturating_duration_since(Instant::now()).min(SERVE))?;
         while let Some(remark) = tool.next_remark() {
-            self.plant.note(None, EventKind::Bus, format!("segment {}: {remark}", self.config.name));
+            self.plant.remark(None, EventKind::Bus, format!("segment {}: {remark}", self.config.name));
         }
         self.look(tool)?;
         let plant = &self.plant;
