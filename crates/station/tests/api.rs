@@ -100,7 +100,7 @@ fn scenery() -> Scenery {
         gas: "ar".to_owned(),
         levels: Vec::new(),
         readings: vec![reading],
-        age_ms: Some(12),
+        age_ms: None,
     };
     let segment = Segment {
         name: "hall".to_owned(),
