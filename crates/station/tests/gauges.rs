@@ -124,3 +124,16 @@ fn of_devices_that_share_an_ident_number_the_file_says_which() {
     principle("two");
     desk.station.stop();
 }
+
+#[test]
+fn who_asks_for_parameters_makes_no_hole_in_the_record() {
+    let desk = Desk::new(&["bcg450@5", "psg550@6"], &["chamber bcg450 5", "fore psg550 6"]);
+    desk.exchanging("chamber");
+    desk.exchanging("fore");
+    let before = desk.sampled("fore");
+    // Reading them takes some twenty sampling times, and between two readings there are one or two.
+    (0..5).for_each(|_| assert!(desk.plant.blocks("chamber").unwrap().len() > 5));
+    let during = desk.sampled("fore") - before;
+    assert!(during > 30, "sampled {during} times");
+    desk.station.stop();
+}

@@ -19,6 +19,8 @@
 //! | [`reader`] | drawing and reading |
 //! | [`export`] | all of it as CSV, piece by piece |
 //!
+//! Beside the file lie its log (`-wal`, `-shm`) while it is open, and `-lock`, which keeps other stations away and may stay.
+//!
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. No number stands for "no value": a sample says of what
 //! quality it is, and has no pressure where it has none.
 
