@@ -100,7 +100,11 @@ impl From<ConfigError> for Failure {
 
 impl From<StationError> for Failure {
     fn from(error: StationError) -> Self {
-        Self { kind: Kind::Usage, sentence: error.to_string() }
+        let kind = match error {
+            StationError::Store(_) => Kind::Usage,
+            StationError::Thread(_) => Kind::Port,
+        };
+        Self { kind, sentence: error.to_string() }
     }
 }
 

@@ -49,7 +49,9 @@ const WATCH: Duration = Duration::from_secs(5);
 /// Runs until a signal comes.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
+    config.hints().iter().for_each(remark);
     if arguments.check {
+        config.check_ports()?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
         out(&format!("{}: {} segments, {gauges} gauges", arguments.file.display(), config.segments.len()));
         return Ok(());
@@ -57,6 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let stop = Signals::of(&[SIGINT, SIGTERM])?;
     let mut reload = Signals::of(&[SIGHUP])?;
     let listen = arguments.listen.unwrap_or(config.listen);
+    let begun = config.clone();
     let mut station = Station::start(config)?;
     let server = Server::start(station.plant(), listen, arguments.public)?;
     out(&format!("ready http://{}", server.address()));
@@ -68,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         if said.get(1) == Some(&true) {
             reload.forget();
             match Config::read(&arguments.file) {
-                Ok(config) => station.become_like(config)?,
+                Ok(config) => become_like(&mut station, &begun, config)?,
                 Err(error) => remark(&format_args!("{error}; the station goes on as it was")),
             }
         }
@@ -77,4 +80,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     drop(server);
     station.stop();
     Ok(())
+}
+
+/// What only a restart brings about is told: whoever changed it believes that it holds.
+fn become_like(station: &mut Station, begun: &Config, config: Config) -> Result<(), Failure> {
+    let hints = begun.needs_restart(&config).into_iter().chain(config.hints());
+    hints.for_each(|hint| remark(&hint));
+    Ok(station.become_like(config)?)
 }

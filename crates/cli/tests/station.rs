@@ -7,7 +7,7 @@ mod common;
 use common::{Folder, Program, run};
 use std::fs;
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -85,6 +85,51 @@ fn what_is_wrong_with_a_file_is_told_before_anything_starts() {
 }
 
 #[test]
+fn a_check_looks_into_the_files_of_its_ports() {
+    let (folder, port) = bench();
+    let file = folder.name("plant.toml");
+    fs::write(&file, format!("[[segment]]\nname = \"a\"\nport = {port:?}\n")).unwrap();
+    let told = run(&["run", &file, "--check"]);
+    assert_eq!((told.status.code(), told.stdout.is_empty()), (Some(0), false));
+    let hint = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(hint.contains("the segment \"a\" has no [[segment.gauge]]"), "{hint}");
+    fs::write(folder.name("bench.toml"), "devices = [\"bcg451@5\"]\n").unwrap();
+    let told = run(&["run", &file, "--check"]);
+    assert_eq!(told.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(complaint.contains("bench.toml:1:12: unknown device \"bcg451\""), "{complaint}");
+}
+
+#[test]
+fn what_takes_a_restart_is_told_and_a_dead_port_holds_up_no_end() {
+    let folder = Folder::new();
+    let file = folder.name("plant.toml");
+    // Nobody answers here, and nobody refuses: whoever listens has no room.
+    let full = TcpListener::bind("127.0.0.1:0").unwrap();
+    rustix::net::listen(&full, 0).unwrap();
+    let place = full.local_addr().unwrap();
+    let _first = TcpStream::connect(place).unwrap();
+    let text = format!("[[segment]]\nname = \"a\"\nport = \"tcp://{place}\"\n");
+    fs::write(&file, &text).unwrap();
+    let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    assert!(station.complaint().contains("has no [[segment.gauge]]"));
+    station.ready();
+    fs::write(&file, format!("[station]\nrecord = \"other.db\"\n{text}")).unwrap();
+    station.hang_up();
+    let complaint = station.complaint();
+    assert!(complaint.contains("until the station is started again, then "), "{complaint}");
+    let second = run(&["run", &file, "--listen", "127.0.0.1:0", "--check"]);
+    assert_eq!(second.status.code(), Some(0), "another record");
+    fs::write(&file, &text).unwrap();
+    let second = run(&["run", &file, "--listen", "127.0.0.1:0"]);
+    assert_eq!(second.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&second.stderr).into_owned();
+    assert!(complaint.contains("plant.db is already recorded into by another station"), "{complaint}");
+    station.terminate();
+    assert_eq!(station.exit_code(), 0);
+}
+
+#[test]
 fn nobody_else_sees_a_station_unless_that_is_wanted() {
     let (folder, port) = bench();
     let file = folder.name("plant.toml");
@@ -93,7 +138,7 @@ fn nobody_else_sees_a_station_unless_that_is_wanted() {
     assert_eq!(told.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
     assert_eq!(
-        complaint.trim(),
+        complaint.lines().last().unwrap_or_default(),
         "profivac: 0.0.0.0:0 can be reached from other computers: say --public if everybody there may see the station"
     );
 }

@@ -114,7 +114,14 @@ pub struct Tool {
     segment: Segment<[Boxed; 1]>,
     baud: Baud,
     patience: Duration,
+    beside: Option<Beside>,
 }
+
+/// What somebody does each time the line was served.
+type Beside = Box<dyn FnMut(&mut BusMaster) + Send>;
+
+/// While somebody does something beside, the line is waited for at most so long.
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
 
 impl Tool {
     /// A master without slaves. It waits at most for `patience` until it gets the line.
@@ -126,7 +133,13 @@ impl Tool {
         let mut station = Boxed::new(bus, baud);
         station.0.search_later();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, baud, patience })
+        Ok(Self { segment, baud, patience, beside: None })
+    }
+
+    /// Does `work` whenever the line was served while something that was asked is waited for: who asks does not make those
+    /// wait that exchange data.
+    pub fn do_beside(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
+        self.beside = Some(Box::new(work));
     }
 
     /// The master.
@@ -245,8 +258,12 @@ impl Tool {
     fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
         let left = self.patience.saturating_sub(begun.elapsed());
         // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
-        self.serve(&[], left.max(LEAST_WAIT))?;
-        let station = self.station();
+        let longest = if self.beside.is_some() { LONGEST_WAIT } else { left };
+        self.serve(&[], left.min(longest).max(LEAST_WAIT))?;
+        let [Boxed(station)] = self.segment.stations_mut();
+        if let Some(work) = &mut self.beside {
+            work(&mut station.user);
+        }
         if !left.is_zero() || station.has_token() {
             return Ok(());
         }

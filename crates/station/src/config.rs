@@ -24,8 +24,10 @@
 //! Everything is checked before anything starts; what is wrong is told with line and column.
 
 use profivac_dp::link::Baud;
-use profivac_host::instrument::entry;
+use profivac_host::instrument::{DEVICES, entry};
+use profivac_host::port::PortError;
 use profivac_host::pressure::Pressure;
+use profivac_host::segment_file::SegmentFile;
 use profivac_vacuum::Gas;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -46,6 +48,9 @@ const MAX_ADDRESS: u8 = 125;
 
 /// How often a pressure is taken unless the file says otherwise.
 const POLL: Duration = Duration::from_millis(200);
+
+/// From this likeness on a name may have been meant: half of its letters stand where they should. free choice.
+const ALIKE: f64 = 0.5;
 
 /// The quickest and the slowest.
 const POLLS: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(3600));
@@ -199,6 +204,41 @@ impl Config {
         Self::parse(&std::fs::read_to_string(path).map_err(error)?, path)
     }
 
+    /// Whether the files behind `sim:` ports can be read, too. They belong to others and may change or come later, so a
+    /// station begins without asking.
+    ///
+    /// # Errors
+    /// [`PortError::File`] with the place in such a file.
+    pub fn check_ports(&self) -> Result<(), PortError> {
+        let files = self.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
+        files.map(Path::new).try_for_each(|file| SegmentFile::read(file).map(drop))
+    }
+
+    /// What is allowed and yet hardly wanted, in sentences.
+    #[must_use]
+    pub fn hints(&self) -> Vec<String> {
+        let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
+        let hint = |segment: &Segment| {
+            let name = &segment.name;
+            format!(
+                "the segment {name:?} has no [[segment.gauge]], so nothing of it is recorded; `profivac init` finds gauges"
+            )
+        };
+        empty.map(hint).collect()
+    }
+
+    /// What only a restart brings about, between this file and a changed one, in sentences.
+    #[must_use]
+    pub fn needs_restart(&self, new: &Self) -> Vec<String> {
+        let listen = ("listen", self.listen.to_string(), new.listen.to_string());
+        let record = ("record", self.record.display().to_string(), new.record.display().to_string());
+        let name = ("name", self.name.clone(), new.name.clone());
+        let changed = [listen, record, name].into_iter().filter(|(_, old, new)| old != new);
+        changed
+            .map(|(what, old, new)| format!("{what} is {old} until the station is started again, then {new}"))
+            .collect()
+    }
+
     /// What `text` describes, as if it stood at `path`.
     ///
     /// # Errors
@@ -247,13 +287,24 @@ fn check_gauge(gauge: &WrittenGauge) -> Result<(), Complaint> {
     if address > MAX_ADDRESS {
         return Err((gauge.address.span(), format!("expected a slave's address from 0 to 125, got {address}")));
     }
-    entry(gauge.device.get_ref()).map_err(|error| (gauge.device.span(), error.to_string()))?;
+    entry(gauge.device.get_ref()).map_err(|error| {
+        let alike = alike(gauge.device.get_ref()).map(|name| format!("; did you mean {name}?")).unwrap_or_default();
+        (gauge.device.span(), format!("{error}{alike}"))
+    })?;
     match &gauge.poll {
         Some(poll) if !(POLLS.0..=POLLS.1).contains(&poll.get_ref().0) => {
             Err((poll.span(), format!("expected a time from 20ms to 1h, got {}", poll.get_ref().0)))
         }
         _ => Ok(()),
     }
+}
+
+/// The device whose name is most like this one, if any is.
+fn alike(name: &str) -> Option<&'static str> {
+    let wanted = name.to_lowercase().replace([' ', '-', '_'], "");
+    let likeness = |known: &&str| strsim::normalized_damerau_levenshtein(&wanted, known);
+    let best = DEVICES.iter().map(|entry| entry.model.name).max_by(|one, two| likeness(one).total_cmp(&likeness(two)));
+    best.filter(|best| likeness(best) >= ALIKE)
 }
 
 fn master(segment: &WrittenSegment) -> u8 {
@@ -385,8 +436,14 @@ levels = { process = "1e-3 mbar" }
             ("address = 5", "address = 126", "hall.toml:13:11: expected a slave's address from 0 to 125, got 126"),
             ("address = 5", "address = 300", "hall.toml:13:11: "),
             ("bcg450", "bcg451", "hall.toml:14:10: unknown device \"bcg451\"; there are "),
+            ("bcg450", "BCG-450", "; did you mean bcg450?"),
+            ("bcg450", "PSG 550-SP", "; did you mean psg550?"),
+            ("bcg450", "thermometer", "bpg400"),
             ("100 ms", "1 ms", "hall.toml:15:8: expected a time from 20ms to 1h, got 1ms"),
             ("100 ms", "often", "hall.toml:15:8: "),
+            ("\"100 ms\"", "\"100\"", "hall.toml:15:8: time unit needed, for example 100sec or 100ms"),
+            ("\"100 ms\"", "100", "hall.toml:15:8: invalid type: integer `100`, expected a string"),
+            ("100 ms", "2 h", "hall.toml:15:8: expected a time from 20ms to 1h, got 2h"),
             ("\"ar\"", "\"beer\"", "hall.toml:16:7: expected a gas out of "),
             ("1e-3 mbar", "low", "hall.toml:17:22: "),
             ("gas =", "gass =", "hall.toml:16:1: unknown field `gass`, expected one of `name`, `address`, "),
@@ -406,6 +463,34 @@ levels = { process = "1e-3 mbar" }
                 .replace("name = \"hall\"", "[[segment]]\nname = \"annex\"")
                 .as_str();
         assert_eq!(parse(&twice).unwrap_err().what, "the port \"/dev/ttyUSB0\" stands twice");
+    }
+
+    #[test]
+    fn a_device_that_is_like_none_is_not_guessed() {
+        let told = parse(&FILE.replace("bcg450", "thermometer")).unwrap_err().what;
+        assert!(!told.contains("did you mean"), "{told}");
+    }
+
+    #[test]
+    fn what_takes_a_restart_is_told() {
+        let old = parse(FILE).unwrap();
+        assert_eq!(old.needs_restart(&old), Vec::<String>::new());
+        let new = FILE.replace("Target hall\"", "Target hall\"\nlisten = \"127.0.0.1:9090\"\nrecord = \"other.db\"");
+        let told = old.needs_restart(&parse(&new).unwrap());
+        assert_eq!(
+            told,
+            [
+                "listen is 127.0.0.1:8080 until the station is started again, then 127.0.0.1:9090",
+                "record is plants/hall.db until the station is started again, then plants/other.db"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_segment_without_gauges_is_hinted_at() {
+        assert_eq!(parse(FILE).unwrap().hints(), Vec::<String>::new());
+        let empty = parse("[[segment]]\nname = 'a'\nport = 'b'").unwrap();
+        assert!(empty.hints()[0].starts_with("the segment \"a\" has no [[segment.gauge]]"));
     }
 
     #[test]

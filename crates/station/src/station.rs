@@ -5,6 +5,10 @@ use crate::plant::Plant;
 use crate::recorder::{EventKind, Recorder, Settings, StoreError};
 use crate::segment::Running;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long a segment may take to end: its slaves have a second to let go.
+const PATIENCE: Duration = Duration::from_millis(1500);
 
 /// Why a station does not begin.
 #[derive(Debug, thiserror::Error)]
@@ -60,14 +64,14 @@ impl Station {
                 None => {
                     // A port cannot be opened twice: whoever has it goes first.
                     if let Some(place) = old.iter().position(|segment| segment.config().port == new.port) {
-                        old.remove(place).stop();
+                        old.remove(place).stop(Instant::now() + PATIENCE);
                     }
                     Running::start(new, Arc::clone(&self.plant))?
                 }
             });
         }
-        old.into_iter().for_each(Running::stop);
-        self.plant.note(None, EventKind::Station, "the file was read again");
+        stop(old);
+        self.plant.remark(None, EventKind::Station, "the file was read again");
         Ok(())
     }
 
@@ -79,7 +83,7 @@ impl Station {
         for segment in &mut self.segments {
             if segment.has_ended() {
                 let config = segment.config().clone();
-                self.plant.note(
+                self.plant.remark(
                     None,
                     EventKind::Station,
                     format!("segment {} has died and is started again", config.name),
@@ -90,9 +94,18 @@ impl Station {
         Ok(())
     }
 
-    /// Gives all slaves back and ends.
+    /// Gives all slaves back and ends. Everything that was recorded is on the disk then, if the disk takes it.
     pub fn stop(self) {
-        self.segments.into_iter().for_each(Running::stop);
-        self.plant.note(None, EventKind::Station, "the station ends");
+        stop(self.segments);
+        self.plant.remark(None, EventKind::Station, "the station ends");
+        // The recorder's health says so if it cannot write, and nobody is left to read that.
+        let _written = self.plant.recorder().finish();
     }
+}
+
+/// Stops segments together: one that is slow does not take the time of another.
+fn stop(segments: Vec<Running>) {
+    let end = Instant::now() + PATIENCE;
+    segments.iter().for_each(Running::begin_to_stop);
+    segments.into_iter().for_each(|segment| segment.stop(end));
 }

@@ -47,7 +47,7 @@ impl Exhibit {
             let (name, device) = names(watched.address);
             let config =
                 config::Gauge { name, address: watched.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() };
-            Member::known(config, *watched)
+            Member::new(config)
         });
         let members = members.collect();
         Self { name: name.to_owned(), master, plant, members, questions, show_at: Instant::now() }
@@ -67,9 +67,15 @@ impl Exhibit {
         }
     }
 
-    fn sample(&mut self, scene: &Scene) {
-        if let Some(master) = scene.master() {
-            self.members.iter_mut().for_each(|member| member.sample(&self.plant, master));
+    fn sample(&mut self, scene: &mut Scene) {
+        let all: Vec<_> = scene.watched().to_vec();
+        let Some(master) = scene.master_mut() else { return };
+        for (member, watched) in self.members.iter_mut().zip(all) {
+            if member.begins_to_look() {
+                // Nobody exchanges gauges in a scene.
+                member.met(&self.plant, master, Ok(watched));
+            }
+            member.sample(&self.plant, master);
         }
     }
 
@@ -78,7 +84,7 @@ impl Exhibit {
         let watched = known.and_then(|member| member.watched);
         let watched = watched.ok_or_else(|| Missed::Because(format!("there is no gauge {name:?}")))?;
         let records = SceneRecords { scene, address: watched.address, connection: None };
-        questions::read_blocks(name, &watched, records, |_| {})
+        questions::read_blocks(name, &watched, records)
     }
 
     fn show(&self, scene: &Scene) {

@@ -6,17 +6,25 @@ use crate::recorder::{EventKind, Micros, Quality, Sample};
 use crate::view::{self, Standing};
 use profivac_devices::Principle;
 use profivac_devices::profile::StatusExtension;
+use profivac_dp::link::BitTime;
 use profivac_dp::master::State;
+use profivac_host::instrument::entry;
 use profivac_host::live;
 use profivac_host::port::PortError;
 use profivac_host::tool::{BusMaster, Tool, ToolError};
-use profivac_host::watch::{Value, WatchError, Watched};
+use profivac_host::watch::{Reading, Value, WatchError, Watched};
 use profivac_vacuum::Gas;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How long a gauge that was not found is left alone.
 const LOOK_AGAIN: Duration = Duration::from_secs(3);
+
+/// A gauge whose data do not come for so long shows nothing any more, whatever it showed last: another master may have the line.
+const STALE: Duration = Duration::from_secs(1);
+
+/// A gauge that is silent for so long is looked for from the beginning.
+const SILENT: Duration = Duration::from_secs(5);
 
 /// From 1 to 100 Pa the factors of a Pirani hold; below 0.1 Pa those of an ion gauge: BCG450 manual, page 54.
 const PIRANI_PA: (f64, f64) = (1.0, 100.0);
@@ -35,6 +43,8 @@ pub struct Member {
     /// Series that were recorded and are not in a gap.
     recorded: Vec<Arc<str>>,
     read_at: Option<Instant>,
+    /// When its last data came, on the bus and on our clock; at first when it was taken.
+    fresh: (Option<BitTime>, Instant),
     look_at: Instant,
     sample_at: Instant,
 }
@@ -52,14 +62,10 @@ impl Member {
             readings: Vec::new(),
             recorded: Vec::new(),
             read_at: None,
+            fresh: (None, now),
             look_at: now,
             sample_at: now,
         }
-    }
-
-    /// A gauge that exchanges data already, or will.
-    pub fn known(config: config::Gauge, watched: Watched) -> Self {
-        Self { watched: Some(watched), standing: Standing::Starting, ..Self::new(config) }
     }
 
     /// The same slave under what the file says now.
@@ -73,55 +79,32 @@ impl Member {
         if self.watched.is_some() { self.sample_at } else { self.look_at }
     }
 
-    /// Whether it was not met yet and the time to look for it has come.
-    pub fn wants_to_look(&self) -> bool {
-        self.watched.is_none() && self.look_at <= Instant::now()
-    }
-
-    /// Looks for the gauge, and takes it if it is there, free, and what the file says.
-    pub fn look(&mut self, plant: &Plant, tool: &mut Tool, master: u8) -> Result<(), PortError> {
-        self.look_at = Instant::now() + LOOK_AGAIN;
-        let address = self.config.address;
-        // Quickly, so that an absent gauge costs the others nothing.
-        match live::look(tool, address) {
-            Ok(Some(seen)) if seen.slave.is_some() => {}
-            Ok(_) => {
-                self.missing(plant, "nobody answers");
-                return Ok(());
-            }
-            Err(ToolError::Port(error)) => return Err(error),
-            Err(error) => {
-                self.missing(plant, &error.to_string());
-                return Ok(());
-            }
+    /// Whether it was not met yet and the time to look for it has come. If so, the next time is later.
+    pub fn begins_to_look(&mut self) -> bool {
+        let now = Instant::now();
+        let looks = self.watched.is_none() && self.look_at <= now;
+        if looks {
+            self.look_at = now + LOOK_AGAIN;
         }
-        match Watched::find(tool, address, master) {
-            Ok(watched) if watched.model.name != self.config.device && !self.is_alike(&watched) => {
-                let sentence = format!("it is a {}, the file says {}", watched.model.name, self.config.device);
-                self.missing(plant, &sentence);
-            }
-            Ok(watched) => self.take(plant, tool, watched),
-            Err(WatchError::Tool(ToolError::Port(error))) => return Err(error),
-            Err(error) => self.missing(plant, &error.to_string()),
-        }
-        Ok(())
+        looks
     }
 
-    /// Devices that share an ident number cannot be told apart on the bus.
-    fn is_alike(&self, watched: &Watched) -> bool {
-        let wanted = profivac_host::instrument::entry(&self.config.device);
-        wanted.is_ok_and(|wanted| wanted.model.ident == watched.model.ident)
-    }
-
-    fn take(&mut self, plant: &Plant, tool: &mut Tool, watched: Watched) {
-        tool.master().remove(self.config.address);
-        match tool.master().add(&watched.parameters()) {
-            Ok(()) => {
+    /// What came of looking for it: it is taken, or there is a reason.
+    pub fn met(&mut self, plant: &Plant, master: &mut BusMaster, met: Result<Watched, String>) {
+        let taken = met.and_then(|watched| {
+            master.remove(self.config.address);
+            master.add(&watched.parameters()).map_err(|error| error.to_string())?;
+            Ok(watched)
+        });
+        match taken {
+            Ok(watched) => {
+                let now = Instant::now();
                 self.watched = Some(watched);
                 self.standing = Standing::Starting;
-                self.sample_at = Instant::now();
+                self.sample_at = now;
+                self.fresh = (None, now);
             }
-            Err(error) => self.missing(plant, &error.to_string()),
+            Err(sentence) => self.missing(plant, &sentence),
         }
     }
 
@@ -135,9 +118,16 @@ impl Member {
     fn say(&mut self, plant: &Plant, trouble: Option<&str>) {
         if self.trouble.as_deref() != trouble {
             let sentence = trouble.unwrap_or("it exchanges data");
-            plant.note(Some(&self.config.name), EventKind::Bus, format!("{}: {sentence}", self.config.name));
+            plant.remark(Some(&self.config.name), EventKind::Bus, format!("{}: {sentence}", self.config.name));
             self.trouble = trouble.map(str::to_owned);
         }
+    }
+
+    /// It was silent for long: what is there when somebody answers again may be another device, or show another unit.
+    fn forget(&mut self, master: &mut BusMaster) {
+        master.remove(self.config.address);
+        self.watched = None;
+        self.look_at = Instant::now();
     }
 
     /// The line is gone, or the gauge is to be forgotten.
@@ -155,30 +145,41 @@ impl Member {
     }
 
     /// Takes what the gauge shows, if the time for it has come.
-    pub fn sample(&mut self, plant: &Plant, master: &BusMaster) {
+    pub fn sample(&mut self, plant: &Plant, master: &mut BusMaster) {
         let now = Instant::now();
         let Some(watched) = self.watched.filter(|_| self.sample_at <= now) else { return };
         self.sample_at = now + self.config.poll;
         let address = self.config.address;
-        let state = master.state(address);
+        let exchanged_at = master.exchanged_at(address);
+        if exchanged_at.is_some() && exchanged_at != self.fresh.0 {
+            self.fresh = (exchanged_at, now);
+        }
+        let silent = now.saturating_duration_since(self.fresh.1);
+        match master.inputs(address).filter(|_| silent < STALE) {
+            Some(inputs) => self.shows(plant, &watched, &watched.reading(inputs)),
+            None => self.shows_nothing(plant, master),
+        }
+        if silent > SILENT {
+            self.forget(master);
+        }
+    }
+
+    fn shows(&mut self, plant: &Plant, watched: &Watched, reading: &Reading) {
+        self.exceptions = reading.exceptions().into_iter().map(str::to_owned).collect();
+        self.read_at = Some(self.fresh.1);
+        self.standing = if self.exceptions.is_empty() { Standing::Exchanging } else { Standing::Faulty };
+        self.say(plant, None);
+        self.record(plant, watched, &reading.values);
+    }
+
+    fn shows_nothing(&mut self, plant: &Plant, master: &BusMaster) {
+        self.gap(plant);
+        let address = self.config.address;
         let trouble = master.trouble(address).map(|trouble| trouble.to_string());
-        let reading = master.inputs(address).map(|inputs| watched.reading(inputs));
-        match reading {
-            Some(reading) => {
-                self.exceptions = reading.exceptions().into_iter().map(str::to_owned).collect();
-                self.read_at = Some(now);
-                self.standing = if self.exceptions.is_empty() { Standing::Exchanging } else { Standing::Faulty };
-                self.say(plant, None);
-                self.record(plant, &watched, &reading.values);
-            }
-            None => {
-                self.gap(plant);
-                let is_there = !matches!(state, None | Some(State::Offline | State::Inactive));
-                self.standing = if is_there && trouble.is_none() { Standing::Starting } else { Standing::Missing };
-                if trouble.is_some() {
-                    self.say(plant, trouble.as_deref());
-                }
-            }
+        let is_there = !matches!(master.state(address), None | Some(State::Offline | State::Inactive));
+        self.standing = if is_there && trouble.is_none() { Standing::Starting } else { Standing::Missing };
+        if trouble.is_some() {
+            self.say(plant, trouble.as_deref());
         }
     }
 
@@ -254,10 +255,36 @@ impl Member {
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::TripLevel { name: name.clone(), pa: level.pa() }).collect(),
             readings: self.readings.clone(),
-            age_ms: self.read_at.map(|at| u64::try_from(at.elapsed().as_millis()).unwrap_or(u64::MAX)),
-            poll_ms: u64::try_from(self.config.poll.as_millis()).unwrap_or(u64::MAX),
+            age_ms: self.read_at.map(|at| view::whole_milliseconds(at.elapsed())),
+            poll_ms: view::whole_milliseconds(self.config.poll),
         }
     }
+}
+
+/// Looks for the gauge at its address, and finds it if it is there, free, and what the file says; or else says why not.
+pub fn meet(tool: &mut Tool, gauge: &config::Gauge, master: u8) -> Result<Result<Watched, String>, PortError> {
+    // Quickly: to find somebody takes patience.
+    match live::look(tool, gauge.address) {
+        Ok(Some(seen)) if seen.slave.is_some() => {}
+        Ok(_) => return Ok(Err("nobody answers".to_owned())),
+        Err(ToolError::Port(error)) => return Err(error),
+        Err(error) => return Ok(Err(error.to_string())),
+    }
+    match Watched::find(tool, gauge.address, master) {
+        Ok(watched) => Ok(as_said(watched, &gauge.device)),
+        Err(WatchError::Tool(ToolError::Port(error))) => Err(error),
+        Err(error) => Ok(Err(error.to_string())),
+    }
+}
+
+/// What was found, as the device that the file says. Devices that share an ident number cannot be told apart on the bus.
+fn as_said(found: Watched, device: &str) -> Result<Watched, String> {
+    let said = entry(device).map_err(|error| error.to_string())?.model;
+    if said.ident != found.model.ident {
+        return Err(format!("it is a {}, the file says {device}", found.model.name));
+    }
+    let configuration = said.configuration(found.configuration.octets).unwrap_or(found.configuration);
+    Ok(Watched { model: said, configuration, unit: said.unit(found.unit.code).unwrap_or(found.unit), ..found })
 }
 
 fn quality(value: &Value) -> Quality {

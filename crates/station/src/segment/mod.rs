@@ -22,9 +22,10 @@ use profivac_dp::link::active::Standing;
 use profivac_dp::master::Mode;
 use profivac_host::open;
 use profivac_host::port::PortError;
-use profivac_host::tool::{Tool, ToolError, bus_parameters};
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use profivac_host::tool::{BusMaster, Tool, ToolError, bus_parameters};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -55,7 +56,12 @@ enum Order {
 /// A segment that runs.
 pub struct Running {
     config: config::Segment,
+    plant: Arc<Plant>,
     orders: Sender<Order>,
+    /// Nothing ever comes here: its other end is gone when the thread is.
+    alive: Receiver<()>,
+    /// The thread was left, and shows nothing any more.
+    is_left: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
 
@@ -66,9 +72,15 @@ impl Running {
     /// When the system gives no thread.
     pub fn start(config: config::Segment, plant: Arc<Plant>) -> std::io::Result<Self> {
         let (orders, inbox) = channel();
-        let worker = Worker::new(config.clone(), plant, inbox);
+        let (life, alive) = channel();
+        let is_left = Arc::new(AtomicBool::new(false));
+        let worker = Worker::new(config.clone(), Arc::clone(&plant), inbox, Arc::clone(&is_left));
         let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
-        Ok(Self { config, orders, thread: thread.spawn(move || worker.run())? })
+        let thread = thread.spawn(move || {
+            let _life: Sender<()> = life;
+            worker.run();
+        })?;
+        Ok(Self { config, plant, orders, alive, is_left, thread })
     }
 
     /// What it was started with, or told since.
@@ -99,10 +111,22 @@ impl Running {
         self.thread.is_finished()
     }
 
-    /// Gives the slaves back and ends.
-    pub fn stop(self) {
+    /// Begins to give the slaves back and to end.
+    pub fn begin_to_stop(&self) {
         self.orders.send(Order::Stop).ok();
-        self.thread.join().ok();
+    }
+
+    /// Ends until `end`. What takes longer, a port that does not come back for instance, is left to itself.
+    pub fn stop(self, end: Instant) {
+        self.begin_to_stop();
+        if self.alive.recv_timeout(end.saturating_duration_since(Instant::now())) == Err(RecvTimeoutError::Disconnected)
+        {
+            self.thread.join().ok();
+        } else {
+            self.is_left.store(true, Ordering::Relaxed);
+            self.plant.abandon(&self.config.name);
+        }
+        self.plant.forget(&self.config.name);
     }
 }
 
@@ -123,16 +147,22 @@ struct Worker {
     plant: Arc<Plant>,
     orders: Receiver<Order>,
     questions: Receiver<Question>,
-    members: Vec<Member>,
+    members: Arc<Mutex<Vec<Member>>>,
+    is_left: Arc<AtomicBool>,
     trouble: Option<String>,
     show_at: Instant,
 }
 
 impl Worker {
-    fn new(config: config::Segment, plant: Arc<Plant>, orders: Receiver<Order>) -> Self {
+    fn new(config: config::Segment, plant: Arc<Plant>, orders: Receiver<Order>, is_left: Arc<AtomicBool>) -> Self {
         let questions = plant.take_questions(&config.name);
-        let members = config.gauges.iter().cloned().map(Member::new).collect();
-        Self { config, plant, orders, questions, members, trouble: None, show_at: Instant::now() }
+        let members = Arc::new(Mutex::new(config.gauges.iter().cloned().map(Member::new).collect()));
+        Self { config, plant, orders, questions, members, is_left, trouble: None, show_at: Instant::now() }
+    }
+
+    /// The gauges. Nobody may hold them while something is asked: meanwhile they are sampled.
+    fn members(&self) -> MutexGuard<'_, Vec<Member>> {
+        self.members.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn run(mut self) {
@@ -156,7 +186,6 @@ impl Worker {
             }
             pause = pause.saturating_mul(2).min(LONGEST_PAUSE);
         }
-        self.plant.forget(&self.config.name);
     }
 
     fn open(&self) -> Result<Tool, PortError> {
@@ -165,6 +194,7 @@ impl Worker {
         match opened {
             Ok(mut tool) => {
                 tool.master().set_mode(Mode::Operate);
+                tool.do_beside(self.bystander());
                 Ok(tool)
             }
             Err(ToolError::Port(error)) => Err(error),
@@ -175,20 +205,34 @@ impl Worker {
         }
     }
 
+    /// What goes on while something that takes long is asked: gauges are sampled and shown.
+    fn bystander(&self) -> impl FnMut(&mut BusMaster) + Send + use<> {
+        let (members, plant, is_left) = (Arc::clone(&self.members), Arc::clone(&self.plant), Arc::clone(&self.is_left));
+        let name = self.config.name.clone();
+        let mut show_at = Instant::now();
+        move |master| {
+            let Ok(mut members) = members.try_lock() else { return };
+            members.iter_mut().for_each(|member| member.sample(&plant, master));
+            if Instant::now() >= show_at && !is_left.load(Ordering::Relaxed) {
+                show_at = Instant::now() + SHOW;
+                plant.show_gauges(&name, members.iter().map(|member| member.gauge(&name)).collect());
+            }
+        }
+    }
+
     /// The port is there.
     fn fine(&mut self) {
         self.trouble = None;
         let name = &self.config.name;
-        self.plant.note(None, EventKind::Bus, format!("segment {name}: {} is open", self.config.port));
+        self.plant.remark(None, EventKind::Bus, format!("segment {name}: {} is open", self.config.port));
     }
 
     /// The port is not there any more, or not yet.
     fn lost(&mut self, error: &PortError) {
         let sentence = error.to_string();
-        let plant = &self.plant;
-        self.members.iter_mut().for_each(|member| member.lose(plant, &sentence));
+        self.members().iter_mut().for_each(|member| member.lose(&self.plant, &sentence));
         if self.trouble.as_ref() != Some(&sentence) {
-            self.plant.note(None, EventKind::Bus, format!("segment {}: {sentence}", self.config.name));
+            self.plant.remark(None, EventKind::Bus, format!("segment {}: {sentence}", self.config.name));
             self.trouble = Some(sentence);
         }
         self.show(None);
@@ -205,6 +249,9 @@ impl Worker {
                 Ok(Order::Gauges(gauges)) => self.take_gauges(gauges, None),
                 Err(_) if left.is_zero() => return false,
                 Err(_) => {}
+            }
+            if Instant::now() >= self.show_at {
+                self.show(None);
             }
         }
     }
@@ -228,38 +275,37 @@ impl Worker {
             Ok(Order::Gauges(gauges)) => self.take_gauges(gauges, Some(&mut *tool)),
             Err(TryRecvError::Empty) => {}
         }
-        let due = self.members.iter().map(Member::due).min().unwrap_or_else(|| Instant::now() + SERVE);
+        let due = self.members().iter().map(Member::due).min().unwrap_or_else(|| Instant::now() + SERVE);
         tool.serve(&[], due.saturating_duration_since(Instant::now()).min(SERVE))?;
         while let Some(remark) = tool.next_remark() {
-            self.plant.note(None, EventKind::Bus, format!("segment {}: {remark}", self.config.name));
+            self.plant.remark(None, EventKind::Bus, format!("segment {}: {remark}", self.config.name));
         }
         self.look(tool)?;
-        let plant = &self.plant;
-        let master = tool.master();
-        self.members.iter_mut().for_each(|member| member.sample(plant, master));
+        self.members().iter_mut().for_each(|member| member.sample(&self.plant, tool.master()));
         if Instant::now() >= self.show_at {
             self.show(Some(&mut *tool));
         }
-        questions::answer(&self.questions, tool, &mut self.members, &self.plant)
-            .map_err(|error| Ended::Lost(PortError::Lost(error)))
+        questions::answer(self, tool).map_err(|error| Ended::Lost(PortError::Lost(error)))
     }
 
     /// Looks for one gauge that is not there yet, if the time for it has come.
     fn look(&mut self, tool: &mut Tool) -> Result<(), Ended> {
-        let master = self.config.master;
-        let plant = &self.plant;
-        match self.members.iter_mut().find(|member| member.wants_to_look()) {
-            Some(member) => Ok(member.look(plant, tool, master)?),
-            None => Ok(()),
+        let gauge = self.members().iter_mut().find_map(|member| member.begins_to_look().then(|| member.config.clone()));
+        let Some(gauge) = gauge else { return Ok(()) };
+        let met = member::meet(tool, &gauge, self.config.master)?;
+        if let Some(member) = self.members().iter_mut().find(|member| member.config.address == gauge.address) {
+            member.met(&self.plant, tool.master(), met);
         }
+        Ok(())
     }
 
     /// Other gauges; those that stay the same are not touched.
     fn take_gauges(&mut self, gauges: Vec<config::Gauge>, mut tool: Option<&mut Tool>) {
-        let mut old = std::mem::take(&mut self.members);
+        let mut members = self.members();
+        let mut old = std::mem::take(&mut *members);
         for gauge in gauges {
             let kept = old.iter().position(|member| member.config.is_same_slave(&gauge));
-            self.members.push(match kept {
+            members.push(match kept {
                 Some(place) => old.remove(place).renamed(gauge),
                 None => Member::new(gauge),
             });
@@ -282,13 +328,15 @@ impl Worker {
                 break;
             }
         }
-        let plant = &self.plant;
-        self.members.iter_mut().for_each(|member| member.lose(plant, "the segment was stopped"));
+        self.members().iter_mut().for_each(|member| member.lose(&self.plant, "the segment was stopped"));
     }
 
     /// Shows what is seen now.
     fn show(&mut self, tool: Option<&mut Tool>) {
         self.show_at = Instant::now() + SHOW;
+        if self.is_left.load(Ordering::Relaxed) {
+            return;
+        }
         let config = &self.config;
         let (state, trouble, cycle_ms, damaged, others) = match tool {
             None => (view::SegmentState::Waiting, None, None, 0, Vec::new()),
@@ -302,8 +350,9 @@ impl Worker {
             ident: None,
             words: "our master".to_owned(),
         };
-        let is_ours = |address| self.members.iter().any(|member| member.config.address == address);
-        let members = self.members.iter().map(Member::on_bus);
+        let ours = self.members();
+        let is_ours = |address| ours.iter().any(|member| member.config.address == address);
+        let members = ours.iter().map(Member::on_bus);
         let others = others.into_iter().filter(|other: &view::OnBus| !is_ours(other.address));
         let mut stations: Vec<_> = std::iter::once(own).chain(members).chain(others).collect();
         stations.sort_by_key(|station| station.address);
@@ -318,7 +367,7 @@ impl Worker {
             damaged,
             stations,
         };
-        let gauges = self.members.iter().map(|member| member.gauge(&config.name)).collect();
+        let gauges = ours.iter().map(|member| member.gauge(&config.name)).collect();
         self.plant.show(Scenery { segment, gauges });
     }
 }

@@ -1,9 +1,9 @@
 //! What a segment is asked beside its cycle: the parameters of a gauge.
 //!
-//! One parameter after the other, and between them the gauges are sampled: who asks does not make holes in a record.
+//! Meanwhile the gauges are sampled: who asks does not make holes in a record.
 
-use super::member::Member;
-use crate::plant::{Plant, Question};
+use super::Worker;
+use crate::plant::Question;
 use crate::view::{Block, Parameter};
 use profivac_devices::model::{Direction, Via};
 use profivac_host::client::names::Named;
@@ -18,14 +18,9 @@ use std::sync::mpsc::Receiver;
 ///
 /// # Errors
 /// The name of the port, when it was lost.
-pub fn answer(
-    questions: &Receiver<Question>,
-    tool: &mut Tool,
-    members: &mut [Member],
-    plant: &Plant,
-) -> Result<(), String> {
-    let Ok(Question::Blocks(name, answer)) = questions.try_recv() else { return Ok(()) };
-    let blocks = blocks(&name, tool, members, plant);
+pub fn answer(worker: &Worker, tool: &mut Tool) -> Result<(), String> {
+    let Ok(Question::Blocks(name, answer)) = worker.questions.try_recv() else { return Ok(()) };
+    let blocks = blocks(&name, worker, tool);
     let lost = matches!(blocks, Err(Missed::Port));
     // Whoever asked may have gone.
     answer.send(blocks.map_err(|missed| missed.sentence())).ok();
@@ -57,47 +52,42 @@ impl Missed {
     }
 }
 
-fn blocks(name: &str, tool: &mut Tool, members: &mut [Member], plant: &Plant) -> Result<Vec<Block>, Missed> {
-    let member = members.iter().find(|member| member.config.name == name);
-    let member = member.ok_or_else(|| Missed::Because(format!("there is no gauge {name:?}")))?;
-    let watched = member.watched.ok_or_else(|| Missed::Because(format!("{name} does not answer")))?;
-    let records = Ms2::new(tool, watched.address);
-    read_blocks(name, &watched, records, |records| {
-        let master = records.tool().master();
-        members.iter_mut().for_each(|member| member.sample(plant, master));
-    })
+fn blocks(name: &str, worker: &Worker, tool: &mut Tool) -> Result<Vec<Block>, Missed> {
+    let watched = watched(name, worker).map_err(Missed::Because)?;
+    read_blocks(name, &watched, Ms2::new(tool, watched.address))
 }
 
-/// All blocks of a gauge. `between` is called after every parameter.
-pub fn read_blocks<R: Records>(
-    name: &str,
-    watched: &Watched,
-    records: R,
-    mut between: impl FnMut(&mut R),
-) -> Result<Vec<Block>, Missed> {
+/// All blocks of a gauge, with what their parameters show.
+pub fn read_blocks<R: Records>(name: &str, watched: &Watched, records: R) -> Result<Vec<Block>, Missed> {
     if !watched.model.features.dpv1 {
-        return Err(Missed::Because(format!(
-            "{name} has no DP-V1: its parameters are read with `profivac dump --via pkw`"
-        )));
+        let sentence = format!("{name} has no DP-V1: its parameters are read with `profivac dump --via pkw`");
+        return Err(Missed::Because(sentence));
     }
     let mut gauge = Gauge::known(records, watched.address, watched.model).in_unit(watched.unit);
     let mut blocks: Vec<Block> = Vec::new();
     for named in gauge.names().all() {
-        let Some(parameter) = read_parameter(&mut gauge, named)? else { continue };
+        let Some(parameter) = parameter(&mut gauge, named)? else { continue };
         let title = title(named);
         match blocks.last_mut().filter(|block| block.name == title) {
             Some(block) => block.parameters.push(parameter),
             None => blocks.push(Block { name: title, parameters: vec![parameter] }),
         }
-        between(gauge.records());
     }
     // The instance that was shown before is shown again, if the gauge still answers.
     gauge.finish().ok();
     Ok(blocks)
 }
 
-/// A parameter that a class 2 master may read or write, read if it may.
-fn read_parameter<R: Records>(gauge: &mut Gauge<R>, named: &Named) -> Result<Option<Parameter>, Missed> {
+/// What is known of the gauge that is asked for, or why it cannot be asked.
+fn watched(name: &str, worker: &Worker) -> Result<Watched, String> {
+    let members = worker.members();
+    let member = members.iter().find(|member| member.config.name == name);
+    let member = member.ok_or_else(|| format!("there is no gauge {name:?}"))?;
+    member.watched.ok_or_else(|| format!("{name} does not answer"))
+}
+
+/// A parameter with what it shows; nothing if nobody can read or write it on the way we have.
+fn parameter<R: Records>(gauge: &mut Gauge<R>, named: &Named) -> Result<Option<Parameter>, Missed> {
     let row = named.parameter.row;
     let readable = row.access.allows(Via::Class2, Direction::Read);
     if !readable && !row.access.allows(Via::Class2, Direction::Write) {
