@@ -47,7 +47,7 @@ impl Exhibit {
             let (name, device) = names(watched.address);
             let config =
                 config::Gauge { name, address: watched.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() };
-            Member::new(config)
+            Member::known(config, *watched)
         });
         let members = members.collect();
         Self { name: name.to_owned(), master, plant, members, questions, show_at: Instant::now() }
@@ -72,7 +72,7 @@ impl Exhibit {
         let Some(master) = scene.master_mut() else { return };
         for (member, watched) in self.members.iter_mut().zip(all) {
             if member.begins_to_look() {
-                // Nobody exchanges gauges in a scene.
+                // It was without power for long; in a scene it is the same gauge again.
                 member.met(&self.plant, master, Ok(watched));
             }
             member.sample(&self.plant, master);

@@ -68,6 +68,11 @@ impl Member {
         }
     }
 
+    /// A gauge that its master has already.
+    pub fn known(config: config::Gauge, watched: Watched) -> Self {
+        Self { watched: Some(watched), standing: Standing::Starting, ..Self::new(config) }
+    }
+
     /// The same slave under what the file says now.
     pub fn renamed(mut self, config: config::Gauge) -> Self {
         self.config = config;
