@@ -73,11 +73,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         slaves.push(found?);
     }
     for slave in &slaves {
+        let parameters = slave.parameters(tool.baud());
         let master = tool.master();
         match master.state(slave.address) {
             // It was owned for its unit.
             Some(_) => master.restart(slave.address),
-            None => master.add(&slave.parameters()).map_err(|error| Failure::usage(error.to_string()))?,
+            None => master.add(&parameters).map_err(|error| Failure::usage(error.to_string()))?,
         }
     }
     tool.master().set_mode(Mode::Operate);

@@ -51,14 +51,12 @@ impl<'a> Owned<'a> {
         let model = watched.model;
         let number = present_number(tool, watched);
         let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
-        let mut user_prm = watched.parameters().user_prm.to_vec();
+        let usual = watched.parameters(tool.baud());
+        let mut user_prm = usual.user_prm.to_vec();
         if let (Way::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
             *first |= DPV1_ENABLE;
         }
-        let parameters = SlaveParameters {
-            user_prm: &user_prm,
-            ..SlaveParameters::new(watched.address, model.ident, configuration.octets)
-        };
+        let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..usual };
         let mut owned = Self { tool, address: watched.address, way };
         // One that was owned before is there still, with the same parameters.
         match owned.tool.master().state(watched.address) {
