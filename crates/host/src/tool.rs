@@ -8,7 +8,7 @@ use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
+use profivac_dp::master::{Busy, Handle, Master, Outcome, Rejected, Settings, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
@@ -70,6 +70,20 @@ pub enum Reply {
     },
     /// Nobody answered, or nothing that is an answer.
     Nothing(Failure),
+}
+
+/// Adds a slave to a master, or begins anew with one that was given back, for a read of its unit perhaps: with these
+/// parameters and not with those it had then.
+///
+/// # Errors
+/// [`Rejected`] when the parameters are impossible.
+pub fn take(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), Rejected> {
+    if master.state(parameters.address).is_none() {
+        return master.add(parameters);
+    }
+    master.reparameterise(parameters)?;
+    master.restart(parameters.address);
+    Ok(())
 }
 
 /// The station, behind a pointer: it is too large to be handed around on the stack of a thread.

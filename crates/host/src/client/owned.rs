@@ -4,7 +4,7 @@
 
 use super::records::{RecordError, Records, Refused};
 use crate::ms2;
-use crate::tool::{Tool, ToolError};
+use crate::tool::{Tool, ToolError, take};
 use crate::watch::Watched;
 use profivac_devices::model::{Configuration, Field, Instruction, Model, NumberType, Telegram, Via};
 use profivac_dp::link::Baud;
@@ -58,14 +58,7 @@ impl<'a> Owned<'a> {
         }
         let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..usual };
         let mut owned = Self { tool, address: watched.address, way };
-        // One that was owned before is there still, with the same parameters.
-        match owned.tool.master().state(watched.address) {
-            Some(_) => owned.tool.master().restart(watched.address),
-            None => {
-                let added = owned.tool.master().add(&parameters);
-                added.map_err(|error| RecordError::NoWay(error.to_string()))?;
-            }
-        }
+        take(owned.tool.master(), &parameters).map_err(|error| RecordError::NoWay(error.to_string()))?;
         owned.tool.master().set_mode(Mode::Operate);
         owned.wait_for_data()?;
         Ok(owned)

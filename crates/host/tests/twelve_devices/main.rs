@@ -6,6 +6,7 @@
 mod bit_time;
 mod bring_up;
 mod golden;
+mod one_segment;
 mod real_time;
 mod rig;
 mod walk;
@@ -90,6 +91,21 @@ fn over_a_pty_every_configuration_and_every_parameter() {
 #[test]
 fn over_tcp_every_configuration_and_every_parameter() {
     everything_in_real_time(Bench::on_tcp(&named()));
+}
+
+#[test]
+fn over_a_pty_requests_disturb_no_data_exchange() {
+    one_segment::requests_beside_the_exchange(Bench::on_a_pty(&one_segment::named()));
+}
+
+#[test]
+fn over_tcp_requests_disturb_no_data_exchange() {
+    one_segment::requests_beside_the_exchange(Bench::on_tcp(&one_segment::named()));
+}
+
+#[test]
+fn over_tcp_a_second_master_looks_and_disturbs_nobody() {
+    one_segment::a_second_master_looks(Bench::on_tcp(&one_segment::named()));
 }
 
 /// All devices on one segment: one after the other read and written, then each in every configuration.

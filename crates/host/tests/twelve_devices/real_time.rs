@@ -90,9 +90,13 @@ impl Drop for Bench {
 fn powered(device: &str) -> VirtualDevice {
     let spec: Spec = device.parse().unwrap();
     let unit = spec.build(Memory::volatile(), BAUD).unwrap();
-    let pressure: Pressure = "1e-6 mbar".parse().unwrap();
-    let atmosphere: Pressure = "1000 mbar".parse().unwrap();
-    VirtualDevice::new(unit, spec.place, BAUD, Conditions { pressure, atmosphere, gas: Gas::N2 })
+    VirtualDevice::new(unit, spec.place, BAUD, conditions(1e-6))
+}
+
+/// Nitrogen at so many mbar.
+pub fn conditions(mbar: f64) -> Conditions {
+    let pressure = |text: &str| text.parse::<Pressure>().unwrap();
+    Conditions { pressure: pressure(&format!("{mbar} mbar")), atmosphere: pressure("1000 mbar"), gas: Gas::N2 }
 }
 
 fn live(mut segment: Segment<Vec<VirtualDevice>>, orders: &Receiver<Order>, mut bell: UnixStream) {
