@@ -6,6 +6,7 @@
 mod bit_time;
 mod bring_up;
 mod golden;
+mod hostile;
 mod one_segment;
 mod real_time;
 mod rig;
