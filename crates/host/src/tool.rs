@@ -6,7 +6,9 @@
 use crate::clock::tbit_of;
 use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
-use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
+use profivac_dp::link::active::{
+    Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, Standing,
+};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::master::{Busy, Handle, Master, Outcome, Rejected, Settings, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
@@ -24,6 +26,9 @@ const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 /// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
 /// waits longer until it is let into the ring. free choice.
 const GAP_FACTOR: u8 = 5;
+
+/// How long it takes at most to pass the token on at the end. free choice: some rotations of a small ring.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// The shortest time the line is waited for.
 const LEAST_WAIT: Duration = Duration::from_millis(1);
@@ -130,6 +135,23 @@ pub struct Tool {
     patience: Duration,
 }
 
+impl Drop for Tool {
+    /// What is asked last mostly ends with the token here, and a token that vanishes with its holder stops everybody until
+    /// somebody dares to make another. Among others it is passed on before.
+    fn drop(&mut self) {
+        if self.masters().count() < 2 {
+            return;
+        }
+        self.station().leave();
+        let begun = Instant::now();
+        while self.station().standing() == Standing::InRing && begun.elapsed() < FAREWELL {
+            if self.serve(&[], LEAST_WAIT).is_err() {
+                return;
+            }
+        }
+    }
+}
+
 impl Tool {
     /// A master without slaves. It waits at most for `patience` until it gets the line.
     ///
@@ -151,6 +173,11 @@ impl Tool {
     /// The masters of the ring, this one included once it is in.
     pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
         self.station().masters()
+    }
+
+    /// What happened in the ring.
+    pub fn ring_counters(&mut self) -> &RingCounters {
+        self.station().ring_counters()
     }
 
     /// How long it waits for the line, and for somebody to answer.
@@ -200,8 +227,9 @@ impl Tool {
 
     /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
     #[must_use]
-    pub fn lasting(self, opener: Opener) -> Self {
-        Self { segment: self.segment.lasting(opener), ..self }
+    pub fn lasting(mut self, opener: Opener) -> Self {
+        self.segment.make_lasting(opener);
+        self
     }
 
     /// What somebody should know about the port.

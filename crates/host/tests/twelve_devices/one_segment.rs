@@ -194,6 +194,7 @@ pub fn a_second_master_looks(bench: Bench) {
     });
     let mut read = 0;
     let before = plant.exchanges();
+    let claimed = plant.tool.ring_counters().claimed;
     plant.until("reading", |_| match told.try_recv() {
         Ok((address, record, masters)) => {
             assert!(is_serial_of(&record, address), "{address}: {record:02X?}");
@@ -213,4 +214,5 @@ pub fn a_second_master_looks(bench: Bench) {
         plant.exchanges().iter().all(|(address, (exchanges, _))| *exchanges > before[address].0 + 2)
     });
     plant.went_on_since(&before);
+    assert_eq!(plant.tool.ring_counters().claimed, claimed, "the token did not go with it");
 }
