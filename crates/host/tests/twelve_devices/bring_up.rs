@@ -1,6 +1,6 @@
 //! Every device in every configuration, with every string of user parameters its table has.
 
-use crate::rig::{Line, until};
+use crate::rig::{Line, patient, until};
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
 use profivac_dp::master::{Mode, SlaveParameters};
 
@@ -38,7 +38,7 @@ pub fn every_configuration<L: Line>(line: &mut L, devices: &[(u8, &'static Model
             .filter_map(|((address, model), settings)| Some((*address, *model, settings.get(round)?)))
             .collect();
         for (address, model, (configuration, prm)) in &present {
-            let parameters = SlaveParameters::new(*address, model.ident, configuration.octets);
+            let parameters = patient(*address, model, configuration);
             line.master().add(&SlaveParameters { user_prm: prm.octets, ..parameters }).unwrap();
         }
         for (address, model, (configuration, prm)) in &present {

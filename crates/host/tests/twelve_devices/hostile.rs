@@ -3,9 +3,9 @@
 
 use crate::FIRST;
 use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
-use crate::rig::BAUD;
+use crate::rig::{BAUD, patient};
 use profivac_dp::link::active::BusParameters;
-use profivac_dp::master::Mode;
+use profivac_dp::master::{Mode, SlaveParameters};
 use profivac_host::client::address::{self, AddressError};
 use profivac_host::client::{ClientError, Gauge};
 use profivac_host::ms2::{Ms2, Ms2Error};
@@ -181,7 +181,8 @@ fn an_address_is_not_changed_while_data_are_exchanged() {
     bench.order(|devices| devices[0].expose(conditions(1e-2)));
     let mut tool = bench.tool(bus_of(0, 0));
     let watched = Watched::find(&mut tool, FIRST, 0).unwrap();
-    tool.master().add(&watched.parameters(BAUD)).unwrap();
+    let watchdog = patient(FIRST, watched.model, watched.configuration).watchdog;
+    tool.master().add(&SlaveParameters { watchdog, ..watched.parameters(BAUD) }).unwrap();
     tool.master().set_mode(Mode::Operate);
     let begun = Instant::now();
     let exchanges = |tool: &mut Tool| tool.master().counters(FIRST).unwrap().exchanges;

@@ -2,9 +2,9 @@
 //! nobody, and no value comes from the neighbour.
 
 use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
-use crate::rig::{BAUD, rows};
+use crate::rig::{BAUD, patient, rows};
 use profivac_devices::model::{Access, Model};
-use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Outcome, SlaveParameters, watchdog_factors};
+use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Outcome, SlaveParameters};
 use profivac_host::ms2;
 use profivac_host::tool::{Tool, take};
 use profivac_host::watch::Watched;
@@ -59,8 +59,7 @@ impl Plant {
             if let Some(status) = user_prm.first_mut() {
                 *status |= slave.model.dpv1_status & DPV1_ENABLE;
             }
-            // What a thread that rests for long does to a ring lasts longer than the usual second.
-            let watchdog = watchdog_factors(20_000, 10);
+            let watchdog = patient(slave.address, slave.model, slave.configuration).watchdog;
             let parameters = SlaveParameters { user_prm: &user_prm, watchdog, ..usual };
             take(tool.master(), &parameters).unwrap();
         }

@@ -120,7 +120,7 @@ const SLOT: Duration = Duration::from_millis(400);
 /// The bus parameters of a master in a ring of few: nobody is looked for behind the last one.
 pub fn bus_of(address: u8, hsa: u8) -> BusParameters {
     let slot_tbit = u32::try_from(tbit_of(BAUD, SLOT)).unwrap();
-    BusParameters { hsa, slot_tbit, ..bus_parameters(address, BAUD) }
+    BusParameters { hsa, slot_tbit, retry_limit: 3, ..bus_parameters(address, BAUD) }
 }
 
 /// A master and its devices in real time.

@@ -71,6 +71,12 @@ pub fn until<L: Line, T>(line: &mut L, what: &str, mut done: impl FnMut(&mut Bus
     }
 }
 
+/// What a slave is given that waits for its master longer than a thread may rest on a busy machine.
+pub fn patient(address: u8, model: &'static Model, configuration: &'static Configuration) -> SlaveParameters<'static> {
+    let watchdog = master::watchdog_factors(20_000, 10);
+    SlaveParameters { watchdog, ..SlaveParameters::new(address, model.ident, configuration.octets) }
+}
+
 /// One device of a line, and the ways to it.
 pub struct Rig<'a, L> {
     pub model: &'static Model,
@@ -107,7 +113,7 @@ impl<'a, L: Line> Rig<'a, L> {
             *status |= self.model.dpv1_status & 0x80;
         }
         let address = self.address;
-        let parameters = SlaveParameters::new(address, self.model.ident, configuration.octets);
+        let parameters = patient(address, self.model, configuration);
         self.line.master().add(&SlaveParameters { user_prm: &user_prm, ..parameters }).unwrap();
         self.line.master().set_mode(Mode::Operate);
         self.until("bring-up", |master| master.inputs(address).map(drop));
