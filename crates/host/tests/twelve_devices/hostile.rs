@@ -4,9 +4,12 @@
 use crate::FIRST;
 use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
 use crate::rig::{BAUD, patient};
+use profivac_devices::model::Via;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::{Mode, SlaveParameters};
 use profivac_host::client::address::{self, AddressError};
+use profivac_host::client::owned::Owned;
+use profivac_host::client::records::Records;
 use profivac_host::client::{ClientError, Gauge};
 use profivac_host::ms2::{Ms2, Ms2Error};
 use profivac_host::open;
@@ -200,4 +203,16 @@ fn an_address_is_not_changed_while_data_are_exchanged() {
         tool.serve(&[], PATIENCE).unwrap();
     }
     assert_eq!(tool.master().counters(FIRST).unwrap().starts, 1);
+}
+
+/// The way to a record is changed on one and the same tool: each way has a configuration of its own.
+#[test]
+fn a_slave_that_was_owned_for_one_way_is_taken_for_another() {
+    let bench = Bench::on_tcp(&gauges(1));
+    let mut tool = bench.tool(bus_of(0, 0));
+    let watched = Watched::find(&mut tool, FIRST, 0).unwrap();
+    for via in [Via::Class1, Via::Channel, Via::Class1] {
+        let mut owned = Owned::take(&mut tool, &watched, via).unwrap();
+        assert_eq!(owned.read(SLOT, INDEX).unwrap(), [1], "{via:?}");
+    }
 }
