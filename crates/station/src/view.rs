@@ -129,6 +129,8 @@ pub struct Gauge {
     pub readings: Vec<Reading>,
     /// How old the readings are, in milliseconds; nothing if there never was one.
     pub age_ms: Option<u64>,
+    /// How often they are taken, in milliseconds: older than a few of these, they are stale.
+    pub poll_ms: u64,
 }
 
 /// A pressure at which something happens.

@@ -96,6 +96,7 @@ fn scenery() -> Scenery {
         levels: Vec::new(),
         readings: vec![reading],
         age_ms: Some(12),
+        poll_ms: 200,
     };
     let segment = Segment {
         name: "hall".to_owned(),
