@@ -83,7 +83,7 @@ impl Scene {
         let bus = BusParameters::new(address, baud);
         let mut master = Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0)));
         for slave in &watched {
-            master.user.add(&slave.parameters())?;
+            master.user.add(&slave.parameters(baud))?;
         }
         master.user.set_mode(Mode::Operate);
         let members = devices.into_iter().map(Member::Device).chain([Member::Master(master)]).collect();

@@ -6,9 +6,11 @@
 use crate::clock::tbit_of;
 use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
-use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
+use profivac_dp::link::active::{
+    Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, Standing,
+};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
+use profivac_dp::master::{Busy, Handle, Master, Outcome, Rejected, Settings, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
@@ -24,6 +26,9 @@ const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 /// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
 /// waits longer until it is let into the ring. free choice.
 const GAP_FACTOR: u8 = 5;
+
+/// How long it takes at most to pass the token on at the end. free choice: some rotations of a small ring.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// The shortest time the line is waited for.
 const LEAST_WAIT: Duration = Duration::from_millis(1);
@@ -70,6 +75,20 @@ pub enum Reply {
     },
     /// Nobody answered, or nothing that is an answer.
     Nothing(Failure),
+}
+
+/// Adds a slave to a master, or begins anew with one that was given back, for a read of its unit perhaps: with these
+/// parameters and not with those it had then.
+///
+/// # Errors
+/// [`Rejected`] when the parameters are impossible.
+pub fn take(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), Rejected> {
+    if master.state(parameters.address).is_none() {
+        return master.add(parameters);
+    }
+    master.reparameterise(parameters)?;
+    master.restart(parameters.address);
+    Ok(())
 }
 
 /// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
@@ -123,6 +142,23 @@ type Beside = Box<dyn FnMut(&mut BusMaster) + Send>;
 /// While somebody does something beside, the line is waited for at most so long.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
 
+impl Drop for Tool {
+    /// What is asked last mostly ends with the token here, and a token that vanishes with its holder stops everybody until
+    /// somebody dares to make another. Among others it is passed on before.
+    fn drop(&mut self) {
+        if self.masters().count() < 2 {
+            return;
+        }
+        self.station().leave();
+        let begun = Instant::now();
+        while self.station().standing() == Standing::InRing && begun.elapsed() < FAREWELL {
+            if self.serve(&[], LEAST_WAIT).is_err() {
+                return;
+            }
+        }
+    }
+}
+
 impl Tool {
     /// A master without slaves. It waits at most for `patience` until it gets the line.
     ///
@@ -167,6 +203,11 @@ impl Tool {
     /// The masters of the ring, this one included once it is in.
     pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
         self.station().masters()
+    }
+
+    /// What happened in the ring.
+    pub fn ring_counters(&mut self) -> &RingCounters {
+        self.station().ring_counters()
     }
 
     /// How long it waits for the line, and for somebody to answer.
@@ -216,8 +257,9 @@ impl Tool {
 
     /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
     #[must_use]
-    pub fn lasting(self, opener: Opener) -> Self {
-        Self { segment: self.segment.lasting(opener), ..self }
+    pub fn lasting(mut self, opener: Opener) -> Self {
+        self.segment.make_lasting(opener);
+        self
     }
 
     /// What somebody should know about the port.

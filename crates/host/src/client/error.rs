@@ -160,8 +160,16 @@ impl ClientError {
             RecordError::Tool(error) => Self::Tool(error),
             RecordError::Refused(refused) => Self::Refused { advice: advice(&refused, named), place, doing, refused },
             RecordError::NoWay(reason) => Self::NoWay { device: place.device, address: place.address, reason },
-            RecordError::Lost(reason) => Self::Lost { place, doing, reason },
+            RecordError::Lost(reason) => Self::Lost { place, doing, reason: advised(reason, doing) },
         }
+    }
+}
+
+/// What is lost on the way may have arrived.
+fn advised(reason: String, doing: Doing) -> String {
+    match doing {
+        Doing::Reading => reason,
+        Doing::Writing => format!("{reason}; it may have been written, read it"),
     }
 }
 
