@@ -68,12 +68,12 @@ impl Exhibit {
     }
 
     fn sample(&mut self, scene: &mut Scene) {
-        let all: Vec<_> = scene.watched().to_vec();
+        let (all, baud) = (scene.watched().to_vec(), scene.baud());
         let Some(master) = scene.master_mut() else { return };
         for (member, watched) in self.members.iter_mut().zip(all) {
             if member.begins_to_look() {
                 // It was without power for long; in a scene it is the same gauge again.
-                member.met(&self.plant, master, Ok(watched));
+                member.met(&self.plant, master, baud, Ok(watched));
             }
             member.sample(&self.plant, master);
         }

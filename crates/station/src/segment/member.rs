@@ -6,7 +6,7 @@ use crate::recorder::{EventKind, Micros, Quality, Sample};
 use crate::view::{self, Standing};
 use profivac_devices::Principle;
 use profivac_devices::profile::StatusExtension;
-use profivac_dp::link::BitTime;
+use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::State;
 use profivac_host::instrument::entry;
 use profivac_host::live;
@@ -95,10 +95,10 @@ impl Member {
     }
 
     /// What came of looking for it: it is taken, or there is a reason.
-    pub fn met(&mut self, plant: &Plant, master: &mut BusMaster, met: Result<Watched, String>) {
+    pub fn met(&mut self, plant: &Plant, master: &mut BusMaster, baud: Baud, met: Result<Watched, String>) {
         let taken = met.and_then(|watched| {
             master.remove(self.config.address);
-            master.add(&watched.parameters()).map_err(|error| error.to_string())?;
+            master.add(&watched.parameters(baud)).map_err(|error| error.to_string())?;
             Ok(watched)
         });
         match taken {

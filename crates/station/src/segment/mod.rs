@@ -294,7 +294,7 @@ impl Worker {
         let Some(gauge) = gauge else { return Ok(()) };
         let met = member::meet(tool, &gauge, self.config.master)?;
         if let Some(member) = self.members().iter_mut().find(|member| member.config.address == gauge.address) {
-            member.met(&self.plant, tool.master(), met);
+            member.met(&self.plant, tool.master(), self.config.baud, met);
         }
         Ok(())
     }
