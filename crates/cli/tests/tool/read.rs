@@ -97,7 +97,7 @@ fn nobody_and_no_port_are_no_answer() {
     line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, nobody);
     let lost = run(&["read", "--port", "/nowhere", "--address", "5", "0/25"]);
     assert_eq!(lost.status.code(), Some(3));
-    assert_eq!(String::from_utf8(lost.stderr).unwrap(), "profivac: there is no port /nowhere\n");
+    assert_eq!(String::from_utf8(lost.stderr).unwrap(), "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n");
     let missing = run(&["read", "--port", "/nowhere", "0/25"]);
     assert_eq!(missing.status.code(), Some(2));
 }
