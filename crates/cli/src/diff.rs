@@ -68,7 +68,8 @@ fn table(rows: &[Row<'_>]) -> String {
 
 /// Reads a file of settings.
 pub fn load(path: &Path) -> Result<File, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::usage(format!("{} cannot be read: {error}", path.display())))?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", path.display())))?;
     File::parse(&text).map_err(|error| bad(path, &error))
 }
 

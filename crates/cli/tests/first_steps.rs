@@ -87,9 +87,7 @@ fn are_lines(expected: &[String], lines: &[String]) -> bool {
     match (expected.split_first(), lines.split_first()) {
         (None, first) => first.is_none(),
         (Some((first, rest)), None) => first == ANY && are_lines(rest, lines),
-        (Some((first, rest)), Some((_, later))) if first == ANY => {
-            are_lines(rest, lines) || are_lines(expected, later)
-        }
+        (Some((first, rest)), Some((_, later))) if first == ANY => are_lines(rest, lines) || are_lines(expected, later),
         (Some((first, rest)), Some((line, later))) => is_text(first, line) && are_lines(rest, later),
     }
 }
@@ -201,8 +199,23 @@ fn every_command_is_met() {
         })
         .collect();
     for command in [
-        "demo", "simulate", "hub", "scan", "address", "list", "read", "write", "dump", "diff", "restore", "monitor",
-        "sniff", "decode", "conform", "gsd", "completions",
+        "demo",
+        "simulate",
+        "hub",
+        "scan",
+        "address",
+        "list",
+        "read",
+        "write",
+        "dump",
+        "diff",
+        "restore",
+        "monitor",
+        "sniff",
+        "decode",
+        "conform",
+        "gsd",
+        "completions",
     ] {
         let begin = format!("profivac {command} ");
         assert!(commands.iter().any(|it| it.starts_with(&begin)), "{command}");
@@ -234,7 +247,8 @@ fn dots_stand_for_anything_and_nothing_else_does() {
         let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
         are_lines(&lines(expected), &lines(came))
     };
-    for (expected, came) in [("a\nb", "a\nb"), ("a ... c", "a b c"), ("...\nb\n...", "b"), ("a\n...\nd", "a\nb\nc\nd")] {
+    for (expected, came) in [("a\nb", "a\nb"), ("a ... c", "a b c"), ("...\nb\n...", "b"), ("a\n...\nd", "a\nb\nc\nd")]
+    {
         assert!(are(expected, came), "{expected:?} {came:?}");
     }
     for (expected, came) in [("a", "a\nb"), ("a\nb", "a"), ("a ... c", "a b d"), ("...\nb", "b\nc"), ("", "a")] {

@@ -205,7 +205,10 @@ mod tests {
         // Set point function of one instance, emission user mode of another: whose it is must be known.
         assert_eq!(tables.value(1, 201, &[1]), "01");
         let second = Tables { instance: Some(2), ..tables };
-        assert_eq!((second.value(1, 201, &[1]), second.value(1, 14, &[1, 1])), ("true".to_owned(), "degas-on".to_owned()));
+        assert_eq!(
+            (second.value(1, 201, &[1]), second.value(1, 14, &[1, 1])),
+            ("true".to_owned(), "degas-on".to_owned())
+        );
         for entry in &DEVICES {
             for named in Names::of(entry.model).all() {
                 let Parameter { place, row, .. } = named.parameter;
