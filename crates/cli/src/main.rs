@@ -13,11 +13,13 @@ mod failure;
 mod gauge;
 mod gsd;
 mod hub;
+mod init;
 mod list;
 mod monitor;
 mod output;
 mod read;
 mod restore;
+mod run;
 mod scan;
 mod screen;
 mod simulate;
@@ -65,6 +67,8 @@ enum Command {
     Diff(diff::Arguments),
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
+    Run(run::Arguments),
+    Init(init::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
     Sniff(sniff::Arguments),
@@ -86,6 +90,8 @@ fn main() -> ExitCode {
         Command::Restore(arguments) => restore::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),

@@ -169,6 +169,14 @@ impl Scene {
         })
     }
 
+    /// The master, to ask it for something.
+    pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
+        self.line.stations_mut().iter_mut().find_map(|member| match member {
+            Member::Master(master) => Some(&mut master.user),
+            Member::Device(_) => None,
+        })
+    }
+
     /// What the master has last read from a slave.
     #[must_use]
     pub fn reading(&self, watched: &Watched) -> Reading {

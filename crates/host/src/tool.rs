@@ -134,6 +134,23 @@ impl Tool {
         &mut self.station().user
     }
 
+    /// Where this master stands to the ring.
+    pub fn standing(&mut self) -> Standing {
+        self.station().standing()
+    }
+
+    /// The slaves that were heard of, by the GAP or because they were asked.
+    pub fn slaves(&mut self) -> Vec<u8> {
+        let live = self.station().live();
+        live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
+    }
+
+    /// How many telegrams arrived damaged.
+    #[must_use]
+    pub const fn damaged(&self) -> u32 {
+        self.segment.damaged()
+    }
+
     /// The masters of the ring, this one included once it is in.
     pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
         self.station().masters()

@@ -141,6 +141,12 @@ impl Program {
         rustix::process::kill_process(id, rustix::process::Signal::TERM).unwrap();
     }
 
+    /// Tells it to read its file again.
+    pub fn hang_up(&self) {
+        let id = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(id, rustix::process::Signal::HUP).unwrap();
+    }
+
     /// Ctrl-C.
     pub fn interrupt(&self) {
         let id = rustix::process::Pid::from_child(&self.child);
