@@ -66,9 +66,11 @@ fn duplicate(from: &Path, to: &Path) -> Result<()> {
 }
 
 fn npm(folder: &Path, arguments: &[&str]) -> Result<()> {
-    let output = Command::new("npm").args(arguments).current_dir(folder).output().map_err(|error| {
-        Error::other(format!("npm cannot be started: {error}"))
-    })?;
+    let output = Command::new("npm")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .map_err(|error| Error::other(format!("npm cannot be started: {error}")))?;
     if output.status.success() {
         return Ok(());
     }

@@ -211,6 +211,8 @@ fn every_command_is_met() {
         "diff",
         "restore",
         "monitor",
+        "init",
+        "run",
         "sniff",
         "decode",
         "conform",
