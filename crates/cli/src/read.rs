@@ -2,9 +2,9 @@
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out};
+use crate::output::{json, out, remark};
 use clap::Args;
-use profivac_host::client::names::Target;
+use profivac_host::client::names::{Named, Target};
 use profivac_host::client::values::{Value, hex};
 use profivac_host::client::{ClientError, Reading};
 use serde::Serialize;
@@ -45,6 +45,9 @@ pub struct Row {
     pub text: String,
     pub unit: Option<&'static str>,
     pub octets: String,
+    /// Of a Process Value: whether the gauge calls it a pressure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub valid: Option<bool>,
 }
 
 impl Row {
@@ -59,6 +62,7 @@ impl Row {
             text: reading.text.clone(),
             unit: reading.unit,
             octets: hex(&reading.octets),
+            valid: None,
         }
     }
 }
@@ -76,30 +80,55 @@ fn value(value: &Value) -> serde_json::Value {
     }
 }
 
-/// Reads one after the other.
+/// Reads one after the other. What was read before one is refused is shown.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    arguments.at.with(|gauge| {
+    let mut rows = Vec::new();
+    let done = arguments.at.with(|gauge| {
         for target in &arguments.targets {
-            show(gauge, target, arguments.json)?;
+            let row = read(gauge, target)?;
+            if !arguments.json {
+                out(&format!("{} = {}", row.name.as_ref().unwrap_or(target), row.text));
+            }
+            if row.valid == Some(false) {
+                warn(gauge, row.name.as_ref().unwrap_or(target));
+            }
+            rows.push(row);
         }
         Ok(())
-    })
+    });
+    if arguments.json && !rows.is_empty() {
+        out(&json(&rows));
+    }
+    done
 }
 
-fn show(gauge: &mut AnyGauge<'_>, target: &str, as_json: bool) -> Result<(), Failure> {
+fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, Failure> {
     let names = gauge.names();
-    let row = match names.find(gauge.model().name, target).map_err(ClientError::from)? {
-        Target::Raw { slot, index } => raw(slot, index, &gauge.read_raw(slot, index)?),
-        Target::Named(_) | Target::Shown { .. } => Row::of(&gauge.parameter(target)?),
-    };
-    let name = row.name.clone().unwrap_or_else(|| target.to_owned());
-    out(&if as_json { json(&row) } else { format!("{name} = {}", row.text) });
-    Ok(())
+    match names.find(gauge.model().name, target).map_err(ClientError::from)? {
+        Target::Raw { slot, index } => Ok(raw(slot, index, &gauge.read_raw(slot, index)?)),
+        Target::Named(_) | Target::Shown { .. } => {
+            let reading = gauge.parameter(target)?;
+            let valid = validity(gauge, &reading.named)?;
+            Ok(Row { valid, ..Row::of(&reading) })
+        }
+    }
+}
+
+fn validity(gauge: &mut AnyGauge<'_>, named: &Named) -> Result<Option<bool>, Failure> {
+    let is_pressure = named.parameter.row.name.contains("Value (PV)");
+    Ok(is_pressure.then(|| gauge.is_valid(named)).transpose()?)
+}
+
+/// The number of a safe state looks like a pressure: it is said that it is none, and what can be done.
+fn warn(gauge: &mut AnyGauge<'_>, name: &str) {
+    let is_idle = gauge.parameter("device.device-state").is_ok_and(|state| state.text == "IDLE");
+    let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
+    remark(&format_args!("{name} is no valid pressure now{advice}"));
 }
 
 /// A record of which nothing is known.
 fn raw(slot: u8, index: u8, octets: &[u8]) -> Row {
     let octets = hex(octets);
     let (value, text) = (octets.clone().into(), octets.clone());
-    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets }
+    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None }
 }
