@@ -26,6 +26,7 @@ export async function startPlant(address = '127.0.0.1:0', ...more) {
     address: url.replace('http://', ''),
     json: async (path) => (await fetch(url + path)).json(),
     stop: async () => {
+      if (child.exitCode !== null || child.signalCode !== null) return
       const gone = once(child, 'exit')
       child.kill('SIGKILL')
       await gone
