@@ -8,7 +8,7 @@ use profivac_dp::slave::Slave;
 use profivac_sim::{Bus, Fault, Foul, Handle, Rule};
 
 /// What may happen while nobody can know who has the token.
-const CONFUSION: [Rule; 10] = [
+pub const CONFUSION: [Rule; 10] = [
     Rule::Collision,
     Rule::Syn,
     Rule::Id1,

@@ -5,6 +5,7 @@ mod chaos;
 mod coming_and_going;
 #[path = "../common/mod.rs"]
 mod common;
+mod contention;
 mod foreign;
 mod line;
 mod lost;
