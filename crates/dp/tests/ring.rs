@@ -261,6 +261,30 @@ fn the_own_address_heard_now_and_then_is_noise() {
     assert_eq!(desk.station.standing(), Standing::InRing);
 }
 
+/// A station that is alone is told to leave while it passes the token to itself: what comes back starts no message.
+#[test]
+fn who_leaves_begins_nothing_with_the_token_that_comes_back() {
+    let mut desk = listening();
+    while !desk.station.has_token() {
+        desk.says();
+    }
+    loop {
+        let due = desk.station.wake_at().unwrap();
+        let sent = desk.station.poll(due).map(|transmit| (transmit.not_before, transmit.octets.to_vec()));
+        let Some((start, octets)) = sent else { continue };
+        if octets[0] == 0xDC {
+            desk.station.user.left = 5;
+            desk.station.leave();
+            desk.station.sent(start + 33);
+            break;
+        }
+        desk.station.sent(start + octets.len() as u64 * CHARACTER_TBIT);
+    }
+    let due = desk.station.wake_at().unwrap();
+    assert_eq!(desk.station.poll(due), None);
+    assert_eq!((desk.station.standing(), desk.station.user.left), (Standing::Offline, 5));
+}
+
 #[test]
 fn no_token_with_an_impossible_address_changes_anything() {
     for make in [listening, ready, idle] {
