@@ -95,6 +95,11 @@ impl Bounds {
         }
     }
 
+    /// How long a rotation takes at most.
+    pub const fn rotation(&self) -> u64 {
+        self.rotation
+    }
+
     /// After the token was lost: T_TO = (6 + 2n) T_SL of the lowest address n that is left claims it; each of `dead` stations
     /// costs the token and T_SL three times; the second rotation after that is whole.
     pub fn token_lost(&self, dead: u64) -> u64 {
