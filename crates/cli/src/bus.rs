@@ -12,6 +12,9 @@ use profivac_host::tool::{Tool, bus_parameters};
 use profivac_host::{open, rate};
 use std::time::Duration;
 
+/// How long a command waits if nobody says otherwise.
+const TIMEOUT: Duration = Duration::from_secs(5);
+
 /// Where the bus is and how to be a master on it.
 #[derive(Args, Debug)]
 pub struct Bus {
@@ -30,9 +33,10 @@ pub struct Bus {
     /// How long to wait for the beginning of an answer, in bit times; by default what the rate asks for and 20 ms more
     #[arg(long, value_name = "BITS")]
     slot_time: Option<u32>,
-    /// How long to wait for the line, and for somebody to answer
-    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = values::seconds, allow_hyphen_values = true)]
-    timeout: Duration,
+    /// How long to wait for the line, and for somebody to answer; by default 5, and for the line as long as a ring of such
+    /// masters may take to let this one in
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
+    timeout: Option<Duration>,
 }
 
 impl Bus {
@@ -57,7 +61,8 @@ impl Bus {
         // What can be wrong before anything is opened.
         self.parameters(self.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
         let (port, baud) = open_port(&self.port, self.baud)?;
-        Ok((Tool::new(port, baud, self.parameters(baud), self.timeout)?, baud))
+        let tool = Tool::new(port, baud, self.parameters(baud), self.timeout.unwrap_or(TIMEOUT))?;
+        Ok((if self.timeout.is_none() { tool.patient() } else { tool }, baud))
     }
 
     fn parameters(&self, baud: Baud) -> BusParameters {

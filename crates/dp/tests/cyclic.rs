@@ -299,6 +299,19 @@ fn a_slave_that_falls_silent_is_lost_after_the_miss_limit() {
     assert_eq!(desk.station.user.counters(8).unwrap().lost, 3);
 }
 
+/// Another master that speaks in place of the answer says nothing about the slave, however often it does.
+#[test]
+fn a_slave_is_not_lost_because_another_master_spoke() {
+    let mut desk = exchanging();
+    for _ in 0..10 {
+        assert_eq!(desk.asks().octets[4], 8);
+        desk.hears_after(100, "10 05 03 49 51 16");
+    }
+    assert_eq!((desk.station.user.exchanging(), desk.station.user.trouble(8)), (1, None));
+    assert_eq!(desk.station.user.counters(8).unwrap().lost, 0);
+    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]));
+}
+
 #[test]
 fn a_slave_that_comes_back_in_time_was_never_away() {
     let mut desk = exchanging();

@@ -460,3 +460,49 @@ fn golden(name: &str, text: &str) {
     }
     assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
 }
+
+/// Master 3 asks somebody for its FDL status.
+const FOREIGN: &str = "10 05 03 49 51 16";
+
+/// The access point, and the octets of the message; nothing is a poll.
+fn message(octets: &[u8]) -> (u8, String) {
+    let [0x68, _, _, 0x68, 0x88, 0x82, _, dsap, 0x32, du @ .., _, 0x16] = octets else { panic!("{octets:02X?}") };
+    (*dsap, support::text(du))
+}
+
+/// In a ring that is being put in order another master may speak over a request. Nothing is wrong with the slave then.
+#[test]
+fn a_request_that_another_master_spoke_over_is_sent_again() {
+    for (at, sap, du) in [(Initiate, 49, "57"), (Read, 48, "5E 01 10 08"), (Idle, 48, "48")] {
+        let (mut desk, connection) = stand(at);
+        desk.hears_after(100, FOREIGN);
+        let (again, sent) = message(&desk.asks().octets);
+        assert!(again == sap && sent.starts_with(du), "{at:?}: {sent} to {again}");
+        // The slave has had the first one after all: there is no room for another, and its response is fetched.
+        if !matches!(at, Initiate) {
+            answer(&mut desk, 48, "RR");
+            assert_eq!(message(&desk.asks().octets), (48, String::new()), "{at:?}");
+        }
+        assert_ne!(desk.station.user.ms2_phase(connection), Some(Phase::Ended), "{at:?}");
+        match at {
+            Initiate => answer(&mut desk, 49, MANAGER),
+            Read => answer(&mut desk, 48, "5E 01 10 02 AA BB"),
+            _ => answer(&mut desk, 48, "48"),
+        }
+        let told = format!("{:?}", desk.station.user.outcome(connection));
+        let expected = if let Read = at { "Some(Read([170, 187]))" } else { "None" };
+        assert_eq!(told, expected, "{at:?}");
+    }
+}
+
+/// What must not be done twice is not: whether the slave has it shows in what it responds.
+#[test]
+fn a_write_that_another_master_spoke_over_is_polled_for() {
+    let (mut desk, connection) = open();
+    desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    desk.asks();
+    desk.hears_after(100, FOREIGN);
+    assert_eq!(message(&desk.asks().octets), (48, String::new()));
+    answer(&mut desk, 48, "5F 01 10 02");
+    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Written)));
+}

@@ -261,6 +261,30 @@ fn the_own_address_heard_now_and_then_is_noise() {
     assert_eq!(desk.station.standing(), Standing::InRing);
 }
 
+/// A station that is alone is told to leave while it passes the token to itself: what comes back starts no message.
+#[test]
+fn who_leaves_begins_nothing_with_the_token_that_comes_back() {
+    let mut desk = listening();
+    while !desk.station.has_token() {
+        desk.says();
+    }
+    loop {
+        let due = desk.station.wake_at().unwrap();
+        let sent = desk.station.poll(due).map(|transmit| (transmit.not_before, transmit.octets.to_vec()));
+        let Some((start, octets)) = sent else { continue };
+        if octets[0] == 0xDC {
+            desk.station.user.left = 5;
+            desk.station.leave();
+            desk.station.sent(start + 33);
+            break;
+        }
+        desk.station.sent(start + octets.len() as u64 * CHARACTER_TBIT);
+    }
+    let due = desk.station.wake_at().unwrap();
+    assert_eq!(desk.station.poll(due), None);
+    assert_eq!((desk.station.standing(), desk.station.user.left), (Standing::Offline, 5));
+}
+
 #[test]
 fn no_token_with_an_impossible_address_changes_anything() {
     for make in [listening, ready, idle] {
@@ -307,6 +331,8 @@ struct Watch {
     asked: bool,
     /// What was sent last: whoever hears it at once hears an echo.
     sent: Vec<u8>,
+    /// Who was asked last, and whether for its FDL status.
+    asking: Option<(u8, bool)>,
 }
 
 impl Watch {
@@ -328,6 +354,12 @@ impl Watch {
         match telegram {
             Some(Telegram::Token { da, sa }) if *da <= 125 && *sa <= 125 => self.theirs = *da != own || *sa == own,
             Some(Telegram::Frame(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
+                let status = frame.fc & 0x4F == 0x49;
+                if frame.da == own && self.asking.is_some_and(|(da, asked)| da == frame.sa && !(asked && status)) {
+                    // A spoilt answer, or a question if the answer came before: either may be made of it.
+                    self.asked = true;
+                    return;
+                }
                 self.theirs = true;
                 self.asked = frame.da == own && frame.sa != own;
             }
@@ -350,6 +382,10 @@ impl Watch {
         }
         self.asked = false;
         self.sent = octets.to_vec();
+        self.asking = match &telegram {
+            Telegram::Frame(frame) if !answers => Some((frame.da, frame.fc & 0x4F == 0x49)),
+            _ => None,
+        };
     }
 }
 
@@ -376,7 +412,7 @@ fn storm(seed: u64) {
     let bus = BusParameters { gap_factor: 1, hsa: 15, rotation_tbit: 3000, ..parameters() };
     let mut station = Active::new(bus, Asker { left: u32::MAX, failed: 0 }, BitTime(0));
     let mut receiver = Receiver::new(BitTime(0));
-    let mut watch = Watch { theirs: true, busy: BitTime(0), asked: false, sent: Vec::new() };
+    let mut watch = Watch { theirs: true, busy: BitTime(0), asked: false, sent: Vec::new(), asking: None };
     let mut now = BitTime(0);
     for _ in 0..2_000 {
         let silence = [11, 40, 40, 60, 310, 310, 1000, 6000][random.below(8)];

@@ -10,7 +10,7 @@ mod support;
 use profivac_dp::link::active::{Active, Confirmation, Request};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::services::{self, NoResult};
-use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, What};
 use support::desk::{Desk, Said};
 use support::{bus, hex};
 
@@ -416,6 +416,25 @@ fn an_answer_with_another_function_code_is_refused() {
     }
 }
 
+/// A slave that answers with the function code of a request is no master: the token is kept, and the others go on.
+#[test]
+fn an_answer_with_the_function_code_of_a_request_is_refused() {
+    for case in all() {
+        for fc in [0x40, 0x43, 0x46, 0x49, 0x4C, 0x4D, 0x5D, 0x6D, 0x7D, 0x4E, 0x4F] {
+            // Who is asked for its FDL status and asks for ours is another master.
+            if case.right.fc == 0 && fc == 0x49 {
+                continue;
+            }
+            let wrong = Answer { fc, ..case.right.clone() };
+            let words = format!("the answer's function code {fc:02X} does not fit the request");
+            case.refuses("request", &wrong.octets(), &words);
+            let mut desk = (case.asked)();
+            desk.hears_octets(11, &wrong.octets());
+            assert!(desk.station.has_token(), "{} {fc:02X}", case.name);
+        }
+    }
+}
+
 #[test]
 fn an_answer_of_another_length_is_refused() {
     for case in all() {
@@ -546,15 +565,69 @@ fn the_second_answer_of_a_twin_is_nobodys() {
         }
         desk.hears_octets(11, &case.right.octets());
         let before = known(&desk);
+        while desk.station.user.next_event().is_some() {}
         // Within T_ID1, and a third one as well.
         desk.hears_octets(15, &twin.octets());
         desk.hears_octets(200, &twin.octets());
         assert_eq!(known(&desk), before, "{}", case.name);
+        assert_eq!(strays(&mut desk), (2, 1), "{}: counted each time, told once", case.name);
         if let Some(tool) = &case.tool {
             let result = desk.station.user.take().map(|confirmation| (tool.read)(&confirmation).unwrap());
             assert!(case.right.du.ends_with(&result.unwrap()), "{}", case.name);
         }
     }
+}
+
+/// How many answers to nothing slave 8 has given, and how many events tell of them.
+fn strays(desk: &mut Station) -> (u32, usize) {
+    let events = std::iter::from_fn(|| desk.station.user.next_event());
+    let told = events.filter(|event| (event.address, event.what) == (8, What::Stray)).count();
+    (desk.station.user.counters(8).unwrap().strays, told)
+}
+
+/// SC does not say who sends it: it counts for the slave that has just answered, and for nobody if none has.
+#[test]
+fn a_second_acknowledgement_counts_for_who_was_asked() {
+    let mut desk = set_prm();
+    desk.hears("E5");
+    desk.hears_after(15, "E5");
+    assert_eq!(strays(&mut desk), (1, 1));
+    let mut desk = desk_in_pause();
+    desk.hears_after(5, "E5");
+    assert_eq!(strays(&mut desk), (0, 0));
+}
+
+/// The token has just come back, and nobody was asked since.
+fn desk_in_pause() -> Station {
+    let mut desk = exchange();
+    desk.hears(INPUTS);
+    while !desk.says().is_token() {}
+    desk
+}
+
+#[test]
+fn what_others_are_answered_is_no_second_answer() {
+    let mut desk = exchange();
+    desk.hears(INPUTS);
+    // The same slave to master 3, and a slave that this master does not have.
+    desk.hears_after(15, "68 05 05 68 03 08 08 01 02 16 16");
+    desk.hears_after(15, "68 05 05 68 02 09 08 01 02 16 16");
+    assert_eq!(strays(&mut desk), (0, 0));
+}
+
+/// A slave that was lost and comes back is another matter: the next second answer is told again.
+#[test]
+fn a_second_answer_is_told_again_after_the_slave_was_lost() {
+    let mut desk = exchange();
+    desk.hears(INPUTS);
+    desk.hears_after(15, INPUTS);
+    assert_eq!(strays(&mut desk), (1, 1));
+    // It begins from the beginning.
+    desk.station.user.restart(8);
+    desk.asks();
+    desk.hears(THERE);
+    desk.hears_after(15, THERE);
+    assert_eq!(strays(&mut desk), (2, 1));
 }
 
 /// Both at once: nothing that anybody can read.

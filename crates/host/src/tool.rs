@@ -3,7 +3,7 @@
 //!
 //! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
 
-use crate::clock::tbit_of;
+use crate::clock::{duration_of, tbit_of};
 use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
 use profivac_dp::link::active::{
@@ -24,8 +24,8 @@ pub type BusMaster = Master<125, MAX_DU>;
 const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 
 /// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
-/// waits longer until it is let into the ring. free choice.
-const GAP_FACTOR: u8 = 5;
+/// waits longer until it is let into the ring: [`entry_time`]. free choice.
+const GAP_FACTOR: u8 = 2;
 
 /// How long it takes at most to pass the token on at the end. free choice: some rotations of a small ring.
 const FAREWELL: Duration = Duration::from_secs(1);
@@ -39,6 +39,13 @@ pub fn bus_parameters(address: u8, baud: Baud) -> BusParameters {
     let bus = BusParameters::new(address, baud);
     let delay_tbit = u32::try_from(tbit_of(baud, PLATFORM_DELAY)).unwrap_or(u32::MAX);
     BusParameters { slot_tbit: bus.slot_tbit.saturating_add(delay_tbit), gap_factor: GAP_FACTOR, ..bus }
+}
+
+/// How long it may take until a ring of such masters lets another one in. On a slow line that is many seconds: see
+/// [`BusParameters::entry_tbit`].
+#[must_use]
+pub fn entry_time(bus: &BusParameters, baud: Baud) -> Duration {
+    duration_of(baud, bus.entry_tbit())
 }
 
 /// Why nothing could be asked.
@@ -133,6 +140,9 @@ pub struct Tool {
     segment: Segment<[Boxed; 1]>,
     baud: Baud,
     patience: Duration,
+    /// The same for the line.
+    line_patience: Duration,
+    entry: Duration,
     beside: Option<Beside>,
 }
 
@@ -160,16 +170,26 @@ impl Drop for Tool {
 }
 
 impl Tool {
-    /// A master without slaves. It waits at most for `patience` until it gets the line.
+    /// A master without slaves. It waits at most for `patience` until it gets the line and until somebody answers.
     ///
     /// # Errors
     /// [`ToolError::Parameters`] when `bus` cannot be.
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
         bus.check().map_err(ToolError::Parameters)?;
+        let entry = entry_time(&bus, baud);
         let mut station = Boxed::new(bus, baud);
         station.0.search_later();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, baud, patience, beside: None })
+        Ok(Self { segment, baud, patience, line_patience: patience, entry, beside: None })
+    }
+
+    /// The same, and it waits for the line as long as a ring of such masters may take to let it in, if that is longer.
+    #[must_use]
+    pub const fn patient(mut self) -> Self {
+        if self.entry.as_nanos() > self.line_patience.as_nanos() {
+            self.line_patience = self.entry;
+        }
+        self
     }
 
     /// Does `work` whenever the line was served while something that was asked is waited for: who asks does not make those
@@ -298,7 +318,7 @@ impl Tool {
 
     /// Serves the line once on behalf of somebody who has been waiting since `begun`.
     fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
-        let left = self.patience.saturating_sub(begun.elapsed());
+        let left = self.line_patience.saturating_sub(begun.elapsed());
         // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
         let longest = if self.beside.is_some() { LONGEST_WAIT } else { left };
         self.serve(&[], left.min(longest).max(LEAST_WAIT))?;
@@ -326,6 +346,8 @@ impl Tool {
 mod tests {
     use super::*;
     use crate::port::Character;
+    use profivac_dp::master::services;
+    use profivac_sim::Bus;
     use rustix::fd::AsFd;
     use std::os::unix::net::UnixStream;
     use std::sync::Arc;
@@ -353,6 +375,34 @@ mod tests {
 
         fn generation(&self) -> u32 {
             self.1.load(Ordering::Relaxed)
+        }
+    }
+
+    /// Two commands on one slow line, both with the parameters they have if nobody says otherwise. The first looks for
+    /// others only now and then; whenever the second begins to listen, and wherever its address is, it is let in in time.
+    #[test]
+    fn a_second_tool_is_let_in_while_it_has_patience() {
+        let baud = Baud::B19200;
+        for (address, begins_ms) in [(1, 1_500), (1, 9_000), (60, 9_000), (125, 1_500), (125, 5_500), (125, 12_000)] {
+            let mut bus = Bus::new(baud);
+            let tool = |address, now| {
+                let mut station = BusMaster::on(bus_parameters(address, baud), Settings::new(baud), now);
+                station.search_later();
+                station
+            };
+            let first = bus.attach(tool(0, BitTime(0)));
+            bus.run_until(BitTime(baud.tbit_of_ms(begins_ms))).unwrap();
+            let now = bus.now();
+            let second = bus.attach(tool(address, now));
+            let patience = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
+            while bus.now() < now + patience && bus.station(second).standing() != Standing::InRing {
+                // Nobody is at 90: each question costs a slot time.
+                let _ = bus.station_mut(first).user.submit(&services::slave_diag(90));
+                bus.station_mut(first).user.take();
+                bus.run_for(100).unwrap();
+            }
+            let standing = bus.station(second).standing();
+            assert_eq!(standing, Standing::InRing, "{address}, which begins after {begins_ms} ms");
         }
     }
 

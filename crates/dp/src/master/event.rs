@@ -28,6 +28,9 @@ pub enum What {
     Trouble(Trouble),
     /// The diagnosis says something new.
     Diagnosis,
+    /// It has answered twice, or late. Told for the first time since the slave was called, then counted:
+    /// [`Counters::strays`](super::Counters::strays).
+    Stray,
     /// Something became of an acyclic request.
     Acyclic(Handle, Notice),
     /// The slave has fallen out of data exchange, and [`Settings::auto_clear`](super::Settings::auto_clear) has taken the
@@ -41,6 +44,7 @@ impl fmt::Display for What {
             Self::Entered(state) => state.fmt(f),
             Self::Trouble(trouble) => trouble.fmt(f),
             Self::Diagnosis => f.write_str("new diagnosis"),
+            Self::Stray => f.write_str("it answered twice or late: is there another station at its address?"),
             Self::Acyclic(handle, Notice::Done) => write!(f, "there is an outcome of {}", handle.service()),
             Self::Acyclic(_, Notice::Ended(end)) => end.fmt(f),
             Self::AutoClear => f.write_str("it fell out of data exchange, and the master went to CLEAR"),

@@ -537,4 +537,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             Pending::Nothing => {}
         }
     }
+
+    fn stray(&mut self, now: BitTime, sender: u8) {
+        self.now = now;
+        self.with(sender, Handler::strayed);
+    }
 }

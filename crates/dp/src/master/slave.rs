@@ -67,6 +67,8 @@ pub(super) struct Handler<const OCTETS: usize> {
     back_off: BackOff,
     /// To be forgotten once it is inactive.
     leaving: bool,
+    /// An answer to nothing was told of.
+    strayed: bool,
     trouble: Option<Trouble>,
     pub(super) diagnosis: Option<Diagnosis<OCTETS>>,
     pub(super) counters: Counters,
@@ -106,6 +108,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             misses: 0,
             back_off: BackOff::new(),
             leaving: false,
+            strayed: false,
             trouble: None,
             diagnosis: None,
             counters: Counters::default(),
@@ -244,6 +247,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
         self.state = old.state;
         self.leaving = old.leaving;
+        self.strayed = old.strayed;
         self.back_off = old.back_off;
         self.counters = old.counters;
         self.diagnosis = old.diagnosis;
@@ -264,6 +268,14 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             State::Offline | State::Diag1 | State::Release | State::Inactive => {}
         }
         self.back_off.begin_anew(context.now + self.min_interval_tbit);
+    }
+
+    /// It has answered, and nothing was asked.
+    pub(super) fn strayed(&mut self, context: &mut Context<'_>) {
+        self.counters.strays = self.counters.strays.saturating_add(1);
+        if !core::mem::replace(&mut self.strayed, true) {
+            self.note(What::Stray, context);
+        }
     }
 
     /// Because of this slave all go to safe outputs.
@@ -397,6 +409,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             (true, true) | (false, false) => {}
         }
         self.exchanged = self.exchanged.filter(|_| is);
+        self.strayed &= state != State::Offline;
         self.misses = 0;
         self.back_off.end(context.now);
         if self.leaving && state == State::Inactive {

@@ -82,6 +82,8 @@ pub struct Counters {
     pub lost: u32,
     /// Requests that had to be repeated.
     pub retries: u32,
+    /// Answers to nothing: late ones, or those of a second station with the same address.
+    pub strays: u32,
     /// Diagnoses fetched.
     pub diagnoses: u32,
     /// How often the slave came into data exchange.

@@ -21,22 +21,31 @@ impl Said {
     }
 }
 
+/// No test takes so many telegrams of the master: it goes on for ever about nothing, and what is waited for never comes.
+const TELEGRAMS: u32 = 2_000_000;
+
+/// So often a master may be polled without a word. Each time it has something else to wait for.
+const SILENT_POLLS: u32 = 100;
+
 #[derive(Clone)]
 pub struct Desk<R> {
     pub station: Active<R>,
     receiver: Receiver,
     /// When the last telegram ended, whoever sent it.
     pub now: BitTime,
+    said: u32,
 }
 
 impl<R: Requests> Desk<R> {
     pub fn new(station: Active<R>) -> Self {
-        Self { station, receiver: Receiver::new(BitTime(0)), now: BitTime(0) }
+        Self { station, receiver: Receiver::new(BitTime(0)), now: BitTime(0), said: 0 }
     }
 
     /// The next telegram of the master. Nobody else speaks until it has left.
     pub fn says(&mut self) -> Said {
-        loop {
+        self.said += 1;
+        assert!(self.said < TELEGRAMS, "the master has sent {TELEGRAMS} telegrams, and none of them ended the test");
+        for _ in 0..SILENT_POLLS {
             let due = self.station.wake_at().expect("a master always has something to wait for");
             self.now = self.now.max(due);
             if let Some(transmit) = self.station.poll(self.now) {
@@ -46,6 +55,7 @@ impl<R: Requests> Desk<R> {
                 return said;
             }
         }
+        panic!("at {} the master was polled {SILENT_POLLS} times and said nothing", self.now);
     }
 
     /// The next telegram of the master that is a message to somebody.

@@ -48,7 +48,12 @@ pub struct Line<R> {
     pub tamper: Option<Tamper>,
     pub trace: Vec<Entry>,
     pub now: BitTime,
+    /// Deadlines since time went on. Each of them is over when it has been polled.
+    standing_still: u32,
 }
+
+/// So many deadlines at one bit time are more than all stations of a test have.
+const DEADLINES: u32 = 10_000;
 
 impl<R: Requests> Line<R> {
     pub fn new(master: Active<R>) -> Self {
@@ -61,6 +66,7 @@ impl<R: Requests> Line<R> {
             tamper: None,
             trace: Vec::new(),
             now: BitTime(0),
+            standing_still: 0,
         }
     }
 
@@ -99,6 +105,10 @@ impl<R: Requests> Line<R> {
     }
 
     fn deadline(&mut self, now: BitTime) {
+        self.standing_still = if now == self.now { self.standing_still + 1 } else { 0 };
+        if self.standing_still > DEADLINES {
+            self.fail("a deadline does not go away");
+        }
         self.now = now;
         let mut all = vec![(From::Master, given(self.master.poll(now)))];
         for (place, slave) in self.slaves.iter_mut().enumerate() {

@@ -8,7 +8,7 @@ use profivac_dp::slave::Slave;
 use profivac_sim::{Bus, Fault, Foul, Handle, Rule};
 
 /// What may happen while nobody can know who has the token.
-const CONFUSION: [Rule; 10] = [
+pub const CONFUSION: [Rule; 10] = [
     Rule::Collision,
     Rule::Syn,
     Rule::Id1,
@@ -95,22 +95,38 @@ impl Bounds {
         }
     }
 
+    /// How long a rotation takes at most.
+    pub const fn rotation(&self) -> u64 {
+        self.rotation
+    }
+
     /// After the token was lost: T_TO = (6 + 2n) T_SL of the lowest address n that is left claims it; each of `dead` stations
     /// costs the token and T_SL three times; the second rotation after that is whole.
     pub fn token_lost(&self, dead: u64) -> u64 {
         (6 + 2 * u64::from(self.lowest)) * self.slot + dead * 3 * (33 + self.slot) + 2 * self.rotation
     }
 
-    /// Until a station that begins to listen is in the ring: it hears the rest of a rotation and two whole ones; its
-    /// predecessor may be in the pause G x T_TR, asks one address of at most HSA + 1 per rotation, and may have asked the
-    /// newcomer just before it was ready, so all of that comes twice.
-    pub fn join(&self) -> u64 {
-        3 * self.rotation + 2 * (PAUSE_TBIT + (u64::from(HSA) + 2) * self.rotation)
+    /// From one question to an address of the GAP to the next: the pause G x T_TR, and one address of at most HSA + 1 per
+    /// rotation; the pause ends with a visit.
+    fn period(&self) -> u64 {
+        PAUSE_TBIT + (u64::from(HSA) + 2) * self.rotation
     }
 
-    /// Until stations that know nothing of each other are one ring: the lowest claims the token, each of the others joins.
+    /// A station that listens knows the ring: it hears the rest of a rotation and two whole ones.
+    fn learn(&self) -> u64 {
+        3 * self.rotation
+    }
+
+    /// Until a station that begins to listen is in the ring: it learns the ring, and was perhaps asked just before it had.
+    pub fn join(&self) -> u64 {
+        self.learn() + self.period()
+    }
+
+    /// Until stations that know nothing of each other are one ring: the lowest claims the token and asks everybody, perhaps
+    /// before they know the ring; each one that joins makes the others learn it anew; within another period everybody who
+    /// is not in is asked by his predecessor.
     pub fn begin(&self, stations: usize) -> u64 {
-        self.token_lost(0) + stations as u64 * self.join()
+        self.token_lost(0) + stations as u64 * self.learn() + 2 * self.period()
     }
 }
 

@@ -21,10 +21,28 @@ impl<R: Requests> Active<R> {
                 }
                 Err(mismatch) => cycle.mismatch = Some(mismatch),
             },
-            // A late answer: others may follow, and must not be taken for answers to the next request.
-            State::Holding { idle_tbit } => *idle_tbit = slot.max(*idle_tbit),
+            // One answer too many: others may follow, and must not be taken for answers to the next request.
+            State::Holding { idle_tbit, answered } => {
+                *idle_tbit = slot.max(*idle_tbit);
+                let answered = *answered;
+                self.stray(end, answered, telegram);
+            }
             State::Passing(pass) => pass.heard = true,
             State::Offline | State::Listening | State::Idle | State::Claiming | State::Leaving(_) => {}
+        }
+    }
+
+    /// An answer that nobody waits for: a late one, or the one of a second station with the same address. SC does not say
+    /// who sends it; it is taken for one more of the station that has just answered.
+    #[cold]
+    fn stray(&mut self, now: BitTime, answered: Option<u8>, telegram: &Telegram<'_>) {
+        let sender = match telegram {
+            Telegram::ShortAck => answered,
+            Telegram::Frame(frame) => (frame.da == self.bus.address).then_some(frame.sa),
+            Telegram::Token { .. } => None,
+        };
+        if let Some(sender) = sender {
+            self.user.stray(now, sender);
         }
     }
 
@@ -41,7 +59,7 @@ impl<R: Requests> Active<R> {
             0 => self.bus.id1_tbit(),
             _ => self.slot_tbit().saturating_mul(2),
         };
-        self.state = State::Holding { idle_tbit };
+        self.state = State::Holding { idle_tbit, answered: Some(cycle.asked.da) };
         if cycle.from_user {
             self.user.confirm(end, Confirmation::Answer(Answer { retries: cycle.retries, ..answer }));
         }
@@ -79,7 +97,7 @@ impl<R: Requests> Active<R> {
             None if cycle.left.is_some_and(|left| left < self.busy) => Failure::Damaged,
             None => Failure::Silence,
         };
-        self.state = State::Holding { idle_tbit };
+        self.state = State::Holding { idle_tbit, answered: None };
         self.failed(now, &cycle, failure);
         self.work(now, not_before)
     }

@@ -64,10 +64,22 @@ impl Gap {
         }
     }
 
-    /// The successor is gone, or nothing is known: the next visit after `now` begins to scan.
+    /// Nothing is known: the next visit after `now` begins to scan.
     pub(super) fn scan(&mut self, now: BitTime) {
         self.cursor = self.own;
         self.from = if self.lazy { now + self.pause_tbit } else { now };
+    }
+
+    /// `address` does not take the token: the next visit after `now` asks those behind it, or goes on with the scan that is
+    /// under way. It is asked itself in the next scan only: one that merely says that it is a master must not cost every
+    /// visit.
+    pub(super) fn scan_behind(&mut self, address: u8, now: BitTime) {
+        if self.lazy {
+            self.scan(now);
+        } else if now < self.from {
+            self.cursor = address;
+            self.from = now;
+        }
     }
 
     /// Every scan begins with the pause.
@@ -147,6 +159,10 @@ mod tests {
     fn a_successor_that_goes_and_a_new_hsa_end_the_pause() {
         let mut gap = Gap::new(2, 20, PAUSE_TBIT);
         assert_eq!(asked(&mut gap, 5, 4), "3 4 - -");
+        // Five is gone, and so is seven: those behind five were not asked yet.
+        gap.scan_behind(5, BitTime(5));
+        gap.scan_behind(7, BitTime(5));
+        assert_eq!(asked(&mut gap, 9, 4), "6 7 8 -");
         gap.scan(BitTime(5));
         assert_eq!(asked(&mut gap, 9, 7), "3 4 5 6 7 8 -");
         gap.set_hsa(4);

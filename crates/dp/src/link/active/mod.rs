@@ -228,7 +228,7 @@ impl<R: Requests> Station for Active<R> {
             }
             State::Leaving(Departure::Pass(pass)) => self.state = State::Passing(*pass),
             State::Leaving(Departure::Unconfirmed) => {
-                self.state = State::Holding { idle_tbit: self.bus.id2_tbit() };
+                self.state = State::Holding { idle_tbit: self.bus.id2_tbit(), answered: None };
                 self.user.confirm(end, Confirmation::Sent);
             }
             // An answer of this station, or one to it that was faster than the news that its request has left.
@@ -256,7 +256,7 @@ impl<R: Requests> Station for Active<R> {
         match &self.state {
             State::Listening | State::Idle => Some(self.busy + self.bus.timeout_tbit()),
             State::Claiming => Some(self.busy + self.token_idle_tbit()),
-            State::Holding { idle_tbit } => Some(self.busy + *idle_tbit),
+            State::Holding { idle_tbit, .. } => Some(self.busy + *idle_tbit),
             State::Waiting(cycle) => self.deadline(cycle),
             State::Passing(Pass { .. }) => Some(self.busy + self.slot_tbit()),
             State::Leaving(_) | State::Offline => None,

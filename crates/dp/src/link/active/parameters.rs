@@ -1,6 +1,6 @@
 //! The bus parameters of an active station. profibus-wire 1.12.
 
-use crate::link::time::{Baud, T_SYN_TBIT};
+use crate::link::time::{Baud, CHARACTER_TBIT, T_SYN_TBIT};
 use core::fmt;
 
 /// The highest address a station can have; 126 is only where slaves wait for one.
@@ -121,6 +121,21 @@ impl BusParameters {
     #[must_use]
     pub const fn gap_pause_tbit(&self) -> u64 {
         (self.gap_factor as u64).saturating_mul(self.rotation_tbit as u64)
+    }
+
+    /// How long a newcomer listens and then waits until a ring of two masters with these parameters has let it in, if no
+    /// visit has more than one message: three rotations to learn the ring, the pause of the GAP, and one
+    /// of HSA + 1 addresses per rotation. profibus-wire 1.13.
+    #[must_use]
+    pub fn entry_tbit(&self) -> u64 {
+        // A request without data has 6 characters or, with access points, 11; a token has 3.
+        let slot = u64::from(self.slot_tbit);
+        let message = slot.saturating_add(11 * CHARACTER_TBIT);
+        let question = slot.saturating_add(6 * CHARACTER_TBIT);
+        let token = self.id1_tbit().saturating_add(3 * CHARACTER_TBIT);
+        let visit = message.saturating_add(question).saturating_add(token);
+        let visits = u64::from(self.hsa).saturating_add(2 + 3);
+        self.timeout_tbit().saturating_add(self.gap_pause_tbit()).saturating_add(visit.saturating_mul(visits))
     }
 
     /// Whether a bus can have these parameters.

@@ -91,6 +91,12 @@ pub trait Requests {
 
     /// What became of the message, at `now`.
     fn confirm(&mut self, now: BitTime, confirmation: Confirmation<'_>);
+
+    /// Station `sender` has answered to us at `now`, and nothing was asked of it any more: late, or it is not the only one
+    /// at its address. Never a value; told so that somebody can look.
+    fn stray(&mut self, now: BitTime, sender: u8) {
+        let _ = (now, sender);
+    }
 }
 
 /// What became of a message.

@@ -15,8 +15,9 @@ pub(super) enum State {
     Idle,
     /// Nobody, it seems: the token was sent once and will be sent again [Claim_Token].
     Claiming,
-    /// This station. It speaks when the line has been idle for so long [Use_Token, Check_Access_Time].
-    Holding { idle_tbit: u64 },
+    /// This station. It speaks when the line has been idle for so long [Use_Token, Check_Access_Time]. If it was answered
+    /// just now: who was asked.
+    Holding { idle_tbit: u64, answered: Option<u8> },
     /// A telegram that nobody answers is leaving [Use_Token, Pass_Token].
     Leaving(Departure),
     /// Another station is to answer [Await_Data_Response, Await_Status_Response].

@@ -14,7 +14,7 @@
 //! Who left the address to another station says nothing at all until two rotations went by without it.
 
 use super::las::{self, Las};
-use super::request::Requests;
+use super::request::{Kind, Mismatch, Requests};
 use super::state::{Departure, Pass, State, count};
 use super::{Active, Confirmation, Failure};
 use crate::link::Transmit;
@@ -95,7 +95,7 @@ impl<R: Requests> Active<R> {
             self.heard(end, telegram);
             return None;
         }
-        if self.is_echo(end, telegram) {
+        if self.is_echo(end, telegram) || self.is_spoilt_answer(telegram) {
             return None;
         }
         self.give_way(end);
@@ -206,6 +206,19 @@ impl<R: Requests> Active<R> {
         true
     }
 
+    /// Whether whoever is being asked answers with the function code of a request. A slave that does has no token: it has
+    /// erred. A master that is asked for its FDL status may ask for ours because it has a token of its own.
+    fn is_spoilt_answer(&mut self, telegram: &Telegram<'_>) -> bool {
+        let (State::Waiting(cycle), Telegram::Frame(frame)) = (&mut self.state, telegram) else { return false };
+        let status = matches!(frame.control(), Control::Request { function: Function::FdlStatus, .. });
+        let asks_too = status && cycle.asked.kind == Kind::FdlStatus;
+        let is_spoilt = (frame.da, frame.sa) == (self.bus.address, cycle.asked.da) && !asks_too;
+        if is_spoilt {
+            cycle.mismatch = Some(Mismatch::Function(frame.fc));
+        }
+        is_spoilt
+    }
+
     /// An answer by this station, as soon as it may begin.
     fn answer(&mut self, end: BitTime, da: u8, station: StationType, status: Status) -> Option<Transmit<'_>> {
         let answer = Frame::short(da, self.bus.address, Control::Response { station, status });
@@ -269,7 +282,7 @@ impl<R: Requests> Active<R> {
         }
         count(&mut self.counters.lost_successors);
         self.las.remove(pass.da);
-        self.gap.scan(now);
+        self.gap.scan_behind(pass.da, now);
         self.pass_token(due)
     }
 }

@@ -15,7 +15,7 @@ impl<R: Requests> Active<R> {
         let hold_until = self.visit.began + u64::from(self.bus.rotation_tbit);
         let part = if self.leaving { Part::Over } else { Part::First };
         self.visit = Visit { began: now, hold_until, part };
-        self.state = State::Holding { idle_tbit };
+        self.state = State::Holding { idle_tbit, answered: None };
         self.suspect = None;
         if !core::mem::take(&mut self.twin.lately) {
             self.twin.heard = 0;

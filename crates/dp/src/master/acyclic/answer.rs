@@ -21,6 +21,16 @@ pub(in crate::master) enum Expected {
     AlarmAck(AlarmAck),
 }
 
+impl Expected {
+    /// Whether the request does no harm if the slave does it twice.
+    pub(in crate::master) const fn repeats(&self) -> bool {
+        match self {
+            Self::ResourceManager | Self::Initiate | Self::Idle | Self::Read(_) => true,
+            Self::Write(_) | Self::Transport(_) | Self::AlarmAck(_) => false,
+        }
+    }
+}
+
 /// What does not fit in a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrong {

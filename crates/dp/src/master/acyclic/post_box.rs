@@ -48,6 +48,8 @@ pub(in crate::master) struct PostBox {
     length: usize,
     pub(in crate::master) stage: Stage,
     rejections: u8,
+    /// The request was sent before, and the slave may have it.
+    uncertain: bool,
     lost: Option<(Failure, BitTime)>,
     not_before: BitTime,
     /// Counted from the first time this was asked for work.
@@ -61,6 +63,7 @@ impl PostBox {
             length: 0,
             stage: Stage::Request,
             rejections: 0,
+            uncertain: false,
             lost: None,
             not_before: BitTime(0),
             deadline: None,
@@ -77,6 +80,7 @@ impl PostBox {
     pub(in crate::master) const fn begin(&mut self, stage: Stage) {
         self.stage = stage;
         self.rejections = 0;
+        self.uncertain = false;
         self.lost = None;
         self.deadline = None;
     }
@@ -121,17 +125,23 @@ impl PostBox {
         }
     }
 
-    /// What became of the message.
+    /// What became of the message. A request that `repeats` may be done twice by the slave and does no harm.
     pub(in crate::master) fn confirmed<'a>(
         &mut self,
         now: BitTime,
         confirmation: Confirmation<'a>,
+        repeats: bool,
         patience: &Patience,
     ) -> Progress<'a> {
         self.not_before = now + patience.pace_tbit;
         match confirmation {
             Confirmation::Answer(answer) => self.answered(&answer, patience),
             Confirmation::Failed(failure @ Failure::Impossible) => Progress::Failed(Cause::Lost(failure)),
+            // Another master spoke at the same time, and neither was understood: nothing is wrong with the slave.
+            Confirmation::Failed(Failure::Interrupted) if repeats && self.stage == Stage::Request => {
+                self.uncertain = true;
+                Progress::Waiting
+            }
             // Whether the slave has got the request is not known, and a write must not be done twice: from here on the
             // response is waited for. profibus-wire 4.9, rule 6.
             Confirmation::Failed(failure) => {
@@ -153,6 +163,11 @@ impl PostBox {
                 Progress::Waiting
             }
             Status::DataLow => Progress::Response(answer.du),
+            // It has the request already.
+            Status::NoResource if self.uncertain => {
+                (self.stage, self.uncertain) = (Stage::Poll, false);
+                Progress::Waiting
+            }
             // Nothing was stored: the same again, later. profibus-wire 4.12.
             Status::NoResource | Status::UserError if self.rejections < patience.rejections => {
                 self.rejections = self.rejections.saturating_add(1);

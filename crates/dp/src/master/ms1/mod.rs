@@ -139,7 +139,7 @@ impl Job {
         if self.state != State::Running {
             return None;
         }
-        match self.post.confirmed(now, confirmation, &self.parameters.patience()) {
+        match self.post.confirmed(now, confirmation, self.expected.repeats(), &self.parameters.patience()) {
             Progress::Waiting => None,
             Progress::Failed(cause) => self.fail(cause),
             Progress::Response(pdu) => match self.expected.matched(pdu) {

@@ -18,7 +18,7 @@ pub use parameters::{Ms2Parameters, Opened};
 
 use super::acyclic::{Cause, End, Expected, Held, NotTaken, Notice, Outcome, Patience, PostBox, Progress, Stage};
 use crate::link::BitTime;
-use crate::link::active::{Confirmation, Request};
+use crate::link::active::{Confirmation, Failure, Request};
 use core::fmt;
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{
@@ -268,10 +268,12 @@ impl Connection {
             State::Open(_) | State::Ended(_) => return None,
         };
         let sent = self.post.stage;
-        match self.post.confirmed(now, confirmation, &self.patience) {
+        match self.post.confirmed(now, confirmation, expected.repeats(), &self.patience) {
             Progress::Waiting => match (expected, sent, confirmation) {
                 // Nobody there: no connection is lost by giving up at once. profibus-wire 4.11.
-                (Expected::ResourceManager, Stage::Request, Confirmation::Failed(failure)) => {
+                (Expected::ResourceManager, Stage::Request, Confirmation::Failed(failure))
+                    if failure != Failure::Interrupted =>
+                {
                     self.failed(Cause::Lost(failure))
                 }
                 _ => None,

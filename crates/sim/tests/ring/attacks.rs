@@ -1,0 +1,115 @@
+//! Stations that are hostile or broken, and a ring that bears with them.
+
+use crate::common::{CFG, IDENT, Plain};
+use crate::line::{BAUD, Bounds, CONFUSION, Line, parameters};
+use profivac_dp::link::{BitTime, Station, Transmit};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+use profivac_dp::slave::Slave;
+use profivac_sim::{Bus, Fault, Random};
+use profivac_wire::control::{Control, StationType, Status};
+use profivac_wire::{Frame, MAX_TELEGRAM, Telegram};
+
+/// Says to everybody who asks that it is a master, and never takes the token.
+struct Liar {
+    address: u8,
+    station: StationType,
+    asked: u32,
+    octets: [u8; MAX_TELEGRAM],
+}
+
+impl Station for Liar {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        let Telegram::Frame(frame) = telegram else { return None };
+        if frame.da != self.address {
+            return None;
+        }
+        self.asked += 1;
+        let control = Control::Response { station: self.station, status: Status::Ok };
+        let answer = Telegram::Frame(Frame::short(frame.sa, self.address, control));
+        let length = answer.emit(&mut self.octets).ok()?;
+        Some(Transmit { not_before: end + 11, octets: self.octets.get(..length)? })
+    }
+
+    fn activity(&mut self, _end: BitTime) {}
+
+    fn sent(&mut self, _end: BitTime) {}
+
+    fn poll(&mut self, _now: BitTime) -> Option<Transmit<'_>> {
+        None
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        None
+    }
+}
+
+/// It costs the token three times and T_SL each, once in a scan of the GAP and not in every visit.
+#[test]
+fn who_only_says_that_it_is_a_master_costs_little() {
+    for station in [StationType::MasterReady, StationType::MasterInRing] {
+        for address in [3, 5, 12] {
+            let mut line = Line::whole(&[2, 9]);
+            let liar = line.bus.attach(Liar { address, station, asked: 0, octets: [0; MAX_TELEGRAM] });
+            CONFUSION.into_iter().for_each(|rule| line.bus.allow(rule));
+            let before = line.answers(&[2, 9]);
+            let begin = line.bus.now();
+            line.bus.run_for(300_000).unwrap();
+            let asked = u64::from(line.bus.station(liar).asked);
+            // From one scan to the next the pause G x T_TR passes at least.
+            assert!((3..=300_000 / 5_000 + 1).contains(&asked), "{address}: asked {asked} times");
+            let after = line.answers(&[2, 9]);
+            let spent = line.bus.now() - begin - asked * 3 * (33 + 300);
+            for (before, after) in before.iter().zip(&after) {
+                assert!(u64::from(after - before) > spent / Bounds::of(&[2, 9]).rotation(), "{before} {after}");
+            }
+            let lost: u32 = [2, 9].iter().map(|master| line.master(*master).ring_counters().lost_successors).sum();
+            assert!(u64::from(lost).abs_diff(asked) <= 1, "{lost} of {asked}");
+        }
+    }
+}
+
+type Class1 = Master<8, 8>;
+
+/// Slaves that lose power and get it again every few exchanges, under two masters; when it is over all are there.
+#[test]
+fn slaves_that_come_and_go_leave_the_books_right() {
+    for seed in 0..6 {
+        let mut random = Random::new(seed);
+        let mut bus = Bus::new(BAUD);
+        let addresses: [[u8; 4]; 2] = [[30, 31, 32, 33], [40, 41, 42, 43]];
+        let slaves: Vec<_> =
+            addresses.iter().flatten().map(|address| bus.attach(Slave::new(Plain::new(), *address, BAUD))).collect();
+        let masters = [(2, addresses[0]), (5, addresses[1])].map(|(address, slaves)| {
+            let mut master = Class1::on(parameters(address), Settings::new(BAUD), BitTime(0));
+            for slave in slaves {
+                master.user.add(&SlaveParameters::new(slave, IDENT, &CFG)).unwrap();
+            }
+            master.user.set_mode(Mode::Operate);
+            bus.attach(master)
+        });
+        // A slave that loses power while it answers leaves half a telegram.
+        CONFUSION.into_iter().for_each(|rule| bus.allow(rule));
+        for _ in 0..1_000 {
+            let slave = slaves[random.below(8) as usize];
+            let on = random.below(3) > 0;
+            if on {
+                let address = bus.station(slave).address();
+                bus.station_mut(slave).power_up(address);
+            }
+            bus.inject(Fault::Power(slave.id(), on));
+            bus.run_for(random.below(3_000)).unwrap();
+            for (master, addresses) in masters.iter().zip(addresses) {
+                let master = &mut bus.station_mut(*master).user;
+                let with_inputs = addresses.iter().filter(|slave| master.exchanged_at(**slave).is_some()).count();
+                assert!(with_inputs <= master.exchanging() && master.exchanging() <= 4, "seed {seed}");
+                while master.next_event().is_some() {}
+                assert!(!master.take_overflow(), "seed {seed}");
+            }
+        }
+        slaves.iter().for_each(|slave| bus.inject(Fault::Power(slave.id(), true)));
+        bus.run_for(BAUD.tbit_of_ms(1_500)).unwrap();
+        for master in masters {
+            assert_eq!(bus.station(master).user.exchanging(), 4, "seed {seed}");
+        }
+    }
+}
