@@ -303,6 +303,15 @@ mod tests {
     }
 
     #[test]
+    fn an_old_terminal_has_all_gauges_and_what_has_just_happened() {
+        let picture = picture(8.0, 80, 24);
+        assert_eq!(picture.matches(" DATA ").count(), 12, "{picture}");
+        for word in ["The scroll pump evacuates", "fore-line", "img400", "EXECUTING", "bypass open", "OPERATE  cycle"] {
+            assert!(picture.contains(word), "{word}:\n{picture}");
+        }
+    }
+
+    #[test]
     fn a_small_terminal_is_no_reason_to_fail() {
         for (width, height) in [(80, 24), (20, 8), (1, 1)] {
             assert!(!picture(0.5, width, height).is_empty());
