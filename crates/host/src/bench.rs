@@ -95,6 +95,8 @@ pub struct VirtualDevice {
     sensors: Vec<(Sensor, f64)>,
     real: bool,
     around: Surroundings,
+    /// What surrounds the measuring parts that sit elsewhere, by their instances.
+    elsewhere: Vec<(u8, Surroundings)>,
     baud: Baud,
     /// Its time passes when somebody says so, and not with that of the bus.
     driven: bool,
@@ -117,6 +119,7 @@ impl VirtualDevice {
             sensors,
             real: false,
             around,
+            elsewhere: Vec::new(),
             baud,
             driven: false,
             plugged: true,
@@ -222,6 +225,16 @@ impl VirtualDevice {
         }
     }
 
+    /// From now on the measuring part of this instance sits elsewhere, or what is there changes: the sensor of a channel has a cable
+    /// of its own. What follows comes with the next time that passes.
+    pub fn surround_part(&mut self, instance: u8, around: impl Into<Surroundings>) {
+        let around = around.into();
+        match self.elsewhere.iter_mut().find(|(known, _)| *known == instance) {
+            Some((_, known)) => *known = around,
+            None => self.elsewhere.push((instance, around)),
+        }
+    }
+
     /// Power is switched off, or on again. Nothing happens to a device that is off already, or on.
     pub fn power(&mut self, on: bool) {
         if self.powered == on {
@@ -287,7 +300,10 @@ impl VirtualDevice {
     fn sense(&mut self, seconds: f64) {
         let instrument = self.unit.instrument_mut();
         for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
-            *pa = sensor.read(&self.around, drive(instrument.drive(part)), seconds);
+            let own = instrument.parts().get(part).map(|part| part.instance);
+            let elsewhere = self.elsewhere.iter().find(|(instance, _)| Some(*instance) == own);
+            let around = elsewhere.map_or(&self.around, |(_, around)| around);
+            *pa = sensor.read(around, drive(instrument.drive(part)), seconds);
         }
         for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
             if self.powered {

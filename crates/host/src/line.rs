@@ -26,10 +26,38 @@ struct Outgoing {
     sender: usize,
     not_before: BitTime,
     octets: Vec<u8>,
+    /// Noise has changed some of them.
+    damaged: bool,
     /// When it began to leave.
     began: Option<BitTime>,
     /// How many octets have left.
     left: usize,
+}
+
+/// Noise on a line: which part of the octets it damages, by chance.
+#[derive(Clone, Debug)]
+struct Noise {
+    part: f64,
+    rng: fastrand::Rng,
+}
+
+impl Noise {
+    /// Whether it hits an octet.
+    fn hits(&mut self) -> bool {
+        self.part > 0.0 && self.rng.f64() < self.part
+    }
+
+    /// Changes a bit of some octets. True if there was one.
+    fn damage(&mut self, octets: &mut [u8]) -> bool {
+        let mut damaged = false;
+        for octet in octets {
+            if self.hits() {
+                *octet ^= 1 << self.rng.u8(..8);
+                damaged = true;
+            }
+        }
+        damaged
+    }
 }
 
 /// Several stations: a list, or as many as the program knows.
@@ -75,13 +103,20 @@ pub struct Line<C> {
     receiver: Receiver,
     pace: Pace,
     queue: VecDeque<Outgoing>,
+    noise: Noise,
 }
 
 impl<C: Stations> Line<C> {
     /// Joins `stations`; `receiver` decodes what comes from outside.
     #[must_use]
     pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
-        Self { stations, receiver, pace, queue: VecDeque::new() }
+        let noise = Noise { part: 0.0, rng: fastrand::Rng::with_seed(0) };
+        Self { stations, receiver, pace, queue: VecDeque::new(), noise }
+    }
+
+    /// From now on noise damages this part of the octets, 0 to 1, in both directions. Which, is the same in every run.
+    pub const fn disturb(&mut self, part: f64) {
+        self.noise.part = part;
     }
 
     /// The stations.
@@ -108,8 +143,9 @@ impl<C: Stations> Line<C> {
     /// A character from outside ended at `end`.
     pub fn hear(&mut self, end: BitTime, character: Character) {
         let heard = match character {
-            Character::Octet(octet) => self.receiver.octet(end, octet),
-            Character::Broken => {
+            Character::Octet(octet) if !self.noise.hits() => self.receiver.octet(end, octet),
+            // A changed bit is a wrong parity.
+            Character::Octet(_) | Character::Broken => {
                 self.receiver.character_error(end);
                 Heard::Nothing
             }
@@ -164,6 +200,7 @@ impl<C: Stations> Line<C> {
         let due = self.next_octet(&first);
         if first.began.is_none() {
             first.began = Some(now);
+            first.damaged = self.noise.damage(&mut first.octets);
             if self.pace != Pace::ByLine {
                 out.extend_from_slice(&first.octets);
             }
@@ -195,7 +232,9 @@ impl<C: Stations> Line<C> {
         if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);
         }
-        if let Ok(telegram) = Telegram::parse(&first.octets) {
+        if first.damaged {
+            self.busy(Some(first.sender), end);
+        } else if let Ok(telegram) = Telegram::parse(&first.octets) {
             deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
         }
     }
@@ -225,7 +264,14 @@ const fn concerns(telegram: &Telegram<'_>, listening: Listening) -> bool {
 }
 
 fn outgoing(sender: usize, transmit: Transmit<'_>) -> Outgoing {
-    Outgoing { sender, not_before: transmit.not_before, octets: transmit.octets.to_vec(), began: None, left: 0 }
+    Outgoing {
+        sender,
+        not_before: transmit.not_before,
+        octets: transmit.octets.to_vec(),
+        damaged: false,
+        began: None,
+        left: 0,
+    }
 }
 
 fn octets_tbit(octets: usize) -> u64 {

@@ -127,6 +127,11 @@ impl Scene {
         }
     }
 
+    /// From now on noise damages this part of the octets, 0 to 1.
+    pub fn disturb(&mut self, part: f64) {
+        self.line.disturb(part);
+    }
+
     /// How long the segment has been running, in seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
@@ -262,6 +267,26 @@ mod tests {
         assert_ne!(run(8, 1), once);
         assert_ne!(once[0], once[1], "no two gauges are alike");
         assert!(once.iter().all(|pa| (pa / 0.1 - 1.0).abs() < 0.3), "{once:?}");
+    }
+
+    #[test]
+    fn what_noise_damages_is_repeated_and_never_read() {
+        let mut scene = scene(Baud::B187500);
+        scene.run(1.0);
+        scene.disturb(0.002);
+        for _ in 0..20 {
+            scene.run(0.5);
+            for watched in scene.watched() {
+                let read = scene.reading(watched).values[0].pa.unwrap() / 100.0;
+                assert!((read / 1e-3 - 1.0).abs() < 1e-6, "{read}");
+            }
+        }
+        let disturbed = *scene.master().unwrap().counters(5).unwrap();
+        assert!(disturbed.retries > 10, "{disturbed:?}");
+        scene.disturb(0.0);
+        scene.run(5.0);
+        let quiet = *scene.master().unwrap().counters(5).unwrap();
+        assert!(quiet.exchanges > disturbed.exchanges + 100 && quiet.retries == disturbed.retries, "{quiet:?}");
     }
 
     #[test]

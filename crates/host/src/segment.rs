@@ -111,6 +111,11 @@ impl<C: Stations> Segment<C> {
         self.line.stations()
     }
 
+    /// From now on noise damages this part of the octets, 0 to 1.
+    pub const fn disturb(&mut self, part: f64) {
+        self.line.disturb(part);
+    }
+
     /// The stations, to do something to them.
     pub const fn stations_mut(&mut self) -> &mut C {
         self.line.stations_mut()

@@ -46,7 +46,9 @@ pub enum Gas {
 /// Gas, name, factor of a Pirani, factor of an ion gauge, molar mass in kg/mol.
 ///
 /// free choice: the manual prints no ion gauge factor for CO2, H2O and Freon 12; these three follow from the relative
-/// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes take the factors of hot ones. All hold at every pressure.
+/// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes take the factors of hot ones, and both keep them at every pressure.
+/// Those of a Pirani hold while heat passes molecule by molecule; above 1 mbar [`Pirani`](crate::sensor::Principle::Pirani)
+/// goes by conductivity.
 const GASES: [(Gas, &str, f64, f64, f64); GAS_COUNT] = [
     (Gas::N2, "n2", 1.0, 1.0, 28.0134e-3),
     (Gas::Air, "air", 1.0, 1.0, 28.965e-3),

@@ -60,8 +60,8 @@ const FELT_S: f64 = 0.5;
 impl Turbo {
     /// An ordinary one of this speed in m^3/s, standing.
     ///
-    /// free choice: compression 1e9 for nitrogen and 3e4 at sqrt(2) (a mixed-flow turbo of the catalogues has 1e9 and 1e3..1e5
-    /// for hydrogen), critical backing pressure 10 mbar, brake 0.1 mbar, two minutes to full speed.
+    /// free choice: compression 1e9 for nitrogen, which by sqrt(M) is 2500 for helium and 260 for hydrogen (classical turbos of
+    /// the catalogues have 1e9 and 1e2 to 1e4), critical backing pressure 10 mbar, brake 0.1 mbar, two minutes to full speed.
     #[must_use]
     pub const fn ordinary(speed: f64) -> Self {
         Self {

@@ -60,8 +60,8 @@ pub struct Work {
     table: Vec<Lanes>,
     squared: Vec<Lanes>,
     column: Vec<Lanes>,
-    /// The rate at which nitrogen left each volume in the last step, in 1/s.
-    pub emptying: Vec<f64>,
+    /// The rate at which each gas left each volume in the last step, in 1/s.
+    pub emptying: Vec<Lanes>,
 }
 
 impl Work {
@@ -73,10 +73,10 @@ impl Work {
             term: lanes.clone(),
             next: lanes.clone(),
             keep: lanes.clone(),
+            emptying: lanes.clone(),
             table: table.clone(),
             squared: table,
             column: lanes,
-            emptying: vec![0.0; volumes],
         }
     }
 }
@@ -147,9 +147,7 @@ impl Rates {
     pub fn step(&self, amounts: &mut [Lanes], left: &mut Lanes, seconds: f64, work: &mut Work) {
         self.leaving(&mut work.keep);
         let quickest = work.keep.iter().flatten().copied().fold(1e-6 / seconds, f64::max);
-        for (emptying, keep) in work.emptying.iter_mut().zip(&work.keep) {
-            *emptying = keep[0];
-        }
+        work.emptying.copy_from_slice(&work.keep);
         for gas in work.keep.iter_mut().flatten() {
             *gas = (1.0 - *gas / quickest).max(0.0);
         }
@@ -208,9 +206,11 @@ impl Rates {
         let mut gone = [0.0; GAS_COUNT];
         work.term.copy_from_slice(amounts);
         amounts.iter_mut().for_each(|amount| scale(amount, weight));
-        let mut k = 0.0;
-        while 1.0 - weights > TAIL && (k < length || weight > TAIL * TAIL) {
+        let (mut k, mut before) = (0.0, 0.0);
+        // What the sources gave first appears one term later: so the tail counts without the last term.
+        while 1.0 - before > TAIL && (k < length || weight > TAIL * TAIL) {
             self.term(work, &mut gone, quickest.recip(), sources);
+            before = weights;
             k += 1.0;
             weight *= length / k;
             weights += weight;
@@ -353,6 +353,16 @@ mod tests {
         }
         let ([one, other], _) = after(&rates, [3.0, 0.0], 1e4);
         assert!(((one + other) / 4.0 - 1.0).abs() < 0.01, "{one} {other}");
+    }
+
+    #[test]
+    fn a_source_gives_all_it_gives_however_slowly_it_leaves() {
+        for rate in [0.0, 1e-9, 1e-6, 1e-3] {
+            let mut rates = pair(0.0, 0.0, rate);
+            rates.source[1] = [2.0; GAS_COUNT];
+            let ([_, there], left) = after(&rates, [0.0, 0.0], 3.0);
+            assert!(((there + left) / 6.0 - 1.0).abs() < 1e-11, "{there} and {left} at {rate}/s");
+        }
     }
 
     #[test]

@@ -171,8 +171,8 @@ impl Demo {
         self.owed += seconds;
         while self.owed >= self.run.step_s() && begun.elapsed() < MAX_LAG {
             self.owed -= self.run.step_s();
-            self.run.step(self.scene.devices_mut());
-            self.scene.run_until(self.run.seconds());
+            let next = self.run.seconds() + self.run.step_s();
+            self.run.step_scene(&mut self.scene, next);
         }
         // What the computer could not do in time is not made up for.
         self.owed = self.owed.min(self.run.step_s());

@@ -2,6 +2,8 @@
 
 use super::Demo;
 use super::trend::Trend;
+use profivac_devices::Principle;
+use profivac_dp::master::Counters;
 use profivac_host::bench::VirtualDevice;
 use profivac_host::clock::duration_of;
 use profivac_host::scene::Scene;
@@ -11,7 +13,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Cell, Chart, Dataset, GraphType, Paragraph, Row, Table};
+use ratatui::widgets::{Axis, Block, Cell, Chart, Dataset, GraphType, Paragraph, Row, Table, Wrap};
 
 /// The decades of curve and bars, as powers of ten of mbar.
 const DECADES: [f64; 2] = [-10.0, 4.0];
@@ -23,58 +25,113 @@ const SHORTEST_AXIS: f64 = 60.0;
 const PLANT: u16 = 46;
 const BAR: usize = 20;
 
+/// From this size on there is room for frames, a scale for each gauge, and telegrams.
+const ROOMY: (u16, u16) = (112, 34);
+
+/// The scale of a gauge: two places for each decade from 1e-10 to 1e4 mbar.
+const SCALE: usize = 29;
+
 /// The colours of the volumes, in the order of their names.
 const COLOURS: [Color; 5] = [Color::Green, Color::Yellow, Color::Magenta, Color::Blue, Color::White];
 
-/// Fills the screen.
+/// What the master reads from the first gauge, in the curves.
+const READ: Color = Color::Cyan;
+
+/// Fills the screen. On a small one the gauges come first: they are what the demo is about.
 pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
-    let devices = u16::try_from(demo.scene.watched().len()).unwrap_or(u16::MAX);
-    let gauges_height = devices.saturating_add(3);
-    let [upper, middle, lower] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(gauges_height), Constraint::Length(4)])
-            .areas(frame.area());
+    let area = frame.area();
+    let roomy = area.width >= ROOMY.0 && area.height >= ROOMY.1;
+    let frames = if roomy { 2 } else { 0 };
+    let gauges_height = u16::try_from(demo.scene.watched().len()).unwrap_or(u16::MAX).saturating_add(1 + frames);
+    let bus_height = if roomy { (area.height / 10).clamp(4, 7) } else { 1 };
+    let [header, upper, middle, lower] = Layout::vertical([
+        Constraint::Length(2),
+        Constraint::Fill(1),
+        Constraint::Length(gauges_height),
+        Constraint::Length(bus_height),
+    ])
+    .areas(area);
+    head(frame, header, demo);
     let [left, right] = Layout::horizontal([Constraint::Length(PLANT), Constraint::Fill(1)]).areas(upper);
     plant(frame, left, demo);
     curves(frame, right, demo, trend);
-    gauges(frame, middle, &demo.scene);
-    bus(frame, lower, &demo.scene);
+    gauges(frame, middle, &demo.scene, roomy);
+    bus(frame, lower, &demo.scene, roomy);
 }
 
-/// Volumes with their true pressures, and what the parts are doing.
+/// What this is, when it is, and what has just happened.
+fn head(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
+    let seconds = demo.run.seconds();
+    let speed = if demo.speed == 1.0 { String::new() } else { format!(", {} x", demo.speed) };
+    let title = Line::from(vec![
+        Span::from(format!(" profivac  {} ", demo.title)).bold(),
+        Span::from(format!(" {}{speed} ", clock(seconds))).fg(READ),
+        Span::from("  q leaves").dark_gray(),
+    ]);
+    let said = demo.run.said().unwrap_or_default();
+    let said = Line::from(vec![Span::from(" \u{25B6} "), Span::from(said)]).yellow().bold();
+    frame.render_widget(Paragraph::new(vec![title, said]), area);
+}
+
+/// Minutes and seconds, with the hours there are.
+fn clock(seconds: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "never negative, far from the end")]
+    let whole = seconds as u64;
+    let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
+}
+
+/// Volumes with their true pressures, and what the parts are doing: one after the other where there is room, else in a row.
 fn plant(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
-    let said = demo.run.said().unwrap_or_default().to_owned();
-    let volumes = demo.run.pressures().zip(COLOURS.iter().cycle()).map(|((name, pa), colour)| {
-        let filled = bar(pa / 100.0);
-        Line::from(vec![
-            Span::from(format!(" {name:<12}")).fg(*colour),
-            Span::from("\u{2588}".repeat(filled)).fg(*colour),
-            Span::from("\u{2591}".repeat(BAR.saturating_sub(filled))).dark_gray(),
-            Span::from(format!(" {:.2e}", pa / 100.0)).bold(),
-        ])
-    });
-    let parts = demo.run.states().into_iter().map(|(name, state)| {
-        let colour = match state.as_str() {
-            "open" | "runs" => Color::Green,
-            "closed" | "stands" | "0 %" => Color::DarkGray,
-            _ => Color::Cyan,
-        };
-        Line::from(vec![Span::from(format!(" {name:<14}")).gray(), Span::from(state).fg(colour)])
-    });
-    let seconds = format!(" {:.0} s, {} x ", demo.run.seconds(), demo.speed);
-    let lines: Vec<_> = volumes.chain([Line::from("")]).chain(parts).collect();
-    let block = Block::bordered().title(format!(" {} ", demo.title)).title_bottom(seconds);
+    let block = Block::bordered().title(" Plant: true pressures in mbar ");
     let inner = block.inner(area);
-    frame.render_widget(block, area);
-    let [list, words] = Layout::vertical([Constraint::Fill(1), Constraint::Length(2)]).areas(inner);
-    frame.render_widget(Paragraph::new(lines), list);
-    frame.render_widget(Paragraph::new(said).wrap(ratatui::widgets::Wrap { trim: true }).yellow(), words);
+    let mut lines: Vec<_> =
+        demo.run.pressures().zip(COLOURS).map(|((name, pa), colour)| level(name, pa / 100.0, colour)).collect();
+    let states = demo.run.states();
+    if lines.len() + states.len() < usize::from(inner.height) {
+        lines.push(Line::from(""));
+        lines.extend(states.iter().map(|(name, state)| {
+            Line::from(vec![Span::from(format!(" {name:<14}")).gray(), Span::from(state.clone()).fg(doing(state))])
+        }));
+        frame.render_widget(Paragraph::new(lines).block(block), area);
+        return;
+    }
+    let words = states.iter().flat_map(|(name, state)| {
+        [Span::from(format!(" {name} ")).gray(), Span::from(format!("{state} ")).fg(doing(state))]
+    });
+    lines.push(Line::from(words.collect::<Vec<_>>()));
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
+}
+
+/// A volume as a bar.
+fn level(name: &str, mbar: f64, colour: Color) -> Line<'static> {
+    let filled = bar(mbar);
+    Line::from(vec![
+        Span::from(format!(" {name:<12} ")).fg(colour),
+        Span::from("\u{2588}".repeat(filled)).fg(colour),
+        Span::from("\u{2591}".repeat(BAR.saturating_sub(filled))).dark_gray(),
+        Span::from(format!(" {mbar:.2e}")).bold(),
+    ])
+}
+
+/// The colour of what a part is doing.
+fn doing(state: &str) -> Color {
+    match state {
+        "open" | "runs" | "100 %" => Color::Green,
+        "closed" | "stands" | "0 %" => Color::DarkGray,
+        _ => Color::Cyan,
+    }
+}
+
+/// Which part of all decades lies below a pressure, 0 to 1.
+fn part_of(mbar: f64) -> f64 {
+    ((mbar.log10() - DECADES[0]) / (DECADES[1] - DECADES[0])).clamp(0.0, 1.0)
 }
 
 /// How many of the places of a bar are filled, one decade after the other.
 fn bar(mbar: f64) -> usize {
-    let part = (mbar.log10() - DECADES[0]) / (DECADES[1] - DECADES[0]);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a small number")]
-    let filled = (part.clamp(0.0, 1.0) * BAR as f64).round() as usize;
+    let filled = (part_of(mbar) * BAR as f64).round() as usize;
     filled
 }
 
@@ -86,56 +143,91 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
     let truth = trend.truth.iter().zip(COLOURS.iter().cycle());
     let mut sets: Vec<_> = truth.map(|((name, curve), colour)| set(name.clone(), *colour, curve)).collect();
     let first = demo.scene.watched().first().map_or("", |watched| watched.model.title);
-    sets.push(set(format!("read: {first}"), Color::Cyan, &trend.read));
-    let time =
-        Axis::default().bounds([0.0, end]).labels(["0".to_owned(), format!("{:.0}", end / 2.0), format!("{end:.0} s")]);
-    let decades = (0..=7).map(|step| format!("1e{:+}", DECADES[0] as i32 + 2 * step));
+    sets.push(set(format!("read: {first}"), READ, &trend.read));
+    let time = Axis::default().bounds([0.0, end]).labels(["0:00".to_owned(), clock(end / 2.0), clock(end)]);
+    // Labels need every second line at least.
+    let labels = if area.height < 12 { 2 } else { 7 };
+    let decades = (0..=labels).map(|step| format!("1e{:+}", DECADES[0] as i32 + 14 / labels * step));
     let pressure = Axis::default().bounds(DECADES).labels(decades);
-    let block = Block::bordered().title(" mbar over time ").title_bottom(farewell(demo));
+    let block = Block::bordered().title(" mbar over time ").title_bottom(address(demo));
     let grey = Style::new().fg(Color::Gray);
-    frame.render_widget(Chart::new(sets).block(block).x_axis(time.style(grey)).y_axis(pressure.style(grey)), area);
+    let legend = (Constraint::Percentage(50), Constraint::Percentage(60));
+    let chart = Chart::new(sets).block(block).hidden_legend_constraints(legend);
+    frame.render_widget(chart.x_axis(time.style(grey)).y_axis(pressure.style(grey)), area);
 }
 
-/// How to leave, and where more is to be seen.
-fn farewell(demo: &Demo) -> String {
-    let dashboard = demo.dashboard.as_ref().map(|dashboard| format!("dashboard {} ", dashboard.url()));
-    format!(" q leaves {}", dashboard.unwrap_or_default())
+/// Where more is to be seen.
+fn address(demo: &Demo) -> String {
+    demo.dashboard.as_ref().map(|dashboard| format!(" dashboard {} ", dashboard.url())).unwrap_or_default()
 }
 
 /// A row for each device: what the master reads, and what stands on its front.
-fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &Scene) {
+fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &Scene, roomy: bool) {
     let rows = scene.watched().iter().filter_map(|watched| {
         let device = scene.devices().find(|device| device.place() == watched.address)?;
-        Some(gauge(scene, watched, device))
+        Some(gauge(scene, watched, device, roomy))
     });
-    let header =
-        Row::new(["ADDR", "DEVICE", "READ mbar", "FROM", "STATE", "EMISSION", "RELAYS", "BUS", "REPORTS"]).bold();
-    let widths = [4, 12, 11, 12, 14, 8, 8, 16, 30].map(Constraint::Length);
-    let table =
-        Table::new(rows, widths).header(header).block(Block::bordered().title(" Gauges, as the master reads them "));
-    frame.render_widget(table, area);
+    let mut names = vec!["ADR", "DEVICE", "READ mbar", "FROM", "STATE", "EMITS", "RELAYS", "BUS", "REPORTS"];
+    let mut widths = [3, 6, 9, 12, 10, 5, 7, 9].map(Constraint::Length).to_vec();
+    if roomy {
+        names.insert(3, "1e-10    1e-5      1    1e+4");
+        widths.insert(3, Constraint::Length(SCALE as u16));
+    }
+    widths.push(Constraint::Fill(1));
+    let table = Table::new(rows, widths).header(Row::new(names).bold().gray());
+    let block = Block::bordered().title(" Gauges, as the master reads them ");
+    frame.render_widget(if roomy { table.block(block) } else { table }, area);
 }
 
-fn gauge(scene: &Scene, watched: &Watched, device: &VirtualDevice) -> Row<'static> {
+fn gauge(scene: &Scene, watched: &Watched, device: &VirtualDevice, roomy: bool) -> Row<'static> {
     let (report, reading) = (device.report(), scene.reading(watched));
     let value = reading.values.iter().find(|value| value.pa.is_some()).or(reading.values.first());
-    let read = value.and_then(|value| value.pa).map(|pa| format!("{:.3e}", pa / 100.0));
-    let colour = if read.is_some() { Color::Cyan } else { Color::DarkGray };
+    let mbar = value.and_then(|value| value.pa).map(|pa| pa / 100.0);
     let part = device.instrument().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
+    let (from, colour) = part.map_or(("-", Color::DarkGray), |part| principle(part.principle));
+    let colour = if mbar.is_some() { colour } else { Color::DarkGray };
     let state =
         scene.master().and_then(|master| master.state(watched.address)).map_or_else(String::new, |s| s.to_string());
-    let bus = if device.is_exchanging() { Style::new().fg(Color::Green) } else { Style::new().fg(Color::Red) };
-    Row::new(vec![
-        Cell::from(watched.address.to_string()),
+    let bus = if device.is_exchanging() { Color::Green } else { Color::Red };
+    let device_state = if report.device_state == "none" { "-" } else { report.device_state };
+    let mut cells = vec![
+        Cell::from(format!("{:>3}", watched.address)),
         Cell::from(watched.model.name),
-        Cell::from(read.unwrap_or_else(|| "-".to_owned())).style(Style::new().fg(colour).bold()),
-        Cell::from(part.map_or_else(|| "-".to_owned(), |part| format!("{:?}", part.principle))),
-        Cell::from(report.device_state),
+        Cell::from(mbar.map_or_else(|| "-".to_owned(), |mbar| format!("{mbar:.3e}"))).fg(colour).bold(),
+        Cell::from(from).fg(colour),
+        Cell::from(device_state),
         Cell::from(lamps(report.emission.iter())).yellow(),
         Cell::from(lamps(report.relays.iter())),
-        Cell::from(state).style(bus),
+        Cell::from(state).fg(bus),
         Cell::from(reading.exceptions().join(", ")).red(),
-    ])
+    ];
+    if roomy {
+        cells.insert(3, Cell::from(scale(mbar, colour)));
+    }
+    Row::new(cells)
+}
+
+/// How people call a principle, and its colour: where a gauge goes over from one part to another, both change.
+const fn principle(principle: Principle) -> (&'static str, Color) {
+    match principle {
+        Principle::Pirani => ("Pirani", Color::Yellow),
+        Principle::Diaphragm => ("diaphragm", Color::Green),
+        Principle::HotCathode => ("hot cathode", Color::Magenta),
+        Principle::ColdCathode => ("cold cathode", Color::LightBlue),
+        Principle::Atmosphere => ("atmosphere", Color::White),
+    }
+}
+
+/// A pressure as a mark on a scale of decades.
+fn scale(mbar: Option<f64>, colour: Color) -> Line<'static> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a small number")]
+    let place = mbar.map(|mbar| (part_of(mbar) * (SCALE - 1) as f64).round() as usize);
+    let mark = |at| match (place == Some(at), at % 2) {
+        (true, _) => Span::from("\u{25C6}").fg(colour),
+        (false, 0) => Span::from("\u{00B7}").dark_gray(),
+        (false, _) => Span::from(" "),
+    };
+    Line::from((0..SCALE).map(mark).collect::<Vec<_>>())
 }
 
 /// A full circle for what is on, an empty one for what is off.
@@ -143,32 +235,38 @@ fn lamps<'a>(states: impl Iterator<Item = &'a bool>) -> String {
     states.map(|on| if *on { '\u{25CF}' } else { '\u{25CB}' }).collect()
 }
 
-fn bus(frame: &mut Frame<'_>, area: Rect, scene: &Scene) {
+/// What the master counts, and where there is room the last telegrams.
+fn bus(frame: &mut Frame<'_>, area: Rect, scene: &Scene, roomy: bool) {
     let Some(master) = scene.master() else { return };
     let counters = |watched: &Watched| master.counters(watched.address).copied().unwrap_or_default();
-    let sum = |number: fn(profivac_dp::master::Counters) -> u32| -> u32 {
+    let sum = |number: fn(Counters) -> u32| -> u32 {
         scene.watched().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)
     };
     let (exchanges, lost, retries) = (sum(|c| c.exchanges), sum(|c| c.lost), sum(|c| c.retries));
-    let cycle = duration_of(scene.baud(), master.cycle_tbit());
-    let summary = format!(
-        " {}  cycle {:.1} ms  exchanges {exchanges}  lost {lost}  repeated {retries}",
-        master.mode(),
-        cycle.as_secs_f64() * 1e3,
-    );
+    let cycle = duration_of(scene.baud(), master.cycle_tbit()).as_secs_f64() * 1e3;
+    let counted = format!("cycle {cycle:.1} ms  exchanges {exchanges}  lost {lost}  repeated {retries}");
+    let mode = Span::from(format!(" {}  ", master.mode())).bold();
+    if !roomy {
+        let rate = Span::from(format!(" PROFIBUS {}", scene.baud())).gray();
+        frame.render_widget(Paragraph::new(Line::from(vec![rate, mode, Span::from(counted)])), area);
+        return;
+    }
     let rows = usize::from(area.height.saturating_sub(3));
-    let telegrams = scene.telegrams().rev().take(rows).collect::<Vec<_>>();
-    let lines = [Line::from(summary).bold()].into_iter().chain(telegrams.into_iter().rev().map(telegram));
+    // The token goes round in every cycle and says nothing.
+    let telegrams = scene.telegrams().filter(|octets| octets.len() > 3).rev().take(rows).collect::<Vec<_>>();
+    let summary = Line::from(vec![mode, Span::from(counted)]);
+    let lines = [summary].into_iter().chain(telegrams.into_iter().rev().map(telegram));
     let title = format!(" PROFIBUS at {} ", scene.baud());
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(Block::bordered().title(title)), area);
 }
 
 /// What it is, and its octets.
 fn telegram(octets: &[u8]) -> Line<'static> {
+    let master_asks = |da_sa: &[u8]| da_sa.get(1).is_some_and(|sa| sa & 0x7F == super::MASTER);
     let (what, color) = match octets {
         [0xDC, ..] => ("token", Color::DarkGray),
-        [_, .., 0x49, _, 0x16] => ("FDL status", Color::DarkGray),
-        [0x10, ..] => ("request", Color::Blue),
+        [0x10, rest @ ..] if rest.get(2) == Some(&0x49) => ("FDL status", Color::DarkGray),
+        [0x10, rest @ ..] | [0x68, _, _, _, rest @ ..] if master_asks(rest) => ("request", Color::LightBlue),
         _ => ("answer", Color::Green),
     };
     let hex = octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ");
@@ -215,6 +313,15 @@ mod tests {
         assert!(picture.contains("PROFIBUS at 187.5 kbit/s") && picture.contains("cycle"), "{picture}");
         // Twelve devices exchange data.
         assert_eq!(picture.matches(" DATA ").count(), 12, "{picture}");
+    }
+
+    #[test]
+    fn an_old_terminal_has_all_gauges_and_what_has_just_happened() {
+        let picture = picture(8.0, 80, 24);
+        assert_eq!(picture.matches(" DATA ").count(), 12, "{picture}");
+        for word in ["The scroll pump evacuates", "fore-line", "img400", "EXECUTING", "bypass open", "OPERATE  cycle"] {
+            assert!(picture.contains(word), "{word}:\n{picture}");
+        }
     }
 
     #[test]

@@ -187,6 +187,7 @@ impl Simulation {
         let Some(Playing { run, told }) = &mut self.playing else { return };
         while run.seconds() + run.step_s() <= begun.elapsed().as_secs_f64() {
             run.step(self.segment.stations_mut());
+            self.segment.disturb(run.noise());
         }
         for finding in run.findings().iter().skip(*told) {
             eprintln!("profivac: {finding}");

@@ -14,6 +14,9 @@ use toml::Spanned;
 /// What a regulated inlet lets in when it is open, in Pa m^3/s: 200 sccm. free choice
 const MOST: f64 = 0.36;
 
+/// What a potentiometer may be turned to, either way, in V: its supply.
+const VOLTS: f64 = 24.0;
+
 /// How near `near` is unless `within` says it.
 const NEAR: f64 = 0.1;
 
@@ -47,6 +50,8 @@ pub enum Act {
     Heat(Wall, f64),
     /// The air outside changes.
     Air(Atmosphere),
+    /// Noise damages this part of the octets on the bus, 0 to 1.
+    Noise(f64),
     /// Something happens to the device at this place.
     Device(u8, DeviceAct),
 }
@@ -160,6 +165,9 @@ impl Reader<'_> {
             *atmosphere = air(entry.atmosphere.as_ref(), *atmosphere)?;
             acts.push(Act::Air(*atmosphere));
         }
+        if let Some(part) = &entry.noise {
+            acts.push(Act::Noise(PART.parse(part)?));
+        }
         self.device_acts(entry, &mut acts)?;
         let expectations = entry.expect.iter().map(|expect| self.expectation(expect)).collect::<Result<_, _>>()?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
@@ -240,7 +248,12 @@ impl Reader<'_> {
             add(&switch.device, switch.name.span(), act)?;
         }
         for pot in &entry.pot {
-            add(&pot.device, pot.which.span(), DeviceAct::Pot(*pot.which.get_ref(), pot.volts))?;
+            let volts = *pot.volts.get_ref();
+            if !(-VOLTS..=VOLTS).contains(&volts) {
+                let what = format!("expected volts from -{VOLTS} to {VOLTS}, got {volts}");
+                return Err(Wrong::at(&pot.volts.span(), what));
+            }
+            add(&pot.device, pot.which.span(), DeviceAct::Pot(*pot.which.get_ref(), volts))?;
         }
         for write in &entry.write {
             let act = DeviceAct::Write(write.slot, write.index, write.octets.clone());

@@ -43,6 +43,9 @@ pub struct File {
     /// The volume at which each device sits, by `DEVICE@ADDR[:key=value,...]`.
     #[serde(default)]
     pub gauges: BTreeMap<Text, Text>,
+    /// The measuring parts of a device that sit elsewhere, by its address and their instances.
+    #[serde(default)]
+    pub channels: BTreeMap<Text, BTreeMap<Text, Text>>,
     #[serde(default)]
     pub timeline: Vec<Spanned<Entry>>,
 }
@@ -114,7 +117,7 @@ pub struct Turbo {
     pub inlet: Text,
     pub fore: Text,
     pub speed: Text,
-    pub compression: Option<f64>,
+    pub compression: Option<Spanned<f64>>,
     pub critical_pressure: Option<Text>,
     pub spin_up: Option<Text>,
     #[serde(default)]
@@ -180,6 +183,8 @@ pub struct Entry {
     pub unplug: Vec<Spanned<u8>>,
     #[serde(default)]
     pub plug: Vec<Spanned<u8>>,
+    /// The part of the octets on the bus that is damaged from now on.
+    pub noise: Option<Text>,
     #[serde(default)]
     pub button: Vec<Button>,
     #[serde(default)]
@@ -236,7 +241,7 @@ pub struct Switch {
 pub struct Pot {
     pub device: Spanned<u8>,
     pub which: Spanned<char>,
-    pub volts: f64,
+    pub volts: Spanned<f64>,
 }
 
 /// A class 2 master writes a record.

@@ -48,11 +48,16 @@ use profivac_dp::link::Baud;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
 use std::fs;
+use std::io::Read;
 use std::path::Path;
-use words::{TIME, Wrong, unknown};
+use words::{TIME, Text, Wrong, unknown};
 
-/// The length of a step unless the file says it, in s.
+/// The length of a step unless the file says it, in s, and the longest.
 const STEP_S: f64 = 0.01;
+const LONGEST_STEP_S: f64 = 3600.0;
+
+/// The largest file, in octets: what is shipped has some thousand.
+const LARGEST: u64 = 256 * 1024;
 
 /// What is wrong with a scenario.
 #[derive(Debug, thiserror::Error)]
@@ -102,7 +107,7 @@ pub struct Scenario {
     real: bool,
     step_s: f64,
     plant: Plant,
-    gauges: Vec<(Spec, Volume)>,
+    gauges: Vec<Gauge>,
     events: Vec<Event>,
 }
 
@@ -113,7 +118,7 @@ impl Scenario {
     /// [`ScenarioError`] with the place in the file and what was expected there.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
-        let text = fs::read_to_string(path).map_err(|source| ScenarioError::Read { name: name.clone(), source })?;
+        let text = read(path).map_err(|source| ScenarioError::Read { name: name.clone(), source })?;
         Self::parse(&text, &name)
     }
 
@@ -132,9 +137,10 @@ impl Scenario {
         let file: File = toml::from_str(text)
             .map_err(|error| Wrong::at(&error.span().unwrap_or_default(), words::parser_sentence(error.message())))?;
         let plant = Plant::new(&file)?;
-        let gauges = gauges(&file, &plant)?;
-        let specs: Vec<Spec> = gauges.iter().map(|(spec, _)| spec.clone()).collect();
-        let step_s = file.step.as_ref().map(|text| TIME.positive(text)).transpose()?.unwrap_or(STEP_S);
+        let mut gauges = gauges(&file, &plant)?;
+        channels(&file, &plant, &mut gauges)?;
+        let specs: Vec<Spec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
+        let step_s = file.step.as_ref().map(step).transpose()?.unwrap_or(STEP_S);
         let until_s = TIME.positive(&file.until)?;
         let reader = Reader { plant: &plant, specs: &specs, text, step_s, until_s };
         let events = reader.events(&file)?;
@@ -145,7 +151,7 @@ impl Scenario {
 
     /// The devices by which the plant is watched.
     pub fn specs(&self) -> impl Iterator<Item = &Spec> {
-        self.gauges.iter().map(|(spec, _)| spec)
+        self.gauges.iter().map(|gauge| &gauge.spec)
     }
 
     /// Makes the devices, each with the memory it is given. They live by the time of a [`Run`].
@@ -157,9 +163,12 @@ impl Scenario {
         baud: Baud,
         memory: impl Fn(&Spec) -> Result<Memory, E>,
     ) -> Result<Vec<VirtualDevice>, E> {
-        let device = |(spec, volume): &(Spec, Volume)| {
+        let device = |Gauge { spec, volume, elsewhere }: &Gauge| {
             let unit = spec.build(memory(spec)?, baud)?;
             let mut device = VirtualDevice::new(unit, spec.place, baud, around(&self.plant, *volume));
+            for (instance, volume) in elsewhere {
+                device.surround_part(*instance, around(&self.plant, *volume));
+            }
             if self.real {
                 device = device.with_real_sensors(self.seed);
             }
@@ -174,7 +183,7 @@ impl Scenario {
     /// [`SceneError`] when the master cannot have so many slaves, or a device is not as the file says; it has been checked.
     pub fn scene(&self, address: u8, baud: Baud) -> Result<Scene, SceneError> {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(Memory::volatile()))?;
-        let watched = |(spec, _): &(Spec, Volume)| {
+        let watched = |Gauge { spec, .. }: &Gauge| {
             let model = entry(&spec.device)?.model;
             let configuration = telling(model);
             // Every device knows mbar; without it what it shows could not be told from counts.
@@ -192,6 +201,23 @@ impl Scenario {
     }
 }
 
+/// The text of a file, which may be something else and have no end.
+fn read(path: &Path) -> std::io::Result<String> {
+    let mut text = String::new();
+    fs::File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > LARGEST {
+        return Err(std::io::Error::other(format!("expected a scenario of at most {LARGEST} octets, got more")));
+    }
+    Ok(text)
+}
+
+/// The length of a step.
+fn step(text: &Text) -> Result<f64, Wrong> {
+    let step_s = TIME.positive(text)?;
+    let what = || format!("expected a step of at most 1 h, got {:?}", text.get_ref());
+    if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(Wrong::at(&text.span(), what())) }
+}
+
 /// The first configuration that tells a number as it is and which sensor it comes from, or the usual one.
 fn telling(model: &'static Model) -> &'static Configuration {
     let tells = |configuration: &&Configuration| {
@@ -199,6 +225,15 @@ fn telling(model: &'static Model) -> &'static Configuration {
         has(Field::PvSelector) && has(Field::ProcessValue(NumberType::Float)) && configuration.outputs.is_none()
     };
     model.configurations.iter().find(tells).unwrap_or(model.default_configuration)
+}
+
+/// A device and where it sits.
+#[derive(Clone, Debug)]
+struct Gauge {
+    spec: Spec,
+    volume: Volume,
+    /// Measuring parts that sit elsewhere, by their instances.
+    elsewhere: Vec<(u8, Volume)>,
 }
 
 /// What surrounds a gauge at a volume.
@@ -211,18 +246,38 @@ fn around(plant: &Plant, volume: Volume) -> Surroundings {
 }
 
 /// The devices and where they sit, in the order of their addresses.
-fn gauges(file: &File, plant: &Plant) -> Result<Vec<(Spec, Volume)>, Wrong> {
-    let mut gauges = Vec::new();
+fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, Wrong> {
+    let mut gauges: Vec<Gauge> = Vec::new();
     for (written, at) in &file.gauges {
         let spec: Spec = words::parsed(written)?;
         spec.build(Memory::volatile(), Baud::B19200).map_err(|error| Wrong::at(&written.span(), error))?;
         let volume = plant.at(at)?;
-        gauges.push((spec, volume));
-        let specs: Vec<Spec> = gauges.iter().map(|(spec, _)| spec.clone()).collect();
+        gauges.push(Gauge { spec, volume, elsewhere: Vec::new() });
+        let specs: Vec<Spec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
         check_places(&specs).map_err(|error| Wrong::at(&written.span(), error))?;
     }
-    gauges.sort_by_key(|(spec, _)| spec.place);
+    gauges.sort_by_key(|gauge| gauge.spec.place);
     Ok(gauges)
+}
+
+/// The measuring parts that sit elsewhere.
+fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), Wrong> {
+    for (address, channels) in &file.channels {
+        let places: Vec<String> = gauges.iter().map(|gauge| gauge.spec.place.to_string()).collect();
+        let wrong = || unknown("the address of a gauge", address, places.iter().map(String::as_str));
+        let at = places.iter().position(|place| place == address.get_ref()).ok_or_else(wrong)?;
+        let Some(gauge) = gauges.get_mut(at) else { continue };
+        let unit = gauge.spec.build(Memory::volatile(), Baud::B19200);
+        let unit = unit.map_err(|error| Wrong::at(&address.span(), error))?;
+        let instances: Vec<String> = unit.instrument().parts().iter().map(|part| part.instance.to_string()).collect();
+        for (instance, volume) in channels {
+            let wrong = || unknown("an instance of a sensor", instance, instances.iter().map(String::as_str));
+            let known =
+                instances.iter().find(|known| *known == instance.get_ref()).and_then(|known| known.parse().ok());
+            gauge.elsewhere.push((known.ok_or_else(wrong)?, plant.at(volume)?));
+        }
+    }
+    Ok(())
 }
 
 /// Whether sensors are as they are bought.

@@ -12,6 +12,10 @@ use toml::Spanned;
 /// What passes a turbomolecular pump that stands: as much as a tube of this width and length, in m. free choice
 const ROTOR_M: [f64; 2] = [0.03, 0.2];
 
+/// The highest compression there can be, and the most volumes with those of virtual leaks. free choice
+const HIGHEST_COMPRESSION: f64 = 1e15;
+const MOST_VOLUMES: usize = 64;
+
 /// Something of a plant that can be operated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -45,6 +49,10 @@ impl Plant {
     pub fn new(file: &File) -> Result<Self, Wrong> {
         let atmosphere = air(file.atmosphere.as_ref(), Atmosphere::default())?;
         let mut plant = Self { network: Network::new(atmosphere), volumes: BTreeMap::new(), parts: BTreeMap::new() };
+        let mut volumes = file.volumes.values().map(Spanned::span).chain(file.pockets.values().map(Spanned::span));
+        if let Some(span) = volumes.nth(MOST_VOLUMES) {
+            return Err(Wrong::at(&span, format!("expected at most {MOST_VOLUMES} volumes with those of pockets")));
+        }
         each(&file.volumes, |name, volume| plant.volume(name, volume))?;
         each(&file.walls, |name, wall| plant.wall(name, wall))?;
         each(&file.tubes, |name, tube| plant.tube(name, tube))?;
@@ -75,6 +83,13 @@ impl Plant {
             None => Ok(()),
             Some(_) => Err(Wrong::at(&span.span(), format!("the name {name:?} is given twice"))),
         }
+    }
+
+    /// Two volumes that are not the same.
+    fn two(&self, one: &Text, other: &Text) -> Result<(network::Volume, network::Volume), Wrong> {
+        let (first, second) = (self.at(one)?, self.at(other)?);
+        let what = || format!("expected another volume than {:?}, got it twice", other.get_ref());
+        if first == second { Err(Wrong::at(&other.span(), what())) } else { Ok((first, second)) }
     }
 
     fn volume(&mut self, name: &str, volume: &Spanned<Volume>) -> Result<(), Wrong> {
@@ -113,7 +128,7 @@ impl Plant {
             (None, None, Some(conductance)) => Conductance::fixed(SPEED.positive(conductance)?),
             _ => return Err(Wrong::at(&tube.span(), "expected diameter and length, or conductance")),
         };
-        let (one, other) = (self.at(one)?, self.at(other)?);
+        let (one, other) = self.two(one, other)?;
         let made = self.network.join(one, other, conductance);
         self.network.open(made, if open.unwrap_or(true) { 1.0 } else { 0.0 });
         self.add(name, tube, Part::Joint(made))
@@ -144,11 +159,14 @@ impl Plant {
         let mut turbo = pump::Turbo::ordinary(SPEED.positive(speed)?);
         turbo.through = Conductance::tube(ROTOR_M[0], ROTOR_M[1]);
         turbo.running = *running;
+        // What runs at the beginning has been running for long.
+        turbo.rotor = if *running { 1.0 } else { 0.0 };
         match compression {
-            Some(compression) if *compression < 1.0 || !compression.is_finite() => {
-                return Err(Wrong::at(&pump.span(), format!("expected a compression above 1, got {compression}")));
+            Some(compression) if !(1.0..=HIGHEST_COMPRESSION).contains(compression.get_ref()) => {
+                let what = format!("expected a compression from 1 to 1e15, got {:e}", compression.get_ref());
+                return Err(Wrong::at(&compression.span(), what));
             }
-            Some(compression) => turbo.compression = *compression,
+            Some(compression) => turbo.compression = *compression.get_ref(),
             None => {}
         }
         if let Some(pressure) = critical_pressure {
@@ -157,7 +175,7 @@ impl Plant {
         if let Some(time) = spin_up {
             turbo.spin_up = TIME.positive(time)?;
         }
-        let (inlet, fore) = (self.at(inlet)?, self.at(fore)?);
+        let (inlet, fore) = self.two(inlet, fore)?;
         let made = self.network.turbo(inlet, fore, turbo);
         self.add(name, pump, Part::Turbo(made))
     }
@@ -206,10 +224,7 @@ pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosph
     let pa = air.pressure.as_ref().map(words::pressure).transpose()?.unwrap_or(before.pa);
     let humidity = match &air.humidity {
         None => before.humidity,
-        Some(text) => match PART.parse(text)? {
-            humidity if humidity <= 1.0 => humidity,
-            _ => return Err(Wrong::at(&text.span(), format!("expected at most 100 %, got {:?}", text.get_ref()))),
-        },
+        Some(text) => PART.parse(text)?,
     };
     Ok(Atmosphere { pa, humidity })
 }

@@ -2,12 +2,11 @@
 
 use super::event::{Act, Check, DeviceAct, Event, Expectation, Subject};
 use super::plant::{Part, Plant};
-use super::{Scenario, around};
+use super::{Gauge, Scenario, around};
 use crate::bench::VirtualDevice;
 use crate::scene::Scene;
 use profivac_devices::Report;
 use profivac_dp::slave::Relation;
-use profivac_vacuum::network::Volume;
 use profivac_vacuum::{Gas, Mixture};
 use std::fmt;
 
@@ -49,13 +48,14 @@ pub struct Run {
     file: String,
     plant: Plant,
     /// Which device sits where.
-    places: Vec<(u8, Volume)>,
+    gauges: Vec<Gauge>,
     /// What is still to come, the last first.
     events: Vec<Event>,
     step_s: f64,
     steps: u64,
     last: u64,
     bus: Bus,
+    noise: f64,
     said: Option<String>,
     findings: Vec<Finding>,
 }
@@ -67,12 +67,13 @@ impl Run {
         Self {
             file: scenario.name.clone(),
             plant: scenario.plant.clone(),
-            places: scenario.gauges.iter().map(|(spec, volume)| (spec.place, *volume)).collect(),
+            gauges: scenario.gauges.clone(),
             events: scenario.events.iter().rev().cloned().collect(),
             step_s: scenario.step_s,
             steps: 0,
             last,
             bus,
+            noise: 0.0,
             said: None,
             findings: Vec::new(),
         }
@@ -100,6 +101,12 @@ impl Run {
     #[must_use]
     pub fn said(&self) -> Option<&str> {
         self.said.as_deref()
+    }
+
+    /// Which part of the octets on the bus is damaged, 0 to 1.
+    #[must_use]
+    pub const fn noise(&self) -> f64 {
+        self.noise
     }
 
     /// What was not as expected so far.
@@ -131,8 +138,11 @@ impl Run {
         self.steps = self.steps.saturating_add(1);
         for device in devices {
             let place = device.place();
-            if let Some((_, volume)) = self.places.iter().find(|(known, _)| *known == place) {
-                device.follow(around(&self.plant, *volume), self.step_s);
+            if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.place == place) {
+                for (instance, volume) in &gauge.elsewhere {
+                    device.surround_part(*instance, around(&self.plant, *volume));
+                }
+                device.follow(around(&self.plant, gauge.volume), self.step_s);
             }
         }
     }
@@ -141,6 +151,7 @@ impl Run {
     pub fn step_scene(&mut self, scene: &mut Scene, seconds: f64) {
         while self.seconds() + self.step_s <= seconds {
             self.step(scene.devices_mut());
+            scene.disturb(self.noise);
             scene.run_until(self.seconds());
         }
     }
@@ -148,7 +159,9 @@ impl Run {
     /// What is driven out of hot grids goes into the chamber.
     fn degas(&mut self, devices: &[&mut VirtualDevice]) {
         for volume in self.plant.volumes.values() {
-            let here = |device: &&&mut VirtualDevice| self.places.contains(&(device.place(), *volume));
+            let here = |device: &&&mut VirtualDevice| {
+                self.gauges.iter().any(|gauge| gauge.spec.place == device.place() && gauge.volume == *volume)
+            };
             let hot = devices.iter().filter(here).filter(|device| any(device.report().degas.iter())).count();
             self.plant.network.load(*volume, &Mixture::pure(Gas::Co, DEGAS * hot as f64));
         }
@@ -177,6 +190,7 @@ impl Run {
             Act::Turbo(pump, running) => network.run_turbo(pump, running),
             Act::Feed(inlet, supply) => network.feed(inlet, supply),
             Act::Heat(wall, kelvin) => network.heat(wall, kelvin),
+            Act::Noise(part) => self.noise = part,
             Act::Air(atmosphere) => network.surround(atmosphere),
             Act::Device(place, act) => {
                 let device = devices.iter_mut().find(|device| device.place() == place);

@@ -25,11 +25,15 @@ impl Wrong {
 /// A text of the file with its place.
 pub type Text = Spanned<String>;
 
-/// What a number with a unit can be: its name, an example, and its units with what each is in SI.
+/// What a number with a unit can be: its name, an example, its units with what each is in SI, and the smallest (but for
+/// nothing at all) and the largest there can be, as people write them and in SI.
+///
+/// free choice of the bounds: wider than anything that is built, and narrow enough that no calculation leaves what a number can hold.
 pub struct Quantity {
     name: &'static str,
     example: &'static str,
     units: &'static [(&'static str, f64)],
+    bounds: [(&'static str, f64); 2],
 }
 
 const TORR_PA: f64 = 101_325.0 / 760.0;
@@ -39,34 +43,51 @@ pub const TIME: Quantity = Quantity {
     name: "a time",
     example: "90 s",
     units: &[("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86_400.0)],
+    bounds: [("1 ms", 1e-3), ("36500 d", 3.1536e9)],
 };
 
 /// A volume, in m^3.
-pub const VOLUME: Quantity =
-    Quantity { name: "a volume", example: "100 l", units: &[("l", 1e-3), ("ml", 1e-6), ("mm3", 1e-9), ("m3", 1.0)] };
+pub const VOLUME: Quantity = Quantity {
+    name: "a volume",
+    example: "100 l",
+    units: &[("l", 1e-3), ("ml", 1e-6), ("mm3", 1e-9), ("m3", 1.0)],
+    bounds: [("1 mm3", 1e-9), ("1e6 m3", 1e6)],
+};
 
 /// A length, in m.
-pub const LENGTH: Quantity =
-    Quantity { name: "a length", example: "40 mm", units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)] };
+pub const LENGTH: Quantity = Quantity {
+    name: "a length",
+    example: "40 mm",
+    units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)],
+    bounds: [("0.001 mm", 1e-6), ("1000 m", 1e3)],
+};
 
 /// An area, in m^2.
-pub const AREA: Quantity = Quantity { name: "an area", example: "1.5 m2", units: &[("m2", 1.0), ("cm2", 1e-4)] };
+pub const AREA: Quantity = Quantity {
+    name: "an area",
+    example: "1.5 m2",
+    units: &[("m2", 1.0), ("cm2", 1e-4)],
+    bounds: [("0.01 cm2", 1e-6), ("1e6 m2", 1e6)],
+};
 
 /// A pumping speed or a conductance, in m^3/s.
 pub const SPEED: Quantity = Quantity {
     name: "a pumping speed",
     example: "300 l/s",
     units: &[("l/s", 1e-3), ("m3/h", 1.0 / 3600.0), ("m3/s", 1.0)],
+    bounds: [("1e-15 l/s", 1e-18), ("1e6 m3/s", 1e6)],
 };
 
 /// A part, 0 to 1.
-pub const PART: Quantity = Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)] };
+pub const PART: Quantity =
+    Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)], bounds: [("0 %", 0.0), ("100 %", 1.0)] };
 
 /// A gas flow, in Pa m^3/s; that in sccm is no factor, but counted at room temperature.
 const FLOW: Quantity = Quantity {
     name: "a gas flow",
     example: "1e-5 mbar l/s",
     units: &[("mbar l/s", 0.1), ("Pa m3/s", 1.0), ("Torr l/s", TORR_PA * 1e-3), ("sccm", 0.0)],
+    bounds: [("0 mbar l/s", 0.0), ("1e7 mbar l/s", 1e6)],
 };
 
 impl Quantity {
@@ -83,7 +104,13 @@ impl Quantity {
             (number.is_finite() && number >= 0.0).then_some((number, *factor))
         };
         let (number, factor) = self.units.iter().find_map(split).ok_or_else(wrong)?;
-        Ok(if factor == 0.0 { flow_of_sccm(number) } else { number * factor })
+        let number = if factor == 0.0 { flow_of_sccm(number) } else { number * factor };
+        let [(least, from), (most, to)] = self.bounds;
+        // A bound that is written in one unit and read in another may be off by the last digit.
+        if number == 0.0 || (from * (1.0 - 1e-9)..=to * (1.0 + 1e-9)).contains(&number) {
+            return Ok(number);
+        }
+        Err(Wrong::at(&text.span(), format!("expected {} from {least} to {most}, got {written:?}", self.name)))
     }
 
     /// The number in SI, above zero.
@@ -99,10 +126,14 @@ pub fn flow(text: &Text) -> Result<f64, Wrong> {
     FLOW.parse(text)
 }
 
+/// The highest pressure there can be, in Pa: 10 bar.
+const HIGHEST_PA: f64 = 1e6;
+
 /// A pressure, in Pa.
 pub fn pressure(text: &Text) -> Result<f64, Wrong> {
     let pressure: Pressure = parsed(text)?;
-    Ok(pressure.pa())
+    let wrong = || Wrong::at(&text.span(), format!("expected a pressure up to 10 bar, got {:?}", text.get_ref()));
+    if pressure.pa() <= HIGHEST_PA { Ok(pressure.pa()) } else { Err(wrong()) }
 }
 
 /// A temperature in degrees Celsius or K, in K.

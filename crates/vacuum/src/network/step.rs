@@ -21,8 +21,9 @@ const BLENDS: f64 = 0.005;
 /// A step is halved if walls that slacken meanwhile would leave this part less in a volume.
 const SLACKENS: f64 = 2e-3;
 
-/// No step is halved below this, in s.
+/// No step is halved below this, in s, nor below this part of the time that is to pass: so that it always comes to its end.
 const SHORTEST_S: f64 = 1e-7;
+const SHORTEST_PART: f64 = 1e-5;
 
 /// A regulator opens fully when the pressure is this part below what it is set to. free choice
 const BAND: f64 = 0.02;
@@ -55,10 +56,11 @@ impl Network {
     /// Time passes.
     pub fn advance(&mut self, seconds: f64) {
         self.prepare();
+        let shortest = SHORTEST_S.max(SHORTEST_PART * seconds);
         let mut rest = seconds;
         while rest > 0.0 {
-            let length = rest.min(2.0 * self.step.length);
-            let done = self.go(length);
+            let length = rest.min(shortest.max(2.0 * self.step.length));
+            let done = self.go(length, shortest);
             rest = if done == rest { 0.0 } else { rest - done };
         }
     }
@@ -91,8 +93,8 @@ impl Network {
         };
     }
 
-    /// Makes a step of at most this length and says how long it was.
-    fn go(&mut self, mut seconds: f64) -> f64 {
+    /// Makes a step of at most this length, halved down to `shortest`, and says how long it was.
+    fn go(&mut self, mut seconds: f64, shortest: f64) -> f64 {
         let mut step = std::mem::take(&mut self.step);
         if !step.current {
             self.rates(&self.amounts, &self.turbos, &mut step.now, &step.quickness, &step.roots);
@@ -103,7 +105,7 @@ impl Network {
             if rates < STANDS && slack < SLACKENS {
                 break;
             }
-            if rates < BLENDS && slack < SLACKENS || seconds <= SHORTEST_S {
+            if rates < BLENDS && slack < SLACKENS || seconds <= shortest {
                 self.again(seconds, &mut step);
                 break;
             }
@@ -129,8 +131,9 @@ impl Network {
         step.then.net(&step.tried, then);
         let mut worst = [0.0; 2];
         for (volume, amount) in step.tried.iter().enumerate() {
-            // A volume that empties within the step has forgotten most of it.
-            let amount = sum(amount) * (1.0 + step.work.emptying[volume] * seconds);
+            // A gas that leaves its volume within the step has forgotten most of it.
+            let passed = |(amount, leaving): (&f64, &f64)| amount * (1.0 + leaving * seconds);
+            let amount: f64 = amount.iter().zip(&step.work.emptying[volume]).map(passed).sum();
             let differences = [(now[volume] - then[volume]).abs(), step.slack[volume]];
             for (worst, difference) in worst.iter_mut().zip(differences) {
                 *worst = f64::max(*worst, if amount > 0.0 { difference * seconds / amount } else { 0.0 });
@@ -246,13 +249,14 @@ impl Network {
             Supply::Closed => {}
             Supply::Flow(flow) => *source += flow,
             Supply::Pressure { pa, most } => {
-                let (total, slope) = (self.pa(amounts, feed.at), most / (BAND * pa));
-                if total <= pa - BAND * pa {
-                    *source += most;
-                } else if total < pa {
-                    // slope (pa - total), with the pressure of this gas on the side of what flows out: stable at any step.
+                let total = self.pa(amounts, feed.at);
+                // At the pressure itself rounding must not shut the valve and open it again.
+                if total < pa * (1.0 + 1e-9) {
+                    // slope (pa - total), which is `most` below the band, with the pressure of this gas on the side of what flows
+                    // out: no step is too long for it, and none leads beyond the pressure.
+                    let slope = most / (BAND * pa).max(pa - total);
                     let others = total - amounts[feed.at][gas] / self.volumes[feed.at];
-                    *source += slope * (pa - others);
+                    *source += slope * (pa - others).max(0.0);
                     rates.out[feed.at][gas] += slope / self.volumes[feed.at];
                 }
             }

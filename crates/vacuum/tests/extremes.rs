@@ -1,0 +1,74 @@
+//! Plants that nobody would build: each gets through a day quickly, stays finite and above zero, and loses nothing.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_vacuum::network::{Outside, Supply};
+use profivac_vacuum::pump::{Roughing, Turbo};
+use profivac_vacuum::surface::{Material, Surface};
+use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
+
+/// A chamber, a throat and a fore line of these sizes in m^3, joined by tubes of this width, with pumps of this speed in m^3/s,
+/// a vent and a regulated inlet.
+fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
+    // No tube is wider than what it ends in.
+    let width = volumes.iter().fold(width, |width, m3| width.min(m3.cbrt()));
+    let air = Atmosphere::default().mixture();
+    let mut plant = Network::new(Atmosphere::default());
+    let [chamber, throat, fore] = volumes.map(|m3| plant.volume(m3, air));
+    let gate = plant.join(chamber, throat, Conductance::tube(width, width));
+    let turbo = plant.turbo(throat, fore, Turbo { through: Conductance::tube(width, width), ..Turbo::ordinary(speed) });
+    plant.roughing(fore, Roughing::dry(speed, 1.0));
+    let area = 6.0 * volumes[0].powf(2.0 / 3.0);
+    plant.wall(chamber, Surface::fresh(area, Material::named("steel").unwrap()));
+    let vent = plant.opening(chamber, Conductance::tube(width, width), Outside::Gas(Mixture::pure(Gas::N2, 1.1e5)));
+    let inlet = plant.inlet(chamber, Gas::Ar);
+    for number in 0..steps {
+        match number % 6 {
+            1 => plant.run_turbo(turbo, true),
+            2 => plant.feed(inlet, Supply::Pressure { pa: 1.0, most: 0.36 }),
+            3 => plant.feed(inlet, Supply::Closed),
+            4 => plant.vent(vent, 1.0),
+            5 => {
+                plant.vent(vent, 0.0);
+                plant.open(gate, if number % 4 == 1 { 0.0 } else { 1.0 });
+            }
+            _ => {}
+        }
+        let b = std::time::Instant::now();
+        plant.advance(step);
+        let t = b.elapsed().as_secs_f64();
+        if t > 0.05 {
+            eprintln!("  {number}: {t:.2} s");
+        }
+        for volume in [chamber, throat, fore] {
+            let pa = plant.mixture(volume).total();
+            assert!(
+                pa.is_finite() && pa > 0.0 && pa < 2e5,
+                "{pa:e} Pa after step {number}: {volumes:?} {width} {speed}"
+            );
+        }
+    }
+    let balance = plant.balance();
+    for (gas, came) in balance.came.iter() {
+        let elsewhere = balance.left[gas] + balance.there[gas];
+        assert!(
+            (elsewhere - came).abs() <= 1e-8 * came,
+            "{gas}: {came:e} came, {elsewhere:e} left or is there: {volumes:?} {width} {speed}"
+        );
+    }
+}
+
+#[test]
+fn a_plant_of_any_size_gets_through_steps_of_any_length() {
+    for volumes in [[1e-9, 1e-9, 1e-9], [1e-9, 1.0, 1e-9], [1e4, 1e-6, 1e-9], [1e4, 1e4, 1e4]] {
+        for width in [1e-4, 0.1, 5.0] {
+            for speed in [1e-9, 0.3, 1000.0] {
+                for step in [1e-3, 1.0, 1e4] {
+                    // A mm^3 that takes a day to empty is followed in steps that are short for it.
+                    let slow = speed < volumes[0] * 1e3 && step > 1.0;
+                    day(volumes, width, speed, if slow { 100.0 } else { step }, 6);
+                }
+            }
+        }
+    }
+}
