@@ -2,11 +2,11 @@
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out};
+use crate::output::{json, out, remark};
 use clap::Args;
 use profivac_host::client::names::Target;
 use profivac_host::client::values::{Value, hex};
-use profivac_host::client::{ClientError, Reading};
+use profivac_host::client::{ClientError, Reading, Severity};
 use serde::Serialize;
 
 /// Read parameters of a gauge by the manual's words or its numbers.
@@ -19,7 +19,7 @@ use serde::Serialize;
 pub struct Arguments {
     #[command(flatten)]
     at: At,
-    /// Print JSON
+    /// Print JSON: an object for one TARGET, a list for several
     #[arg(long)]
     json: bool,
     /// What to read
@@ -76,25 +76,58 @@ fn value(value: &Value) -> serde_json::Value {
     }
 }
 
-/// Reads one after the other.
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    arguments.at.with(|gauge| {
-        for target in &arguments.targets {
-            show(gauge, target, arguments.json)?;
-        }
-        Ok(())
-    })
+/// What JSON says about one of several.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Answer<'a> {
+    Read(Row),
+    Unread { target: &'a str, error: String },
 }
 
-fn show(gauge: &mut AnyGauge<'_>, target: &str, as_json: bool) -> Result<(), Failure> {
+/// Reads one after the other. What is refused does not hide the rest.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (mut answers, mut refused) = (Vec::new(), None);
+    let done = arguments.at.with(|gauge| {
+        for target in &arguments.targets {
+            match read(gauge, target) {
+                Ok(row) => answers.push(Answer::Read(row)),
+                Err(error) if error.severity() == Severity::Line => return Err(error.into()),
+                Err(error) => {
+                    answers.push(Answer::Unread { target, error: error.to_string() });
+                    match &mut refused {
+                        None => refused = Some(Failure::from(error)),
+                        // The first is said at the end, as the reason for the exit code.
+                        Some(_) => remark(&error),
+                    }
+                }
+            }
+            if let (false, Some(Answer::Read(row))) = (arguments.json, answers.last()) {
+                out(&format!("{} = {}", row.name.as_deref().unwrap_or(target), row.text));
+            }
+        }
+        Ok(())
+    });
+    if arguments.json {
+        print(&answers, arguments.targets.len());
+    }
+    done.and(refused.map_or(Ok(()), Err))
+}
+
+/// One target is an object, several are a list.
+fn print(answers: &[Answer<'_>], asked: usize) {
+    match answers {
+        [Answer::Read(row)] if asked == 1 => out(&json(row)),
+        _ if asked == 1 => {}
+        _ => out(&json(&answers)),
+    }
+}
+
+fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
     let names = gauge.names();
-    let row = match names.find(gauge.model().name, target).map_err(ClientError::from)? {
+    Ok(match names.find(gauge.model().name, target)? {
         Target::Raw { slot, index } => raw(slot, index, &gauge.read_raw(slot, index)?),
         Target::Named(_) | Target::Shown { .. } => Row::of(&gauge.parameter(target)?),
-    };
-    let name = row.name.clone().unwrap_or_else(|| target.to_owned());
-    out(&if as_json { json(&row) } else { format!("{name} = {}", row.text) });
-    Ok(())
+    })
 }
 
 /// A record of which nothing is known.

@@ -32,7 +32,7 @@ fn several_are_read_at_once_and_told_as_json() {
     line.output("write", 5, &["execute"]);
     line.tell("pressure 2e-6 mbar");
     let printed = line.output("read", 5, &["--json", "ba.process-value", "ba.reading-valid"]);
-    let values: Vec<Value> = serde_json::Deserializer::from_str(&printed).into_iter().map(Result::unwrap).collect();
+    let values: Value = serde_json::from_str(&printed).unwrap();
     let expected = json!({
         "name": "ba.process-value", "slot": 1, "instance": 2, "index": 19, "value": 0.0002, "text": "2e-4 Pascal",
         "unit": "Pascal", "octets": "39 51 B7 17"

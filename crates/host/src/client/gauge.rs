@@ -8,7 +8,7 @@ use super::records::{RecordError, Records};
 use super::values::{Meaning, Value};
 use crate::ms2::Ms2;
 use crate::tool::Tool;
-use profivac_devices::model::{Code, Codes, DataType, Direction, Format, Model, NumberType, Row, Unit};
+use profivac_devices::model::{Code, Codes, DataType, Direction, Format, Model, NumberType, Row, Unit, Via};
 use std::sync::Arc;
 
 /// The name of the parameter that says which instance a slot shows: tira41d1 3.2.1.2, tira56e1 9.1.1.
@@ -199,6 +199,10 @@ impl<R: Records> Gauge<R> {
     /// # Errors
     /// [`ClientError::Refused`], most likely.
     pub fn read_raw(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, ClientError> {
+        if !self.model.features.dpv1 && self.records.via() != Via::Channel {
+            let (device, address) = (self.model.name, self.address);
+            return Err(ClientError::NoWay { device, address, reason: "it has no DP-V1 services; say --via pkw".to_owned() });
+        }
         self.records
             .read(slot, index)
             .map_err(|error| ClientError::of(error, Doing::Reading, self.raw_place(slot, index), None))

@@ -48,6 +48,19 @@ impl<'a> Owned<'a> {
     /// # Errors
     /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
     pub fn take(tool: &'a mut Tool, watched: &Watched, via: Via) -> Result<Self, RecordError> {
+        Self::take_unless(tool, watched, via, &|| false)
+    }
+
+    /// The same, until `is_stopped`: then the slave is unlocked at once.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub fn take_unless(
+        tool: &'a mut Tool,
+        watched: &Watched,
+        via: Via,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Self, RecordError> {
         let model = watched.model;
         let number = present_number(tool, watched);
         let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
@@ -69,14 +82,17 @@ impl<'a> Owned<'a> {
             }
         }
         owned.tool.master().set_mode(Mode::Operate);
-        owned.wait_for_data()?;
+        owned.wait_for_data(is_stopped)?;
         Ok(owned)
     }
 
-    fn wait_for_data(&mut self) -> Result<(), RecordError> {
+    fn wait_for_data(&mut self, is_stopped: &dyn Fn() -> bool) -> Result<(), RecordError> {
         let begun = Instant::now();
         while !self.exchanges() {
             self.serve()?;
+            if is_stopped() {
+                return Err(RecordError::Lost("interrupted by a signal".to_owned()));
+            }
             if begun.elapsed() >= self.tool.patience() {
                 let trouble = self.tool.master().trouble(self.address);
                 let reason = trouble.map_or_else(|| "it was not asked long enough".to_owned(), |it| it.to_string());
@@ -118,7 +134,7 @@ impl<'a> Owned<'a> {
         hand_in: impl Fn(&mut Self) -> Result<Handle, NotTaken>,
     ) -> Result<Option<Vec<u8>>, RecordError> {
         if !self.exchanges() {
-            self.wait_for_data()?;
+            self.wait_for_data(&|| false)?;
         }
         let handle = hand_in(self).map_err(|error| RecordError::Lost(error.to_string()))?;
         self.tool.outcome(handle, |outcome| match outcome {
