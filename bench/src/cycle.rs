@@ -70,7 +70,8 @@ mod tests {
             let pause = 10.0 * 300_000.0 / least_tbit(slaves) as f64;
             // A window of so many cycles may begin and end with the GAP: one more of its rounds than on average.
             let rounds = (f64::from(CYCLES) / (asked + pause)).ceil() + 1.0;
-            let most = f64::from(66 + 300) * (rounds * asked / f64::from(CYCLES)).min(1.0) + f64::from(143 + 150) / 50.0;
+            let most =
+                f64::from(66 + 300) * (rounds * asked / f64::from(CYCLES)).min(1.0) + f64::from(143 + 150) / 50.0;
             assert!((0.0..=most + 1.0).contains(&over), "{over} bit times more than the least with {slaves} slaves");
         }
     }

@@ -170,11 +170,12 @@ impl At {
         );
         let watched = Watched::find(tool, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
-        let owned = Owned::take_unless(tool, &watched, via, &|| signals.are_pending()).map_err(|error| match error {
-            RecordError::Tool(error) => error.into(),
-            RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
-            error => Failure::refused(format!("{device} at address {address}: {error}")),
-        })?;
+        let owned =
+            Owned::take_unless(tool, &watched, via, &|| signals.are_pending()).map_err(|error| match error {
+                RecordError::Tool(error) => error.into(),
+                RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
+                error => Failure::refused(format!("{device} at address {address}: {error}")),
+            })?;
         Ok((owned, watched.unit))
     }
 }

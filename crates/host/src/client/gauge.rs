@@ -212,7 +212,11 @@ impl<R: Records> Gauge<R> {
     pub fn read_raw(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, ClientError> {
         if !self.model.features.dpv1 && self.records.via() != Via::Channel {
             let (device, address) = (self.model.name, self.address);
-            return Err(ClientError::NoWay { device, address, reason: "it has no DP-V1 services; say --via pkw".to_owned() });
+            return Err(ClientError::NoWay {
+                device,
+                address,
+                reason: "it has no DP-V1 services; say --via pkw".to_owned(),
+            });
         }
         self.records
             .read(slot, index)
@@ -430,7 +434,8 @@ impl<R: Records> Gauge<R> {
 
     /// Somebody else does not let the selector stand.
     pub(super) fn unsteady(&self) -> ClientError {
-        let reason = "somebody else keeps moving the Channel Instance Selector: read again when they are done".to_owned();
+        let reason =
+            "somebody else keeps moving the Channel Instance Selector: read again when they are done".to_owned();
         ClientError::NoWay { device: self.model.name, address: self.address, reason }
     }
 

@@ -17,6 +17,9 @@ use std::time::{Duration, Instant};
 /// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
 const DPV1_ENABLE: u8 = 0x80;
 
+/// How often a record is asked for when the slave leaves data exchange meanwhile: reading changes nothing.
+const ATTEMPTS: usize = 3;
+
 /// How long a slave is given to be unlocked.
 const FAREWELL: Duration = Duration::from_secs(1);
 
@@ -118,6 +121,17 @@ impl<'a> Owned<'a> {
         Ok(())
     }
 
+    fn read_once(&mut self, slot: u8, index: u8) -> Result<Option<Vec<u8>>, RecordError> {
+        let address = self.address;
+        self.request(|owned| match owned.way {
+            Way::Ms1(parameters) => {
+                let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
+                owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
+            }
+            Way::Channel(parameters) => owned.tool.master().pkw_read(address, slot, index, None, &parameters),
+        })
+    }
+
     /// Gives the slave back.
     fn release(&mut self) -> Result<(), RecordError> {
         let begun = Instant::now();
@@ -215,15 +229,14 @@ impl Records for Owned<'_> {
     }
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
-        let address = self.address;
-        let read = self.request(|owned| match owned.way {
-            Way::Ms1(parameters) => {
-                let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
-                owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
+        let mut read = self.read_once(slot, index);
+        for _ in 1..ATTEMPTS {
+            if !matches!(read, Err(RecordError::Lost(_))) {
+                break;
             }
-            Way::Channel(parameters) => owned.tool.master().pkw_read(address, slot, index, None, &parameters),
-        })?;
-        read.ok_or_else(|| RecordError::Lost("the answer belongs to something else".to_owned()))
+            read = self.read_once(slot, index);
+        }
+        read?.ok_or_else(|| RecordError::Lost("the answer belongs to something else".to_owned()))
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {

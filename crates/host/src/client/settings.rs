@@ -450,7 +450,10 @@ mod tests {
             for (named, reading) in dumped(every).unwrap().readings {
                 let place = named.parameter.place;
                 if let (1.., Ok(reading)) = (place.instance, reading) {
-                    assert!(named.parameter.row.name == SELECTOR || reading.octets == [place.instance; 4], "{named} {every}");
+                    assert!(
+                        named.parameter.row.name == SELECTOR || reading.octets == [place.instance; 4],
+                        "{named} {every}"
+                    );
                 }
             }
         }
