@@ -204,9 +204,10 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if !somebody_is_there() {
         return Err(Failure::usage(format!("{risk}; nothing was sent: say --yes in a script")));
     }
+    // Before anybody sees the question.
+    let signals = Signals::catch()?;
     eprint!("profivac: {risk}. Go on? [y/N] ");
     io::stderr().flush()?;
-    let signals = Signals::catch()?;
     // Whoever is asked may also answer with Ctrl-C.
     if !answers(&signals)? {
         eprintln!();
