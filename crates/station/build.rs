@@ -1,6 +1,7 @@
 //! Builds the dashboard with Node, so that the program can embed it.
 //!
-//! Everything happens in a copy below the build folder: the source tree stays as it is.
+//! Everything happens in a copy below the build folder: the source tree stays as it is. Where there is no Node, or nothing can be
+//! fetched, the program is built all the same, and its page says what is missing; the tests of `web` find that out.
 
 use std::fs;
 use std::io::{Error, Result};
@@ -24,10 +25,28 @@ fn main() -> Result<()> {
     for source in SOURCES {
         duplicate(&web.join(source), &copy.join(source))?;
     }
-    if !unchanged || !copy.join("node_modules").is_dir() {
-        npm(&copy, &["ci", "--no-audit", "--no-fund"])?;
+    let installed = unchanged && copy.join("node_modules").is_dir();
+    if let Err(error) = build(&copy, installed) {
+        println!("cargo::warning=the dashboard is not built: {}", error.to_string().replace('\n', " "));
+        // There is no such file, so the next build tries again.
+        println!("cargo::rerun-if-changed={}", web.join("no-node").display());
+        println!("cargo::warning=it needs Node 18 or newer, on Debian the packages nodejs and npm");
+        fs::create_dir_all(copy.join("dist"))?;
+        fs::write(copy.join("dist/index.html"), MISSING)?;
     }
-    npm(&copy, &["run", "build"])
+    Ok(())
+}
+
+/// The page of a program that was built without Node.
+const MISSING: &str = "<!doctype html><title>profivac</title><p>This program was built without its dashboard, because Node \
+    18 or newer was missing or could not fetch what it needs (on Debian: the packages nodejs and npm). Build it again with \
+    Node. The API is at <a href=\"/api/openapi.json\">/api/openapi.json</a>.";
+
+fn build(folder: &Path, installed: bool) -> Result<()> {
+    if !installed {
+        npm(folder, &["ci", "--no-audit", "--no-fund"])?;
+    }
+    npm(folder, &["run", "build"])
 }
 
 fn variable(name: &str) -> Result<String> {
@@ -47,11 +66,11 @@ fn duplicate(from: &Path, to: &Path) -> Result<()> {
 }
 
 fn npm(folder: &Path, arguments: &[&str]) -> Result<()> {
-    let output = Command::new("npm").args(arguments).current_dir(folder).output().map_err(|error| {
-        Error::other(format!(
-            "npm cannot be started ({error}): the dashboard needs Node 18 or newer, on Debian the packages nodejs and npm"
-        ))
-    })?;
+    let output = Command::new("npm")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .map_err(|error| Error::other(format!("npm cannot be started: {error}")))?;
     if output.status.success() {
         return Ok(());
     }

@@ -143,7 +143,7 @@ fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, Failure> {
 /// The user parameters that keep the unit of a gauge; none for a slave that nobody knows.
 fn known_prm(tool: &mut Tool, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
     match Watched::find(tool, address, master) {
-        Ok(watched) => Ok(watched.parameters().user_prm.to_vec()),
+        Ok(watched) => Ok(watched.parameters(tool.baud()).user_prm.to_vec()),
         Err(WatchError::Unknown { .. }) => Ok(Vec::new()),
         Err(WatchError::Unit { .. }) => Err(Failure::usage(format!(
             "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one: say which with --prm, see \

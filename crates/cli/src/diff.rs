@@ -69,7 +69,8 @@ fn table(rows: &[Row<'_>]) -> String {
 
 /// Reads a file of settings.
 pub fn load(path: &Path) -> Result<File, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::usage(format!("{}: {error}", path.display())))?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", path.display())))?;
     File::parse(&text).map_err(|error| bad(path, &error))
 }
 
@@ -93,9 +94,9 @@ pub fn differences(
     for (named, setting) in settings {
         match compare(gauge, named, setting) {
             Ok(difference) => differences.extend(difference),
-            Err(ClientError::Value(error)) => {
+            Err(ClientError::Value { error, .. }) => {
                 let (line, column) = setting.at;
-                return Err(bad(path, &FileError::Syntax { line, column, reason: error.to_string() }));
+                return Err(bad(path, &FileError::Syntax { line, column, reason: format!("{named}: {error}") }));
             }
             Err(error) => return Err(error.into()),
         }

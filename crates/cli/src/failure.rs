@@ -2,8 +2,12 @@
 
 use profivac_host::instrument::SpecError;
 use profivac_host::port::PortError;
+use profivac_host::scenario::{ScenarioError, SceneError};
 use profivac_host::tool::ToolError;
 use profivac_host::watch::WatchError;
+use profivac_station::config::ConfigError;
+use profivac_station::server::ServerError;
+use profivac_station::station::StationError;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -84,6 +88,44 @@ impl From<PortError> for Failure {
 
 impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Self::usage(error.to_string())
+    }
+}
+
+impl From<StationError> for Failure {
+    fn from(error: StationError) -> Self {
+        let kind = match error {
+            StationError::Store(_) => Kind::Usage,
+            StationError::Thread(_) => Kind::Port,
+        };
+        Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<ServerError> for Failure {
+    fn from(error: ServerError) -> Self {
+        let kind = match error {
+            ServerError::Public(_) => Kind::Usage,
+            ServerError::Listen { .. } => Kind::Port,
+        };
+        Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
         Self { kind: Kind::Usage, sentence: error.to_string() }
     }
 }

@@ -43,8 +43,10 @@ Lines on standard input:
   mute PATH SECONDS             what PATH writes reaches nobody for so long
   quit                          ends the hub
 
-Example: a master on /tmp/master, two devices, one octet in 500 damaged
+Examples:
+  profivac hub --pty /tmp/master --pty /tmp/ear
   profivac hub --pty /tmp/master --pty /tmp/a --pty /tmp/b --flip 0.002 --seed 7
+and the devices of the second, while a master opens /tmp/master:
   profivac simulate --serial /tmp/a bcg450@5
   profivac simulate --serial /tmp/b bcg450@6";
 

@@ -15,6 +15,7 @@ use serde::Serialize;
 /// With --port and --address of the gauge that is there, with --device of one that need not be. TARGET shows only what has the
 /// word in its name. Access is as printed in the manual: 1_R read by the class 1 master, 2_W written by class 2, 0_XI in the
 /// cyclic data. Of the store classes N is kept without power, V lost, R stored on request, D follows from others.
+/// A BY_TYPE is a pressure: an integer or a float, as the data type of the gauge says.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -35,6 +36,7 @@ const EXAMPLES: &str = "\
 Examples:
   profivac list --port /dev/ttyUSB0 --address 5
   profivac list --port /tmp/line --address 5 trip-point
+  profivac list --device bcg450 command         # the commands it has
   profivac list --device bcg450 --json";
 
 /// What JSON says about a parameter.

@@ -13,11 +13,13 @@ mod failure;
 mod gauge;
 mod gsd;
 mod hub;
+mod init;
 mod list;
 mod monitor;
 mod output;
 mod read;
 mod restore;
+mod run;
 mod scan;
 mod screen;
 mod simulate;
@@ -38,6 +40,14 @@ struct Profivac {
 }
 
 const EXIT_CODES: &str = "\
+Where to begin, without a bus:
+  profivac demo
+  profivac simulate --pty /tmp/line --pressure '5e-6 mbar' bcg450@5
+and in another terminal, or with the port of an adapter:
+  profivac scan --port /tmp/line
+  profivac dump --port /tmp/line --address 5
+`profivac help COMMAND` has examples of every command. docs/first-steps.md is a quarter of an hour with all of them.
+
 Exit codes:
   0  done
   1  the device refused
@@ -57,6 +67,8 @@ enum Command {
     Diff(diff::Arguments),
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
+    Run(run::Arguments),
+    Init(init::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
     Sniff(sniff::Arguments),
@@ -78,6 +90,8 @@ fn main() -> ExitCode {
         Command::Restore(arguments) => restore::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),
@@ -91,5 +105,79 @@ fn main() -> ExitCode {
             eprintln!("profivac: {failure}");
             failure.into()
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+
+    /// The command lines of a help, in words as a shell splits them: up to a redirection or a comment.
+    fn examples(help: &str) -> Vec<Vec<String>> {
+        let lines = help.lines().filter_map(|line| line.strip_prefix("  profivac "));
+        lines.map(|line| words(&format!("profivac {line}"))).collect()
+    }
+
+    fn words(line: &str) -> Vec<String> {
+        let mut words = Vec::new();
+        for (number, part) in line.split('\'').enumerate() {
+            match number % 2 {
+                1 => words.push(part.to_owned()),
+                _ => words.extend(part.split_whitespace().map(str::to_owned)),
+            }
+        }
+        words.into_iter().take_while(|word| !["|", ">", "#"].contains(&word.as_str())).collect()
+    }
+
+    #[test]
+    fn every_command_and_every_option_has_a_help() {
+        Profivac::command().debug_assert();
+        for command in Profivac::command().get_subcommands() {
+            let name = command.get_name();
+            assert!(command.get_about().is_some(), "{name}");
+            for argument in command.get_arguments() {
+                assert!(argument.get_help().is_some(), "{name} {}", argument.get_id());
+            }
+        }
+    }
+
+    /// An example that the program itself does not take teaches nothing.
+    #[test]
+    fn every_command_has_examples_and_they_can_be_typed() {
+        for command in Profivac::command().get_subcommands() {
+            let name = command.get_name();
+            let help = command.get_after_help().unwrap_or_else(|| panic!("{name}")).to_string();
+            let examples = examples(&help);
+            assert!(examples.iter().any(|example| example[1] == name), "{name}: {help}");
+            for example in examples {
+                assert!(Profivac::try_parse_from(&example).is_ok(), "{example:?}");
+            }
+        }
+        let help = Profivac::command().get_after_help().unwrap().to_string();
+        for example in examples(&help) {
+            assert!(Profivac::try_parse_from(&example).is_ok(), "{example:?}");
+        }
+    }
+
+    /// The README names what there is, and nothing else.
+    #[test]
+    fn the_readme_has_a_row_for_every_command() {
+        let readme = include_str!("../../../README.md");
+        let (_, table) = readme.split_once("| Command |").unwrap();
+        let (table, _) = table.split_once("\n\n").unwrap();
+        let mut named: Vec<&str> = table
+            .lines()
+            .skip(2)
+            .flat_map(|row| {
+                let cell = row.split('|').nth(1).unwrap_or_default();
+                cell.split('`').skip(1).step_by(2)
+            })
+            .collect();
+        let mut there: Vec<String> =
+            Profivac::command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        named.sort_unstable();
+        there.sort_unstable();
+        assert_eq!(named, there);
     }
 }

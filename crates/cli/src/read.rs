@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
 use crate::output::{json, out, remark};
 use clap::Args;
-use profivac_host::client::names::Target;
+use profivac_host::client::names::{Named, Target};
 use profivac_host::client::values::{Value, hex};
 use profivac_host::client::{ClientError, Reading, Severity};
 use serde::Serialize;
@@ -19,7 +19,7 @@ use serde::Serialize;
 pub struct Arguments {
     #[command(flatten)]
     at: At,
-    /// Print JSON: an object for one TARGET, a list for several
+    /// Print JSON: a list
     #[arg(long)]
     json: bool,
     /// What to read
@@ -45,6 +45,9 @@ pub struct Row {
     pub text: String,
     pub unit: Option<&'static str>,
     pub octets: String,
+    /// Of a Process Value: whether the gauge calls it a pressure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub valid: Option<bool>,
 }
 
 impl Row {
@@ -59,6 +62,7 @@ impl Row {
             text: reading.text.clone(),
             unit: reading.unit,
             octets: hex(&reading.octets),
+            valid: None,
         }
     }
 }
@@ -90,7 +94,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let done = arguments.at.with(|gauge| {
         for target in &arguments.targets {
             match read(gauge, target) {
-                Ok(row) => answers.push(Answer::Read(row)),
+                Ok(row) => {
+                    let name = row.name.as_deref().unwrap_or(target);
+                    if !arguments.json {
+                        out(&format!("{name} = {}", row.text));
+                    }
+                    if row.valid == Some(false) {
+                        warn(gauge, name);
+                    }
+                    answers.push(Answer::Read(row));
+                }
                 Err(error) if error.severity() == Severity::Line => return Err(error.into()),
                 Err(error) => {
                     answers.push(Answer::Unread { target, error: error.to_string() });
@@ -101,38 +114,44 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                     }
                 }
             }
-            if let (false, Some(Answer::Read(row))) = (arguments.json, answers.last()) {
-                out(&format!("{} = {}", row.name.as_deref().unwrap_or(target), row.text));
-            }
         }
         Ok(())
     });
-    if arguments.json {
-        print(&answers, arguments.targets.len());
+    // Of a single one that was refused there is nothing to show.
+    let is_read = answers.iter().any(|answer| matches!(answer, Answer::Read(_)));
+    if arguments.json && (is_read || answers.len() > 1) {
+        out(&json(&answers));
     }
     done.and(refused.map_or(Ok(()), Err))
 }
 
-/// One target is an object, several are a list.
-fn print(answers: &[Answer<'_>], asked: usize) {
-    match answers {
-        [Answer::Read(row)] if asked == 1 => out(&json(row)),
-        _ if asked == 1 => {}
-        _ => out(&json(&answers)),
+fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
+    let names = gauge.names();
+    match names.find(gauge.model().name, target)? {
+        Target::Raw { slot, index } => Ok(raw(slot, index, &gauge.read_raw(slot, index)?)),
+        Target::Named(_) | Target::Shown { .. } => {
+            let reading = gauge.parameter(target)?;
+            let valid = validity(gauge, &reading.named)?;
+            Ok(Row { valid, ..Row::of(&reading) })
+        }
     }
 }
 
-fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
-    let names = gauge.names();
-    Ok(match names.find(gauge.model().name, target)? {
-        Target::Raw { slot, index } => raw(slot, index, &gauge.read_raw(slot, index)?),
-        Target::Named(_) | Target::Shown { .. } => Row::of(&gauge.parameter(target)?),
-    })
+fn validity(gauge: &mut AnyGauge<'_>, named: &Named) -> Result<Option<bool>, ClientError> {
+    let is_pressure = named.parameter.row.name.contains("Value (PV)");
+    is_pressure.then(|| gauge.is_valid(named)).transpose()
+}
+
+/// The number of a safe state looks like a pressure: it is said that it is none, and what can be done.
+fn warn(gauge: &mut AnyGauge<'_>, name: &str) {
+    let is_idle = gauge.parameter("device.device-state").is_ok_and(|state| state.text == "IDLE");
+    let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
+    remark(&format_args!("{name} is no valid pressure now{advice}"));
 }
 
 /// A record of which nothing is known.
 fn raw(slot: u8, index: u8, octets: &[u8]) -> Row {
     let octets = hex(octets);
     let (value, text) = (octets.clone().into(), octets.clone());
-    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets }
+    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None }
 }

@@ -132,7 +132,10 @@ fn a_rate_can_only_be_found_where_there_is_one() {
     let sentence = "has no rate that could be searched for: give it as a number (--baud 19200)";
     assert_eq!(said, format!("profivac: {path} {sentence}\n"));
     let said = failing(&["scan", "--port", "/nowhere", "--baud", "auto"], 3);
-    assert_eq!(said, "profivac: there is no port /nowhere\n");
+    assert_eq!(
+        said,
+        "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
+    );
 }
 
 #[test]

@@ -171,5 +171,8 @@ fn impossible_bus_parameters_are_refused() {
     }
     let failed = run(&["scan", "--port", "/nowhere"]);
     assert_eq!(failed.status.code(), Some(3));
-    assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: there is no port /nowhere\n");
+    assert_eq!(
+        String::from_utf8(failed.stderr).unwrap(),
+        "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
+    );
 }

@@ -121,5 +121,8 @@ fn a_port_that_goes_away_ends_it_with_3_after_the_summary() {
 fn a_port_that_is_not_there_ends_it_with_3() {
     let output = run(&["sniff", "--port", "/nowhere/tty", "--for", "0"]);
     assert_eq!(output.status.code(), Some(3));
-    assert_eq!(String::from_utf8(output.stderr).unwrap(), "profivac: there is no port /nowhere/tty\n");
+    assert_eq!(
+        String::from_utf8(output.stderr).unwrap(),
+        "profivac: there is no port /nowhere/tty: is the adapter plugged in, or the program running that makes it?\n"
+    );
 }

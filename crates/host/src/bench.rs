@@ -3,7 +3,7 @@
 use crate::pressure::Pressure;
 use profivac_devices::{Action, Drive, Instrument, Principle, Report, Unknown};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::slave::Slave;
+use profivac_dp::slave::{Slave, State};
 use profivac_vacuum::sensor::{self, REFERENCE_K, Range, Sensor, Surroundings};
 use profivac_vacuum::{Gas, Mixture};
 use profivac_wire::Telegram;
@@ -52,6 +52,9 @@ pub trait Unit: Station + Send {
     /// The station address the slave answers at.
     fn station_address(&self) -> u8;
 
+    /// Whether it exchanges data with a master.
+    fn is_exchanging(&self) -> bool;
+
     /// The slave forgets everything and answers at the address its instrument has now.
     fn power_up(&mut self);
 }
@@ -67,6 +70,10 @@ impl<I: Instrument + Send> Unit for Slave<I> {
 
     fn station_address(&self) -> u8 {
         self.address()
+    }
+
+    fn is_exchanging(&self) -> bool {
+        matches!(self.state(), State::DataExch(..))
     }
 
     fn power_up(&mut self) {
@@ -89,6 +96,10 @@ pub struct VirtualDevice {
     real: bool,
     around: Surroundings,
     baud: Baud,
+    /// Its time passes when somebody says so, and not with that of the bus.
+    driven: bool,
+    /// It is connected to the bus.
+    plugged: bool,
     /// Up to when the device has lived through bus time.
     lived: BitTime,
 }
@@ -99,7 +110,18 @@ impl VirtualDevice {
     pub fn new(unit: Box<dyn Unit>, place: u8, baud: Baud, around: impl Into<Surroundings>) -> Self {
         let around = around.into();
         let sensors = sensors(unit.instrument(), Sensor::ideal);
-        let mut device = Self { place, unit, powered: true, sensors, real: false, around, baud, lived: BitTime(0) };
+        let mut device = Self {
+            place,
+            unit,
+            powered: true,
+            sensors,
+            real: false,
+            around,
+            baud,
+            driven: false,
+            plugged: true,
+            lived: BitTime(0),
+        };
         device.settle();
         device
     }
@@ -114,6 +136,34 @@ impl VirtualDevice {
         self.real = true;
         self.sense(0.0);
         self
+    }
+
+    /// The same device, whose time passes by [`follow`](Self::follow) and not with that of the bus: so a scenario goes the
+    /// same way at any speed and on any bus.
+    #[must_use]
+    pub fn driven(mut self) -> Self {
+        self.driven = true;
+        self
+    }
+
+    /// The vacuum around the device has changed, and so much time passes for it.
+    pub fn follow(&mut self, around: impl Into<Surroundings>, seconds: f64) {
+        self.around = around.into();
+        if !self.real && self.powered {
+            self.sense(0.0);
+        }
+        self.pass(seconds);
+    }
+
+    /// The bus connector is pulled (`false`) or plugged again.
+    pub fn plug(&mut self, plugged: bool) {
+        self.plugged = plugged;
+    }
+
+    /// Whether it exchanges data with a master.
+    #[must_use]
+    pub fn is_exchanging(&self) -> bool {
+        self.powered && self.unit.is_exchanging()
     }
 
     /// The sensor of the measuring part with this instance, to do something to it.
@@ -256,7 +306,9 @@ impl VirtualDevice {
             return;
         }
         self.lived = now;
-        self.pass(tbit as f64 / f64::from(self.baud.bits_per_second()));
+        if !self.driven {
+            self.pass(tbit as f64 / f64::from(self.baud.bits_per_second()));
+        }
     }
 }
 
@@ -301,12 +353,12 @@ const fn drive(drive: Drive) -> sensor::Drive {
 impl Station for VirtualDevice {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.live(end);
-        if self.powered { self.unit.telegram(end, telegram) } else { None }
+        if self.powered && self.plugged { self.unit.telegram(end, telegram) } else { None }
     }
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
         self.live(now);
-        if self.powered { self.unit.poll(now) } else { None }
+        if self.powered { self.unit.poll(now).filter(|_| self.plugged) } else { None }
     }
 
     fn wake_at(&self) -> Option<BitTime> {

@@ -13,6 +13,13 @@ const RATES: [&str; 10] = ["9.6", "19.2", "45.45", "93.75", "187.5", "500", "1.5
 /// In 100 us. free choice: the fastest a gauge renews its values; the manuals say nothing.
 const MIN_SLAVE_INTERVAL: u8 = 10;
 
+/// Min_Slave_Interval of every device in bit times, none of which is missing.
+#[must_use]
+pub fn min_slave_interval_tbit(baud: Baud) -> u64 {
+    let interval = u64::from(MIN_SLAVE_INTERVAL).saturating_mul(u64::from(baud.bits_per_second()));
+    interval.div_ceil(10_000)
+}
+
 /// The number of connections a slave has for class 2 masters, and how long they may take to answer, in 10 ms.
 const CONNECTIONS: u8 = 2;
 const RESPONSE_TIMEOUT: u8 = 100;

@@ -19,6 +19,7 @@
 //! | [`explain`] | what was on a line, told in words |
 //! | [`gsd`] | GSD files from their tables |
 //! | [`instrument`] | devices by name, as a command line has them |
+//! | [`scenario`] | a plant, its gauges, what happens, and what has to come of it |
 //! | [`scene`] | a whole segment in memory |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
 //! | [`pressure`] | pressures as people write them |
@@ -38,6 +39,7 @@ pub mod open;
 pub mod port;
 pub mod pressure;
 pub mod rate;
+pub mod scenario;
 pub mod scene;
 pub mod segment;
 pub mod segment_file;

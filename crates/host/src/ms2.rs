@@ -101,6 +101,11 @@ const fn was_closed(answer: &Answer) -> bool {
 }
 
 impl<'a> Ms2<'a> {
+    /// The master that asks, for what has to be done between two records.
+    pub const fn tool(&mut self) -> &mut Tool {
+        self.tool
+    }
+
     /// No connection yet.
     pub const fn new(tool: &'a mut Tool, address: u8) -> Self {
         Self { tool, address, connection: None }

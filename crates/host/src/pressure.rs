@@ -30,11 +30,16 @@ pub enum PressureError {
     #[error("expected a pressure like '1e-3 mbar', got {0:?}")]
     Number(String),
     /// No unit, or an unknown one.
-    #[error("expected a unit out of {expected}, got {received:?}", expected = units())]
+    #[error("expected a unit out of {expected}, got {}", got(received), expected = units())]
     Unit {
         /// What stands after the number.
         received: String,
     },
+}
+
+/// What stands after the number, if anything does.
+fn got(received: &str) -> String {
+    if received.is_empty() { "none; '1e-3 mbar' has one".to_owned() } else { format!("{received:?}") }
 }
 
 impl Pressure {

@@ -83,7 +83,7 @@ impl Scene {
         let bus = BusParameters::new(address, baud);
         let mut master = Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0)));
         for slave in &watched {
-            master.user.add(&slave.parameters())?;
+            master.user.add(&slave.parameters(baud))?;
         }
         master.user.set_mode(Mode::Operate);
         let members = devices.into_iter().map(Member::Device).chain([Member::Master(master)]).collect();
@@ -165,6 +165,14 @@ impl Scene {
     pub fn master(&self) -> Option<&BusMaster> {
         self.line.stations().iter().find_map(|member| match member {
             Member::Master(master) => Some(&master.user),
+            Member::Device(_) => None,
+        })
+    }
+
+    /// The master, to ask it for something.
+    pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
+        self.line.stations_mut().iter_mut().find_map(|member| match member {
+            Member::Master(master) => Some(&mut master.user),
             Member::Device(_) => None,
         })
     }

@@ -31,6 +31,27 @@ pub struct Segment<C> {
     rejoined: bool,
 }
 
+/// The port a segment has while it is given another one.
+struct Nowhere;
+
+impl Port for Nowhere {
+    fn name(&self) -> &'static str {
+        "nowhere"
+    }
+
+    fn watched(&self) -> Vec<BorrowedFd<'_>> {
+        Vec::new()
+    }
+
+    fn receive(&mut self, _heard: &mut Vec<Character>) -> Result<(), PortError> {
+        Ok(())
+    }
+
+    fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
+        Ok(())
+    }
+}
+
 impl<C: Stations> Segment<C> {
     /// Puts `stations` on `port`. With `paced` the octets of a port that does not take time by itself are given theirs.
     pub fn new(port: Box<dyn Port>, baud: Baud, paced: bool, stations: C) -> Self {
@@ -58,8 +79,16 @@ impl<C: Stations> Segment<C> {
 
     /// The same, and `opener` brings the port back whenever it is lost. Until then it counts as a cable that is not plugged in.
     #[must_use]
-    pub fn lasting(self, opener: Opener) -> Self {
-        Self { port: Box::new(Reopening::new(self.port, opener)), generation: 0, ..self }
+    pub fn lasting(mut self, opener: Opener) -> Self {
+        self.make_lasting(opener);
+        self
+    }
+
+    /// [`lasting`](Self::lasting), in place.
+    pub fn make_lasting(&mut self, opener: Opener) {
+        let port = std::mem::replace(&mut self.port, Box::new(Nowhere));
+        self.port = Box::new(Reopening::new(port, opener));
+        self.generation = 0;
     }
 
     /// What somebody should know about the port.

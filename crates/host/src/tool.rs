@@ -6,9 +6,11 @@
 use crate::clock::tbit_of;
 use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
-use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
+use profivac_dp::link::active::{
+    Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, Standing,
+};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
+use profivac_dp::master::{Busy, Handle, Master, Outcome, Rejected, Settings, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
@@ -24,6 +26,9 @@ const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 /// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
 /// waits longer until it is let into the ring. free choice.
 const GAP_FACTOR: u8 = 5;
+
+/// How long it takes at most to pass the token on at the end. free choice: some rotations of a small ring.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// The shortest time the line is waited for.
 const LEAST_WAIT: Duration = Duration::from_millis(1);
@@ -72,6 +77,20 @@ pub enum Reply {
     Nothing(Failure),
 }
 
+/// Adds a slave to a master, or begins anew with one that was given back, for a read of its unit perhaps: with these
+/// parameters and not with those it had then.
+///
+/// # Errors
+/// [`Rejected`] when the parameters are impossible.
+pub fn take(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), Rejected> {
+    if master.state(parameters.address).is_none() {
+        return master.add(parameters);
+    }
+    master.reparameterise(parameters)?;
+    master.restart(parameters.address);
+    Ok(())
+}
+
 /// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
 struct Boxed(Box<Active<BusMaster>>);
 
@@ -114,6 +133,30 @@ pub struct Tool {
     segment: Segment<[Boxed; 1]>,
     baud: Baud,
     patience: Duration,
+    beside: Option<Beside>,
+}
+
+/// What somebody does each time the line was served.
+type Beside = Box<dyn FnMut(&mut BusMaster) + Send>;
+
+/// While somebody does something beside, the line is waited for at most so long.
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
+
+impl Drop for Tool {
+    /// What is asked last mostly ends with the token here, and a token that vanishes with its holder stops everybody until
+    /// somebody dares to make another. Among others it is passed on before.
+    fn drop(&mut self) {
+        if self.masters().count() < 2 {
+            return;
+        }
+        self.station().leave();
+        let begun = Instant::now();
+        while self.station().standing() == Standing::InRing && begun.elapsed() < FAREWELL {
+            if self.serve(&[], LEAST_WAIT).is_err() {
+                return;
+            }
+        }
+    }
 }
 
 impl Tool {
@@ -126,7 +169,13 @@ impl Tool {
         let mut station = Boxed::new(bus, baud);
         station.0.search_later();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, baud, patience })
+        Ok(Self { segment, baud, patience, beside: None })
+    }
+
+    /// Does `work` whenever the line was served while something that was asked is waited for: who asks does not make those
+    /// wait that exchange data.
+    pub fn do_beside(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
+        self.beside = Some(Box::new(work));
     }
 
     /// The master.
@@ -134,9 +183,31 @@ impl Tool {
         &mut self.station().user
     }
 
+    /// Where this master stands to the ring.
+    pub fn standing(&mut self) -> Standing {
+        self.station().standing()
+    }
+
+    /// The slaves that were heard of, by the GAP or because they were asked.
+    pub fn slaves(&mut self) -> Vec<u8> {
+        let live = self.station().live();
+        live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
+    }
+
+    /// How many telegrams arrived damaged.
+    #[must_use]
+    pub const fn damaged(&self) -> u32 {
+        self.segment.damaged()
+    }
+
     /// The masters of the ring, this one included once it is in.
     pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
         self.station().masters()
+    }
+
+    /// What happened in the ring.
+    pub fn ring_counters(&mut self) -> &RingCounters {
+        self.station().ring_counters()
     }
 
     /// How long it waits for the line, and for somebody to answer.
@@ -186,8 +257,9 @@ impl Tool {
 
     /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
     #[must_use]
-    pub fn lasting(self, opener: Opener) -> Self {
-        Self { segment: self.segment.lasting(opener), ..self }
+    pub fn lasting(mut self, opener: Opener) -> Self {
+        self.segment.make_lasting(opener);
+        self
     }
 
     /// What somebody should know about the port.
@@ -228,8 +300,12 @@ impl Tool {
     fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
         let left = self.patience.saturating_sub(begun.elapsed());
         // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
-        self.serve(&[], left.max(LEAST_WAIT))?;
-        let station = self.station();
+        let longest = if self.beside.is_some() { LONGEST_WAIT } else { left };
+        self.serve(&[], left.min(longest).max(LEAST_WAIT))?;
+        let [Boxed(station)] = self.segment.stations_mut();
+        if let Some(work) = &mut self.beside {
+            work(&mut station.user);
+        }
         if !left.is_zero() || station.has_token() {
             return Ok(());
         }

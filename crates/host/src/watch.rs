@@ -2,12 +2,14 @@
 
 use crate::client::owned::Owned;
 use crate::client::records::{RecordError, Records};
+use crate::gsd;
 use crate::instrument::DEVICES;
 use crate::live::{SlaveSeen, look};
 use crate::ms2;
 use crate::tool::{Reply, Tool, ToolError};
 use profivac_devices::model::{Codes, Configuration, Counts, Field, Format, Model, NumberType, Unit, UserPrm, Via};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
+use profivac_dp::link::Baud;
 use profivac_dp::master::{SlaveParameters, services};
 use std::time::Instant;
 
@@ -82,12 +84,14 @@ impl Watched {
         Ok(Self { unit: present_unit(tool, &found)?, ..found })
     }
 
-    /// The parameters that leave the slave as it is.
+    /// The parameters that leave the slave as it is, at this rate: what its GSD file says, and the unit it shows.
     #[must_use]
-    pub fn parameters(&self) -> SlaveParameters<'static> {
+    pub fn parameters(&self, baud: Baud) -> SlaveParameters<'static> {
         let prm = self.model.user_prm.iter().find(|prm| prm.code() == self.unit.code);
         SlaveParameters {
             user_prm: prm.map_or(&[], |prm: &UserPrm| prm.octets),
+            min_interval_tbit: gsd::min_slave_interval_tbit(baud),
+            dpv1: self.model.features.dpv1,
             ..SlaveParameters::new(self.address, self.model.ident, self.configuration.octets)
         }
     }
@@ -106,9 +110,11 @@ impl Watched {
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
+            // IF300P/IF301P manual 3.2.4.1: anything but 0 is no value.
+            let measured = fields.octet(Field::MeasurementStatus(instance)).is_none_or(|status| status == 0);
             // What does not travel says nothing against the value.
             let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
-            let valid = !status.contains(StatusExtension::INVALID);
+            let valid = measured && !status.contains(StatusExtension::INVALID);
             Some(Value { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
         });
         Reading { values: values.collect(), exception: ExceptionStatus::from_bits_retain(exception) }
@@ -391,8 +397,27 @@ mod tests {
     fn the_parameters_keep_the_unit_and_the_configuration() {
         for (prm, unit) in MODEL.user_prm.iter().zip(MODEL.units) {
             let watched = watched(1, unit.name);
-            let parameters = watched.parameters();
+            let parameters = watched.parameters(Baud::B19200);
             assert_eq!((parameters.user_prm, parameters.cfg), (prm.octets, MODEL.configurations[1].octets));
+        }
+    }
+
+    /// As the GSD files have it: Min_Slave_Intervall is 10 times 100 us, and the two oldest controllers have no DP-V1.
+    #[test]
+    fn the_parameters_are_those_of_the_gsd_file() {
+        for entry in &DEVICES {
+            let model = entry.model;
+            let Some(unit) = model.units.first() else { continue };
+            let watched = Watched { address: 5, model, configuration: model.default_configuration, unit };
+            let file = gsd::gsd(model);
+            let says = |keyword: &str| file.lines().find_map(|it| it.strip_prefix(keyword)?.trim().strip_prefix("= "));
+            assert_eq!(says("Min_Slave_Intervall"), Some("10"), "{}", model.name);
+            for (baud, tbit) in
+                [(Baud::B9600, 10), (Baud::B19200, 20), (Baud::B1500000, 1500), (Baud::B12000000, 12_000)]
+            {
+                assert_eq!(watched.parameters(baud).min_interval_tbit, tbit, "{} at {baud}", model.name);
+            }
+            assert_eq!(watched.parameters(Baud::B19200).dpv1, says("DPV1_Slave") == Some("1"), "{}", model.name);
         }
     }
 }

@@ -51,7 +51,7 @@ fn recording(path: &Path) {
 fn drawing(path: &Path) {
     let count = std::env::var("PROFIVAC_BENCH_SAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(100_000_000);
     let mut store = Store::open(path).unwrap();
-    let gauge = store.gauge("chamber").unwrap();
+    let gauge = store.gauge("chamber");
     let mut random = fastrand::Rng::with_seed(1);
     let begun = Instant::now();
     let (mut samples, mut additions) = (Vec::new(), Additions::default());

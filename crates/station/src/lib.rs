@@ -3,15 +3,23 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`api`] | what can be asked over HTTP |
+//! | [`config`] | the file that describes a station |
 //! | [`plant`] | what all threads share |
 //! | [`recorder`] | what was measured and what happened, in a file that survives a power cut |
 //! | [`rise`] | leaks told from outgassing |
+//! | [`segment`] | a port, a master, its gauges: a thread of their own |
+//! | [`server`] | API and dashboard on a socket |
+//! | [`station`] | all of it |
 //! | [`view`] | what can be seen |
 //! | [`web`] | the dashboard |
 
 pub mod api;
+pub mod config;
 pub mod plant;
 pub mod recorder;
 pub mod rise;
+pub mod segment;
+pub mod server;
+pub mod station;
 pub mod view;
 pub mod web;

@@ -1,12 +1,12 @@
 //! What all threads of the station share: what is seen of each segment now, the recorder, and the questions that are asked.
 
-use crate::recorder::{Event, EventKind, Micros, Reader, Recorder, StoreError};
-use crate::view::{Block, Gauge, RecorderView, Segment, Station, milliseconds};
+use crate::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
+use crate::view::{Block, Gauge, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 /// What a segment shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,13 +46,37 @@ const QUESTIONS: usize = 8;
 /// So long may an answer take: a few hundred parameters at a slow rate.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+fn now(gauge: Option<&str>, kind: EventKind, text: String) -> Event {
+    Event { at: Micros::now(), gauge: gauge.map(str::to_owned), kind, text }
+}
+
+/// A segment that has shown nothing for so long hangs in something that takes longer than anything should.
+const QUIET: Duration = Duration::from_secs(15);
+
+/// A segment as it is to be seen so long after it was shown.
+fn segment_after(segment: &Segment, since: Duration) -> Segment {
+    let mut segment = segment.clone();
+    if since > QUIET {
+        segment.state = SegmentState::Waiting;
+        segment.trouble = Some(format!("its thread has given no sign of life for {} s", since.as_secs()));
+    }
+    segment
+}
+
+/// A gauge as it is to be seen so long after it was shown: its readings grow old.
+fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
+    let age_ms = gauge.age_ms.map(|age| age.saturating_add(whole_milliseconds(since)));
+    Gauge { age_ms, ..gauge.clone() }
+}
+
 /// What all threads share.
 pub struct Plant {
     name: String,
     started: Micros,
     file: PathBuf,
     recorder: Recorder,
-    scenery: RwLock<BTreeMap<String, Scenery>>,
+    /// Segments by name, with when they were shown last.
+    scenery: RwLock<BTreeMap<String, (Instant, Scenery)>>,
     questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
 }
 
@@ -83,17 +107,41 @@ impl Plant {
         Reader::open(&self.file)
     }
 
-    /// Something happened now; it is on the disk when this returns, unless the disk does not take it in time.
+    /// Something happened now; it is on the disk when this returns, unless the disk does not take it in time. For people:
+    /// whoever serves a line [remarks](Self::remark).
     pub fn note(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
-        let event = Event { at: Micros::now(), gauge: gauge.map(str::to_owned), kind, text: text.into() };
         // The recorder's health says so if it cannot write.
-        let _written = self.recorder.event(event);
+        let _written = self.recorder.event(now(gauge, kind, text.into()));
+    }
+
+    /// Something happened now. Never waits for the disk.
+    pub fn remark(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
+        self.recorder.remark(now(gauge, kind, text.into()));
     }
 
     /// What a segment shows from now on.
     pub fn show(&self, scenery: Scenery) {
         let mut all = self.scenery.write().unwrap_or_else(PoisonError::into_inner);
-        all.insert(scenery.segment.name.clone(), scenery);
+        all.insert(scenery.segment.name.clone(), (Instant::now(), scenery));
+    }
+
+    /// What the gauges of a segment show from now on; all else stays.
+    pub fn show_gauges(&self, segment: &str, gauges: Vec<Gauge>) {
+        let mut all = self.scenery.write().unwrap_or_else(PoisonError::into_inner);
+        if let Some((shown, scenery)) = all.get_mut(segment) {
+            *shown = Instant::now();
+            scenery.gauges = gauges;
+        }
+    }
+
+    /// A segment has not ended in time: what it recorded ends here.
+    pub fn abandon(&self, segment: &str) {
+        self.remark(None, EventKind::Station, format!("segment {segment} did not end in time and was left"));
+        let readings =
+            self.gauges().into_iter().filter(|gauge| gauge.segment == segment).flat_map(|gauge| gauge.readings);
+        for reading in readings.filter(|reading| reading.quality != Quality::Gap.word()) {
+            self.recorder.push(&Arc::from(reading.series), Sample::gap(Micros::now()));
+        }
     }
 
     /// A segment is not there any more.
@@ -117,8 +165,12 @@ impl Plant {
     #[must_use]
     pub fn station(&self) -> Station {
         let health = self.recorder.health();
-        let recorder =
-            RecorderView { written_ms: health.written.map(milliseconds), error: health.error, lost: health.lost };
+        let recorder = RecorderView {
+            written_ms: health.written.map(milliseconds),
+            error: health.error,
+            lost: health.lost,
+            lost_events: health.lost_events,
+        };
         Station {
             name: self.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
@@ -132,14 +184,18 @@ impl Plant {
     #[must_use]
     pub fn segments(&self) -> Vec<Segment> {
         let all = self.scenery.read().unwrap_or_else(PoisonError::into_inner);
-        all.values().map(|scenery| scenery.segment.clone()).collect()
+        all.values().map(|(shown, scenery)| segment_after(&scenery.segment, shown.elapsed())).collect()
     }
 
     /// All gauges, segment by segment.
     #[must_use]
     pub fn gauges(&self) -> Vec<Gauge> {
         let all = self.scenery.read().unwrap_or_else(PoisonError::into_inner);
-        all.values().flat_map(|scenery| scenery.gauges.iter().cloned()).collect()
+        let after = |(shown, scenery): &(Instant, Scenery)| {
+            let since = shown.elapsed();
+            scenery.gauges.iter().map(|gauge| gauge_after(gauge, since)).collect::<Vec<_>>()
+        };
+        all.values().flat_map(after).collect()
     }
 
     /// The gauge of this name.
@@ -163,5 +219,45 @@ impl Plant {
             Err(RecvTimeoutError::Timeout) => Err(NoAnswer::Slow),
             Err(RecvTimeoutError::Disconnected) => Err(NoAnswer::Refused("the segment was stopped".to_owned())),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::Standing;
+
+    #[test]
+    fn what_is_shown_grows_old_and_a_thread_that_hangs_is_told() {
+        let gauge = Gauge {
+            name: "chamber".to_owned(),
+            segment: "hall".to_owned(),
+            address: 5,
+            device: "bcg450".to_owned(),
+            standing: Standing::Exchanging,
+            trouble: None,
+            exceptions: Vec::new(),
+            gas: "n2".to_owned(),
+            levels: Vec::new(),
+            readings: Vec::new(),
+            poll_ms: 200,
+            age_ms: Some(12),
+        };
+        assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
+        let segment = Segment {
+            name: "hall".to_owned(),
+            port: "/dev/ttyUSB0".to_owned(),
+            baud: 19200,
+            master: 0,
+            state: SegmentState::Running,
+            trouble: None,
+            cycle_ms: None,
+            damaged: 0,
+            stations: Vec::new(),
+        };
+        assert_eq!(segment_after(&segment, QUIET), segment);
+        let hangs = segment_after(&segment, Duration::from_secs(20));
+        assert_eq!(hangs.trouble.as_deref(), Some("its thread has given no sign of life for 20 s"));
+        assert_eq!(hangs.state, SegmentState::Waiting);
     }
 }

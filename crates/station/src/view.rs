@@ -4,6 +4,7 @@
 
 use crate::recorder::{Event, Micros, Qualities, Quality};
 use serde::Serialize;
+use std::time::Duration;
 use utoipa::ToSchema;
 
 /// The station as a whole.
@@ -30,6 +31,8 @@ pub struct RecorderView {
     pub error: Option<String>,
     /// Samples it could not keep.
     pub lost: u64,
+    /// Events it could not keep.
+    pub lost_events: u64,
 }
 
 /// Where a segment stands.
@@ -129,6 +132,8 @@ pub struct Gauge {
     pub readings: Vec<Reading>,
     /// How old the readings are, in milliseconds; nothing if there never was one.
     pub age_ms: Option<u64>,
+    /// How often they are taken, in milliseconds: older than a few of these, they are stale.
+    pub poll_ms: u64,
 }
 
 /// A pressure at which something happens.
@@ -259,6 +264,12 @@ pub struct Parameter {
 #[must_use]
 pub const fn milliseconds(at: Micros) -> i64 {
     at.0.div_euclid(1000)
+}
+
+/// A time in whole milliseconds.
+#[must_use]
+pub fn whole_milliseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// The word for a quality.

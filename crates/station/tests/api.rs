@@ -12,12 +12,13 @@ use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
+use tokio_stream::StreamExt;
 use tower::ServiceExt;
 
 const NEW_YEAR_MS: i64 = 1_767_225_600_000;
 
 struct Desk {
-    _folder: TempDir,
+    folder: TempDir,
     plant: Arc<Plant>,
 }
 
@@ -34,7 +35,7 @@ impl Desk {
         let recorder = Recorder::start(&file, settings).unwrap();
         let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
         plant.show(scenery());
-        Self { _folder: folder, plant }
+        Self { folder, plant }
     }
 
     /// The status, the type and the text of an answer.
@@ -45,9 +46,13 @@ impl Desk {
     }
 
     fn ask(&self, path: &str) -> (Response<()>, String) {
+        self.send("GET", path)
+    }
+
+    fn send(&self, method: &str, path: &str) -> (Response<()>, String) {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
         runtime.block_on(async {
-            let request = Request::get(path).body(Body::empty()).unwrap();
+            let request = Request::builder().method(method).uri(path).body(Body::empty()).unwrap();
             let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
             let (head, body) = response.into_parts();
             let text = String::from_utf8(to_bytes(body, usize::MAX).await.unwrap().to_vec()).unwrap();
@@ -95,7 +100,8 @@ fn scenery() -> Scenery {
         gas: "ar".to_owned(),
         levels: Vec::new(),
         readings: vec![reading],
-        age_ms: Some(12),
+        age_ms: None,
+        poll_ms: 200,
     };
     let segment = Segment {
         name: "hall".to_owned(),
@@ -220,6 +226,59 @@ fn an_export_is_a_table_to_be_saved() {
     let (status, kind, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1));
     assert_eq!((status, kind.as_str()), (200, "text/csv; charset=utf-8"));
     assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
+}
+
+/// What is deleted after the first piece was taken is not in the rest: nobody has read ahead far.
+#[test]
+fn an_export_is_read_as_it_is_taken() {
+    let desk = Desk::new();
+    (0..40_000).for_each(|second| desk.record(second, 1e-3));
+    assert!(desk.plant.recorder().flush());
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+    let rows = runtime.block_on(async {
+        let path = format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 100_000_000);
+        let request = Request::get(path).body(Body::empty()).unwrap();
+        let response = router(Arc::clone(&desk.plant)).oneshot(request).await.unwrap();
+        let mut pieces = response.into_body().into_data_stream();
+        let mut rows = text(pieces.next().await).lines().count();
+        let file = rusqlite::Connection::open(desk.folder.path().join("plant.db")).unwrap();
+        file.execute("DELETE FROM sample", []).unwrap();
+        while let Some(piece) = pieces.next().await {
+            rows += text(Some(piece)).lines().count();
+        }
+        rows
+    });
+    assert!(rows < 10_000, "{rows} rows");
+}
+
+fn text(piece: Option<Result<axum::body::Bytes, axum::Error>>) -> String {
+    String::from_utf8(piece.unwrap().unwrap().to_vec()).unwrap()
+}
+
+#[test]
+fn a_rise_of_very_many_samples_is_fitted_to_their_means() {
+    let desk = Desk::new();
+    (0..30_000).for_each(|second| desk.record(second, 1e-4 + 1e-6 * second as f64));
+    assert!(desk.plant.recorder().flush());
+    let to = NEW_YEAR_MS + 30_000_000;
+    let rise = desk.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}"));
+    assert!((rise["steady_pa_per_s"].as_f64().unwrap() / 1e-6 - 1.0).abs() < 1e-3, "{rise}");
+    assert!(rise["samples"].as_u64().unwrap() <= 20_001, "{rise}");
+}
+
+#[test]
+fn who_wants_to_change_something_is_refused() {
+    let desk = Desk::new();
+    for method in ["POST", "PUT", "DELETE", "OPTIONS", "PATCH"] {
+        for path in ["/api/station", "/api/no/such/thing", "/"] {
+            let (response, text) = desk.send(method, path);
+            let allow = response.headers().get("allow").map(|value| value.to_str().unwrap());
+            assert_eq!((response.status().as_u16(), allow), (405, Some("GET, HEAD")), "{method} {path}");
+            assert!(text.contains("the station is only looked at"), "{text}");
+        }
+    }
+    let (response, text) = desk.send("HEAD", "/api/station");
+    assert_eq!((response.status().as_u16(), text.as_str()), (200, ""));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_station::recorder::{
-    Band, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
+    Band, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -181,11 +181,14 @@ fn what_is_old_goes_and_what_is_coarse_stays() {
     let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
     assert_eq!(samples.len(), 10);
     assert!(samples.iter().all(|sample| sample.at >= now));
-    let count = |pixels: i64| {
-        let to = Micros(old.0 + 100 * Micros::SECOND);
-        reader.draw("chamber", old, to, u32::try_from(100 / pixels).unwrap()).unwrap().len()
+    let file = rusqlite::Connection::open(&desk.path).unwrap();
+    let spans = |level: u8| -> i64 {
+        let sql = "SELECT count(*) FROM rollup WHERE level = ?1 AND start < ?2";
+        file.query_row(sql, [i64::from(level), now.0 - DAY], |row| row.get(0)).unwrap()
     };
-    assert_eq!(count(10), 0, "spans of 10 s are as old as they may be");
+    assert_eq!((spans(1), spans(2) > 0), (0, true), "spans of 10 s are as old as they may be");
+    let near = reader.draw("chamber", old, Micros(old.0 + 100 * Micros::SECOND), 10).unwrap();
+    assert_eq!(near.iter().map(|bin| bin.extent.count).sum::<u32>(), 10, "then coarser ones are drawn");
     let year = reader.draw("chamber", Micros(old.0 - DAY), Micros(old.0 + DAY), 100).unwrap();
     assert_eq!(year.iter().map(|bin| bin.extent.count).sum::<u32>(), 10, "coarser spans are kept");
 }
@@ -198,15 +201,14 @@ fn an_export_is_csv_that_anybody_reads() {
     recorder.push(&odd, valid(0, 1.5e-6));
     recorder.push(&odd, Sample::gap(at(1)));
     assert!(recorder.flush());
-    let mut csv = Vec::new();
-    let reader = desk.reader();
-    assert_eq!(reader.export(&reader.gauges().unwrap(), at(0), at(10), &mut csv).unwrap(), 2);
+    let gauges = desk.reader().gauges().unwrap();
+    let csv = Export::new(desk.reader(), gauges, at(0), at(10)).collect::<Result<String, _>>().unwrap();
     let expected = "\
 time,gauge,pressure_pa,quality
 2026-01-01T00:00:00.000000Z,\"pump, \"\"fore\"\"\",1.5e-6,valid
 2026-01-01T00:00:01.000000Z,\"pump, \"\"fore\"\"\",,gap
 ";
-    assert_eq!(String::from_utf8(csv).unwrap(), expected);
+    assert_eq!(csv, expected);
 }
 
 #[test]

@@ -34,7 +34,7 @@ Examples:
   profivac decode capture.pcapng
   profivac decode --raw log.txt
   echo 'TX 68 05 05 68 88 82 6D 3C 3E F1 16' | profivac decode --raw
-  profivac decode log.txt --out log.pcapng        for Wireshark, see contrib/wireshark
+  profivac decode log.txt --out log.pcapng        # for Wireshark, see contrib/wireshark
   profivac decode --json capture.pcapng";
 
 /// So many pieces are told before they are printed.

@@ -11,7 +11,7 @@ use crate::screen::Screen;
 use crate::values;
 use clap::Args;
 use profivac_dp::master::{Mode, State, Trouble};
-use profivac_host::tool::Tool;
+use profivac_host::tool::{Tool, take};
 use profivac_host::watch::Watched;
 use row::Row;
 use rustix::fd::AsFd;
@@ -74,12 +74,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         slaves.push(found?);
     }
     for slave in &slaves {
-        let master = tool.master();
-        match master.state(slave.address) {
-            // It was owned for its unit.
-            Some(_) => master.restart(slave.address),
-            None => master.add(&slave.parameters()).map_err(|error| Failure::usage(error.to_string()))?,
-        }
+        let parameters = slave.parameters(tool.baud());
+        take(tool.master(), &parameters).map_err(|error| Failure::usage(error.to_string()))?;
     }
     tool.master().set_mode(Mode::Operate);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));

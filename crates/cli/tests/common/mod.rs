@@ -11,7 +11,7 @@ use std::os::fd::AsFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Output, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -94,8 +94,12 @@ pub struct Program {
 
 impl Program {
     pub fn start(arguments: &[&str]) -> Self {
-        let mut child =
-            command(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        Self::of(&mut command(arguments))
+    }
+
+    /// Starts any command.
+    pub fn of(command: &mut Command) -> Self {
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let stdin = child.stdin.take();
         let stdout = lines(child.stdout.take().unwrap());
         let stderr = lines(child.stderr.take().unwrap());
@@ -113,15 +117,24 @@ impl Program {
         self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no line: {}", self.complaint()))
     }
 
-    /// Says a line and returns the answer.
-    pub fn tell(&mut self, line: &str) -> String {
-        writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
-        self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no answer to {line:?}"))
+    /// The next line on standard output, nothing if it has ended.
+    pub fn next_line(&self) -> Option<String> {
+        match self.stdout.recv_timeout(DEADLINE) {
+            Ok(line) => Some(line),
+            Err(RecvTimeoutError::Disconnected) => None,
+            Err(RecvTimeoutError::Timeout) => panic!("no line: {}", self.complaint()),
+        }
     }
 
-    /// Says a line that is not answered.
+    /// Says a line.
     pub fn say(&mut self, line: &str) {
         writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    /// Says a line and returns the answer.
+    pub fn tell(&mut self, line: &str) -> String {
+        self.say(line);
+        self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no answer to {line:?}"))
     }
 
     /// The state of a device.
@@ -138,6 +151,12 @@ impl Program {
     pub fn terminate(&self) {
         let id = rustix::process::Pid::from_child(&self.child);
         rustix::process::kill_process(id, rustix::process::Signal::TERM).unwrap();
+    }
+
+    /// Tells it to read its file again.
+    pub fn hang_up(&self) {
+        let id = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(id, rustix::process::Signal::HUP).unwrap();
     }
 
     /// Ctrl-C.

@@ -32,13 +32,41 @@ fn several_are_read_at_once_and_told_as_json() {
     line.output("write", 5, &["execute"]);
     line.tell("pressure 2e-6 mbar");
     let printed = line.output("read", 5, &["--json", "ba.process-value", "ba.reading-valid"]);
-    let values: Value = serde_json::from_str(&printed).unwrap();
+    let values: Vec<Value> = serde_json::from_str(&printed).unwrap();
     let expected = json!({
         "name": "ba.process-value", "slot": 1, "instance": 2, "index": 19, "value": 0.0002, "text": "2e-4 Pascal",
-        "unit": "Pascal", "octets": "39 51 B7 17"
+        "unit": "Pascal", "octets": "39 51 B7 17", "valid": true
     });
     assert_eq!(values[0], expected);
     assert_eq!((&values[1]["value"], &values[1]["text"]), (&json!(1), &json!("true")));
+}
+
+/// In IDLE a gauge shows its safe value, which looks like a pressure.
+#[test]
+fn a_value_that_is_no_pressure_is_told_with_what_to_do() {
+    let line = Line::with(&["--pressure", "1e-2 mbar", "bcg450@5"]);
+    let read = || line.run("read", 5, &["ba.process-value"]);
+    let said = "profivac: ba.process-value is no valid pressure now";
+    let advice = "; the gauge is in IDLE: `profivac write ... execute` starts it";
+    let done = read();
+    assert_eq!((done.code, done.out.as_str()), (0, "ba.process-value = 0 mbar\n"));
+    assert_eq!(done.err, format!("{said}{advice}\n"));
+    let rows: Value = serde_json::from_str(&line.output("read", 5, &["--json", "1:2/19"])).unwrap();
+    assert_eq!(rows[0]["valid"], json!(false));
+    line.output("write", 5, &["execute"]);
+    assert_eq!((read().out.as_str(), read().err.as_str()), ("ba.process-value = 0.01 mbar\n", ""));
+    // It measures, but not this low.
+    let done = line.run("read", 5, &["cdg.process-value"]);
+    assert_eq!((done.out.as_str(), done.err), ("cdg.process-value = 1 mbar\n", said.replace("ba.", "cdg.") + "\n"));
+}
+
+/// What was read before one is refused is not lost.
+#[test]
+fn what_was_read_is_shown_although_the_next_is_refused() {
+    let line = Line::with(&["bcg450@5"]);
+    let done = line.run("read", 5, &["--json", "0/25", "9/19"]);
+    let rows: Value = serde_json::from_str(&done.out).unwrap();
+    assert_eq!((done.code, &rows[0]["text"], &rows[1]), (1, &json!("IDLE"), &Value::Null));
 }
 
 /// The selector is put back where it was, so that nobody else sees another instance than before.
@@ -97,7 +125,10 @@ fn nobody_and_no_port_are_no_answer() {
     line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, nobody);
     let lost = run(&["read", "--port", "/nowhere", "--address", "5", "0/25"]);
     assert_eq!(lost.status.code(), Some(3));
-    assert_eq!(String::from_utf8(lost.stderr).unwrap(), "profivac: there is no port /nowhere\n");
+    assert_eq!(
+        String::from_utf8(lost.stderr).unwrap(),
+        "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
+    );
     let missing = run(&["read", "--port", "/nowhere", "0/25"]);
     assert_eq!(missing.status.code(), Some(2));
 }

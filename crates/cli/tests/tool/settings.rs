@@ -166,7 +166,7 @@ fn a_bad_file_is_told_with_line_and_column_before_anything_is_written() {
     assert_eq!(line.output("read", 5, &["ba.safe-state"]), "ba.safe-state = zero\n");
     let missing = line.run("diff", 5, &["/nowhere.toml"]);
     assert_eq!(missing.code, 2);
-    assert!(missing.err.starts_with("profivac: /nowhere.toml: No such file"), "{}", missing.err);
+    assert!(missing.err.starts_with("profivac: /nowhere.toml cannot be read: No such file"), "{}", missing.err);
     let nowhere = line.run("dump", 5, &["--out", "/nowhere/gauge.toml"]);
     assert_eq!(nowhere.code, 2, "{}", nowhere.err);
 }

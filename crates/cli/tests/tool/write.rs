@@ -38,12 +38,15 @@ fn a_value_is_written_and_the_old_one_shown() {
 fn what_the_table_does_not_allow_is_not_sent() {
     let line = Line::with(&["bcg450@5", "img400@7"]);
     let fails = |address, rest: &[&str], code, sentence: &str| line.fails("write", address, rest, code, sentence);
-    let states = "pirani.safe-state (1:1/39): expected one of zero, full-scale, hold-last-value, use-safe-value, got";
+    let states = "bcg450 at address 5, pirani.safe-state (slot 1, index 39, instance 1): expected one of zero, full-scale, \
+                  hold-last-value, use-safe-value, got";
     fails(5, &["pirani.safe-state", "never"], 2, &format!("{states} \"never\""));
     fails(5, &["pirani.safe-state", "4"], 1, &format!("{states} \"4\""));
-    let pressure = "pirani.safe-value (1:1/40): expected a pressure of 0 mbar or more, got \"-1\"";
+    let pressure = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): expected a pressure of 0 mbar or \
+                    more, got \"-1\"";
     fails(5, &["pirani.safe-value", "-1"], 1, pressure);
-    let range = "setpoint-a.percentage-of-atmosphere (1:5/202): expected a number from 10 to 1400, got \"1401\"";
+    let range = "bcg450 at address 5, setpoint-a.percentage-of-atmosphere (slot 1, index 202, instance 5): expected a number \
+                 from 10 to 1400, got \"1401\"";
     fails(5, &["setpoint-a.percentage-of-atmosphere", "1401"], 1, range);
     let read_only = "bcg450 at address 5, device.serial-number (slot 0, index 23): it is read-only (access 1/2_R)";
     fails(5, &["serial-number", "4711"], 1, read_only);

@@ -6,10 +6,11 @@ use profivac_devices::model::{Access, Direction, Via};
 /// Why a parameter is not read or written this way, and what to do.
 pub(super) fn refusal(access: Access, via: Via, direction: Direction, named: &Named) -> String {
     let marks = named.parameter.row.access_text;
-    let (all, none) = match direction {
-        Direction::Read => (Access::READ, "it cannot be read"),
-        Direction::Write => (Access::WRITE, "it is read-only"),
+    let none = match direction {
+        Direction::Read => "it cannot be read",
+        Direction::Write => "it is read-only",
     };
+    let acyclic = Access::READ.union(Access::WRITE);
     let other = [(Via::Class2, "ms2"), (Via::Class1, "ms1"), (Via::Channel, "pkw")]
         .into_iter()
         .find(|(other, _)| *other != via && access.allows(*other, direction));
@@ -18,7 +19,7 @@ pub(super) fn refusal(access: Access, via: Via, direction: Direction, named: &Na
         None if direction == Direction::Write && access.contains(Access::USER_PRM) => {
             format!("only the user parameters of its master set it (access {marks})")
         }
-        None if access.intersects(Access::CYCLIC_IN | Access::CYCLIC_OUT) && !access.intersects(all) => {
+        None if access.intersects(Access::CYCLIC_IN | Access::CYCLIC_OUT) && !access.intersects(acyclic) => {
             format!("it travels in the cyclic data only (access {marks}); `profivac monitor` shows those")
         }
         None => format!("{none} (access {marks})"),

@@ -61,8 +61,13 @@ pub enum ClientError {
     #[error(transparent)]
     Target(#[from] TargetError),
     /// No such value.
-    #[error(transparent)]
-    Value(#[from] ValueError),
+    #[error("{place}: {error}")]
+    Value {
+        /// Where.
+        place: Place,
+        /// What the parameter takes.
+        error: ValueError,
+    },
     /// The table does not allow it.
     #[error("{place}: {reason}")]
     Access {
@@ -142,9 +147,9 @@ impl ClientError {
     pub const fn severity(&self) -> Severity {
         match self {
             Self::Tool(ToolError::Parameters(_)) | Self::Target(_) | Self::Unknown { .. } => Severity::Usage,
-            Self::Value(error) if !error.out_of_range => Severity::Usage,
+            Self::Value { error, .. } if !error.out_of_range => Severity::Usage,
             Self::Tool(_) | Self::Nobody(_) | Self::Lost { .. } => Severity::Line,
-            Self::Value(_)
+            Self::Value { .. }
             | Self::Master(_)
             | Self::Access { .. }
             | Self::Condition { .. }
@@ -160,8 +165,16 @@ impl ClientError {
             RecordError::Tool(error) => Self::Tool(error),
             RecordError::Refused(refused) => Self::Refused { advice: advice(&refused, named), place, doing, refused },
             RecordError::NoWay(reason) => Self::NoWay { device: place.device, address: place.address, reason },
-            RecordError::Lost(reason) => Self::Lost { place, doing, reason },
+            RecordError::Lost(reason) => Self::Lost { place, doing, reason: advised(reason, doing) },
         }
+    }
+}
+
+/// What is lost on the way may have arrived.
+fn advised(reason: String, doing: Doing) -> String {
+    match doing {
+        Doing::Reading => reason,
+        Doing::Writing => format!("{reason}; it may have been written, read it"),
     }
 }
 

@@ -256,6 +256,16 @@ impl<R: Records> Gauge<R> {
     /// As [`parameter`](Self::parameter).
     pub fn pressure_of(&mut self, named: &Named) -> Result<Pressure, ClientError> {
         let reading = self.read(named)?;
+        let is_valid = self.is_valid(named)?;
+        let instance = instance_of(named);
+        Ok(Pressure { pa: self.pa(&reading, instance).filter(|_| is_valid), instance })
+    }
+
+    /// Whether Reading Valid and Status Extension beside a parameter say that what is measured there is a pressure.
+    ///
+    /// # Errors
+    /// As [`parameter`](Self::parameter).
+    pub fn is_valid(&mut self, named: &Named) -> Result<bool, ClientError> {
         let names = self.names();
         let mut is_valid = true;
         for beside in names.all().iter().filter(|other| other.is_beside(named)) {
@@ -265,8 +275,7 @@ impl<R: Records> Gauge<R> {
                 _ => true,
             };
         }
-        let instance = instance_of(named);
-        Ok(Pressure { pa: self.pa(&reading, instance).filter(|_| is_valid), instance })
+        Ok(is_valid)
     }
 
     /// What a reading is in Pa.
@@ -292,7 +301,8 @@ impl<R: Records> Gauge<R> {
         };
         let unit = self.unit_of(named)?;
         let meaning = Meaning { named, model: self.model, unit };
-        let octets = meaning.parse(text, number)?;
+        let octets = meaning.parse(text, number);
+        let octets = octets.map_err(|error| ClientError::Value { place: self.place(named), error })?;
         let value = Value::of(named.parameter.row, &octets);
         let text = meaning.show(&value);
         let code = code_of(named.parameter.row, &value);

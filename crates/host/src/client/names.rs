@@ -3,8 +3,10 @@
 //! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks and
 //! hyphens do not count, a word that only one parameter has is enough, and so is the beginning of a name.
 
+use crate::instrument::DEVICES;
 use profivac_devices::model::{Address, Block, Code, Model, Row};
 use std::fmt;
+use std::sync::LazyLock;
 
 /// A parameter, and where it stands.
 #[derive(Clone, Copy, Debug)]
@@ -147,6 +149,15 @@ impl Names {
         all.sort_by_key(|parameter| (parameter.place.slot, parameter.place.instance));
         let words: Vec<Words> = all.into_iter().map(Words::of).collect();
         Self { list: words.iter().map(|it| Named::among(it, &words)).collect() }
+    }
+
+    /// The names of a device of [`DEVICES`], made once for whoever asks often.
+    #[must_use]
+    pub fn known(model: &Model) -> Option<&'static Self> {
+        static KNOWN: LazyLock<Vec<Names>> =
+            LazyLock::new(|| DEVICES.iter().map(|entry| Names::of(entry.model)).collect());
+        let place = DEVICES.iter().position(|entry| entry.model.name == model.name)?;
+        KNOWN.get(place)
     }
 
     /// All of them, by slot, instance and table.
@@ -376,7 +387,7 @@ pub fn slug(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instrument::{DEVICES, entry};
+    use crate::instrument::entry;
 
     fn names(device: &str) -> Names {
         Names::of(entry(device).unwrap().model)

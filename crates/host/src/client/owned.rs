@@ -4,7 +4,7 @@
 
 use super::records::{RecordError, Records, Refused};
 use crate::ms2;
-use crate::tool::{Tool, ToolError};
+use crate::tool::{Tool, ToolError, take};
 use crate::watch::Watched;
 use profivac_devices::model::{Configuration, Field, Instruction, Model, NumberType, Telegram, Via};
 use profivac_dp::link::Baud;
@@ -67,23 +67,14 @@ impl<'a> Owned<'a> {
         let model = watched.model;
         let number = present_number(tool, watched);
         let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
-        let mut user_prm = watched.parameters().user_prm.to_vec();
+        let usual = watched.parameters(tool.baud());
+        let mut user_prm = usual.user_prm.to_vec();
         if let (Way::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
             *first |= DPV1_ENABLE;
         }
-        let parameters = SlaveParameters {
-            user_prm: &user_prm,
-            ..SlaveParameters::new(watched.address, model.ident, configuration.octets)
-        };
+        let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..usual };
         let mut owned = Self { tool, address: watched.address, way };
-        // One that was owned before is there still, with the same parameters.
-        match owned.tool.master().state(watched.address) {
-            Some(_) => owned.tool.master().restart(watched.address),
-            None => {
-                let added = owned.tool.master().add(&parameters);
-                added.map_err(|error| RecordError::NoWay(error.to_string()))?;
-            }
-        }
+        take(owned.tool.master(), &parameters).map_err(|error| RecordError::NoWay(error.to_string()))?;
         owned.tool.master().set_mode(Mode::Operate);
         owned.wait_for_data(is_stopped)?;
         Ok(owned)

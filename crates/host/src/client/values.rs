@@ -21,12 +21,8 @@ pub enum Value {
 
 /// Why a text is no value of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{name} ({numbers}): expected {expected}, got {received:?}")]
+#[error("expected {expected}, got {received:?}")]
 pub struct ValueError {
-    /// The parameter.
-    pub name: String,
-    /// Its slot and index.
-    pub numbers: String,
     /// What it takes.
     pub expected: String,
     /// What was given.
@@ -158,8 +154,6 @@ impl Meaning<'_> {
             }
         };
         octets.ok_or_else(|| ValueError {
-            name: self.named.name.clone(),
-            numbers: self.named.parameter.numbers(),
             expected: self.takes(number),
             received: text.to_owned(),
             out_of_range: text.split_whitespace().next().is_some_and(|number| number.parse::<f64>().is_ok()),

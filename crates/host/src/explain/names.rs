@@ -1,6 +1,8 @@
 //! Parameters by name, and their values in words: `ba.process-value = 1.2e-3 mbar`.
 
-use profivac_devices::model::{Block, DataType, Model, Row, Unit};
+use crate::client::names::{Named, Names};
+use crate::client::values::{Meaning, Value};
+use profivac_devices::model::{Codes, DataType, Model, Unit};
 use profivac_sim::describe::Hex;
 
 /// What a telegram says about a device, in the device's own terms.
@@ -18,49 +20,72 @@ pub struct Tables {
 const SELECTORS: [&str; 2] = ["Channel Instance Selector", "Analog Input Sensor Function Block Instance"];
 
 impl Tables {
-    /// The name of a parameter with its numbers. Instances that share a slot are all named: `pirani/ba.safe-value`.
+    /// The name of a parameter as [`Names`] has it, with its numbers. Instances that share a slot are all named:
+    /// `pirani/ba.safe-value`.
     #[must_use]
     pub fn name(&self, slot: u8, index: u8) -> String {
-        let mut names: Vec<(String, String)> = Vec::new();
-        for (block, row) in self.rows(slot, index) {
-            let (block, row) = (slug(block), slug(row.name));
+        let mut names: Vec<(String, &str)> = Vec::new();
+        for named in self.named(slot, index) {
+            let at = named.name.rfind(['.', '/']).unwrap_or_default();
+            let (place, row) = named.name.split_at(at);
             match names.iter_mut().find(|(_, known)| *known == row) {
-                Some((blocks, _)) if blocks.split('/').any(|known| known == block) => {}
-                Some((blocks, _)) => *blocks = format!("{blocks}/{block}"),
-                None => names.push((block, row)),
+                Some((places, _)) => *places = format!("{places}/{place}"),
+                None => names.push((place.to_owned(), row)),
             }
         }
         let numbers = format!("slot {slot} index {index}");
         if names.is_empty() {
             return numbers;
         }
-        let names: Vec<String> = names.into_iter().map(|(blocks, row)| format!("{blocks}.{row}")).collect();
+        let names: Vec<String> = names.into_iter().map(|(places, row)| places + row).collect();
         format!("{} ({numbers})", names.join(" or "))
     }
 
-    /// The value of a parameter, as far as the octets and the unit tell.
+    /// The value of a parameter in the words of [`Meaning`], as far as the octets and the unit tell. A code keeps its number.
     #[must_use]
     pub fn value(&self, slot: u8, index: u8, octets: &[u8]) -> String {
-        let Some((_, row)) = self.rows(slot, index).next() else { return Hex(octets).to_string() };
-        self.special(row, octets)
-            .or_else(|| self.plain(row.data_type, octets))
-            .unwrap_or_else(|| Hex(octets).to_string())
+        self.meaning(slot, index, octets).unwrap_or_else(|| Hex(octets).to_string())
     }
 
-    /// The rows at a place, each with the name of its block.
-    fn rows(&self, slot: u8, index: u8) -> impl Iterator<Item = (&'static str, &'static Row)> + '_ {
-        let places = self.model.into_iter().flat_map(|model| model.places);
-        places.flat_map(move |place| {
-            let row = place.block.row(index);
-            let shown = move |instance| instance == 0 || self.instance.is_none_or(|selected| selected == instance);
-            let here = place.addresses.iter().filter(move |address| address.slot == slot && shown(address.instance));
-            here.filter_map(move |address| Some((address.name, row?)))
+    fn meaning(&self, slot: u8, index: u8, octets: &[u8]) -> Option<String> {
+        let mut all = self.named(slot, index);
+        let named = all.next()?;
+        let row = named.parameter.row;
+        // Nobody has said whose it is, and it is not the same everywhere.
+        if all.any(|other| other.parameter.row.codes != row.codes || other.parameter.row.data_type != row.data_type) {
+            return None;
+        }
+        match row.data_type {
+            DataType::ByType => return self.pressure(octets),
+            DataType::Visible(_) => return Some(format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end())),
+            _ if row.name == "Block Type" => return self.block(octets),
+            _ if !fits(row.data_type, octets) => return None,
+            _ => {}
+        }
+        let meaning = Meaning { named, model: self.model?, unit: self.unit };
+        let value = Value::of(row, octets);
+        let text = meaning.show(&value);
+        Some(match value {
+            Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {
+                format!("{text} ({number})")
+            }
+            _ => text,
+        })
+    }
+
+    /// The parameters at a place, of the instance that is shown if that is known.
+    fn named(&self, slot: u8, index: u8) -> impl Iterator<Item = &'static Named> + '_ {
+        let names = self.model.and_then(Names::known);
+        let here = names.into_iter().flat_map(move |names| names.at_index(slot, index));
+        here.filter(|named| {
+            let instance = named.parameter.place.instance;
+            instance == 0 || self.instance.is_none_or(|selected| selected == instance)
         })
     }
 
     /// A parameter was read or written: unit and selector change what others mean.
     pub fn learn(&mut self, slot: u8, index: u8, octets: &[u8]) {
-        let Some((_, row)) = self.rows(slot, index).next() else { return };
+        let Some(row) = self.named(slot, index).next().map(|named| named.parameter.row) else { return };
         if row.name == DATA_UNITS {
             self.unit = self.unit_of(octets).or(self.unit);
         }
@@ -74,37 +99,13 @@ impl Tables {
         self.model?.unit(u16::from_be_bytes(octets.try_into().ok()?))
     }
 
-    /// What says more than its number.
-    fn special(&self, row: &Row, octets: &[u8]) -> Option<String> {
-        match row.name {
-            DATA_UNITS => self.unit_of(octets).map(|unit| format!("{} ({})", unit.name, unit.code)),
-            "Block Type" => {
-                let [high, low, ..] = octets else { return None };
-                self.block(u16::from_be_bytes([*high, *low])).map(|block| format!("{} ({})", block.name, Hex(octets)))
-            }
-            _ => None,
-        }
-    }
-
-    fn block(&self, number: u16) -> Option<&'static Block> {
-        let blocks = self.model?.places.iter().map(|place| place.block);
-        blocks.into_iter().find(|block| block.block_type == Some(number))
-    }
-
-    fn plain(&self, data_type: DataType, octets: &[u8]) -> Option<String> {
-        Some(match data_type {
-            DataType::Boolean => match octets {
-                [0] => "false".to_owned(),
-                [1] => "true".to_owned(),
-                _ => return None,
-            },
-            DataType::Uint8 | DataType::Uint16 | DataType::Uint32 => unsigned(octets)?.to_string(),
-            DataType::Int8 | DataType::Int16 | DataType::Int32 => signed(octets)?.to_string(),
-            DataType::Float => short(float(octets)?),
-            DataType::ByType => self.pressure(octets)?,
-            DataType::Visible(_) => format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end()),
-            DataType::OctetString(_) | DataType::Array(_) | DataType::Record(_) => return None,
-        })
+    /// A block by its number.
+    fn block(&self, octets: &[u8]) -> Option<String> {
+        let [high, low, ..] = octets else { return None };
+        let number = u16::from_be_bytes([*high, *low]);
+        let mut blocks = self.model?.places.iter().map(|place| place.block);
+        let block = blocks.find(|block| block.block_type == Some(number))?;
+        Some(format!("{} ({})", block.name, Hex(octets)))
     }
 
     /// A pressure as a number in the unit of the device: two octets are an integer, four a float.
@@ -143,36 +144,22 @@ fn float(octets: &[u8]) -> Option<f32> {
     octets.try_into().ok().map(f32::from_be_bytes)
 }
 
-fn unsigned(octets: &[u8]) -> Option<u64> {
-    let joined = octets.iter().fold(0u64, |number, octet| number << 8 | u64::from(*octet));
-    (1..=4).contains(&octets.len()).then_some(joined)
-}
-
-fn signed(octets: &[u8]) -> Option<i32> {
-    let number = match *octets {
-        [a] => i8::from_be_bytes([a]).into(),
-        [a, b] => i16::from_be_bytes([a, b]).into(),
-        [a, b, c, d] => i32::from_be_bytes([a, b, c, d]),
-        _ => return None,
-    };
-    Some(number)
-}
-
-/// `Process Value (PV)` as `process-value`.
-#[must_use]
-pub fn slug(name: &str) -> String {
-    let name = name.split('(').next().unwrap_or_default().trim().to_ascii_lowercase();
-    let letters = |letter: char| if letter.is_ascii_alphanumeric() { letter } else { '-' };
-    let mut slug: String = name.chars().map(letters).collect();
-    while slug.contains("--") {
-        slug = slug.replace("--", "-");
+/// Whether octets are as many as the type has, and a Boolean is one.
+const fn fits(data_type: DataType, octets: &[u8]) -> bool {
+    match data_type {
+        DataType::Boolean => matches!(octets, [0 | 1]),
+        DataType::Uint8 | DataType::Int8 => octets.len() == 1,
+        DataType::Uint16 | DataType::Int16 => octets.len() == 2,
+        DataType::Uint32 | DataType::Int32 | DataType::Float => octets.len() == 4,
+        _ => true,
     }
-    slug.trim_matches('-').to_owned()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::client::names::Parameter;
+    use crate::instrument::DEVICES;
     use profivac_devices::bcg450::table::MODEL;
 
     fn tables() -> Tables {
@@ -184,7 +171,7 @@ mod tests {
         assert_eq!(tables().name(0, 17), "device.device-type (slot 0 index 17)");
         assert_eq!(
             tables().name(1, 201),
-            "setpoint-a/setpoint-b.setpoint-function or ba.emission-user-mode-state (slot 1 index 201)"
+            "ba.emission-user-mode-state or setpoint-a/setpoint-b.setpoint-function (slot 1 index 201)"
         );
         // The selector says whose row it is.
         let mut selected = tables();
@@ -192,7 +179,6 @@ mod tests {
         assert_eq!(selected.name(1, 201), "setpoint-b.setpoint-function (slot 1 index 201)");
         assert_eq!(tables().name(7, 7), "slot 7 index 7");
         assert_eq!(Tables::default().name(1, 19), "slot 1 index 19");
-        assert_eq!(slug("One Of N PV Selector (test)"), "one-of-n-pv-selector");
     }
 
     #[test]
@@ -208,6 +194,30 @@ mod tests {
         assert_eq!(tables.value(0, 17, b"BCG450  "), "\"BCG450\"");
         assert_eq!(tables.value(1, 23, &[9]), "09", "no Boolean");
         assert_eq!(tables.value(7, 7, &[1, 2]), "01 02");
+    }
+
+    /// One implementation of names and of the words for numbers: what `read` says, a recording says.
+    #[test]
+    fn names_and_codes_are_those_of_the_client() {
+        let tables = tables();
+        assert_eq!(tables.value(0, 25, &[4]), "EXECUTING (4)");
+        assert_eq!(tables.value(1, 39, &[3]), "use-safe-value (3)");
+        // Set point function of one instance, emission user mode of another: whose it is must be known.
+        assert_eq!(tables.value(1, 201, &[1]), "01");
+        let second = Tables { instance: Some(2), ..tables };
+        assert_eq!(
+            (second.value(1, 201, &[1]), second.value(1, 14, &[1, 1])),
+            ("true".to_owned(), "degas-on".to_owned())
+        );
+        for entry in &DEVICES {
+            for named in Names::of(entry.model).all() {
+                let Parameter { place, row, .. } = named.parameter;
+                let mut shown = Tables { model: Some(entry.model), ..Tables::default() };
+                shown.instance = Some(place.instance);
+                let name = shown.name(place.slot, row.id);
+                assert_eq!(name, format!("{} (slot {} index {})", named.name, place.slot, row.id));
+            }
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use rustix::io::Errno;
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// There is nothing of this name.
-    #[error("there is no port {0}")]
+    #[error("there is no port {0}: is the adapter plugged in, or the program running that makes it?")]
     Missing(String),
     /// Somebody else has it.
     #[error("{0} is in use by another program: end that first (fuser -v tells which it is)")]

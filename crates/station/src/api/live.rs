@@ -6,8 +6,9 @@ use axum::extract::State;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
 use std::convert::Infallible;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::time::MissedTickBehavior;
 use tokio_stream::wrappers::IntervalStream;
 use tokio_stream::{Stream, StreamExt};
 use utoipa::ToSchema;
@@ -23,13 +24,64 @@ pub struct Moment {
     gauges: Vec<Gauge>,
 }
 
-/// Gauges and segments four times a second, as server-sent events named `moment`.
-#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Moment)))]
-pub async fn live(State(plant): State<Arc<Plant>>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
-    let moments = IntervalStream::new(tokio::time::interval(PERIOD)).map(move |_| {
+/// The present moment as JSON, made once for all who watch.
+pub struct Moments {
+    plant: Arc<Plant>,
+    latest: Mutex<Option<(Instant, Arc<str>)>>,
+}
+
+impl Moments {
+    /// The moments of a plant.
+    pub const fn of(plant: Arc<Plant>) -> Self {
+        Self { plant, latest: Mutex::new(None) }
+    }
+
+    /// What is seen at `now`, or was less than a period before.
+    fn at(&self, now: Instant) -> Arc<str> {
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*latest {
+            Some((made, moment)) if now < *made + PERIOD => Arc::clone(moment),
+            _ => {
+                let moment: Arc<str> = self.json().into();
+                *latest = Some((now, Arc::clone(&moment)));
+                moment
+            }
+        }
+    }
+
+    fn json(&self) -> String {
+        let Self { plant, .. } = self;
         let moment = Moment { station: plant.station(), segments: plant.segments(), gauges: plant.gauges() };
         // Numbers, texts and lists always have a JSON form.
-        Ok(Event::default().event("moment").json_data(moment).unwrap_or_default())
-    });
+        serde_json::to_string(&moment).unwrap_or_default()
+    }
+}
+
+/// Gauges and segments four times a second, as server-sent events named `moment`. Whoever is slow misses moments.
+#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Moment)))]
+pub async fn live(State(moments): State<Arc<Moments>>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let mut ticks = tokio::time::interval(PERIOD);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let moments =
+        IntervalStream::new(ticks).map(move |_| Ok(Event::default().event("moment").data(moments.at(Instant::now()))));
     Sse::new(moments).keep_alive(KeepAlive::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recorder::{Recorder, Settings};
+
+    #[test]
+    fn all_who_watch_share_a_moment() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plant.db");
+        let recorder = Recorder::start(&file, Settings::default()).unwrap();
+        let moments = Moments::of(Arc::new(Plant::new("hall".to_owned(), file, recorder)));
+        let begin = Instant::now();
+        let first = moments.at(begin);
+        assert!(first.starts_with("{\"station\":{\"name\":\"hall\""), "{first}");
+        assert!(Arc::ptr_eq(&first, &moments.at(begin + PERIOD / 2)));
+        assert!(!Arc::ptr_eq(&first, &moments.at(begin + PERIOD)));
+    }
 }

@@ -13,15 +13,19 @@
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
-mod guard;
+mod archive;
+pub mod guard;
 mod live;
 mod problem;
 mod recorded;
 mod seen;
 
 use crate::plant::Plant;
+use archive::Archive;
 use axum::Router;
+use axum::extract::FromRef;
 use axum::routing::get;
+use live::Moments;
 use problem::Problem;
 use std::sync::Arc;
 use utoipa::OpenApi;
@@ -54,8 +58,35 @@ pub fn description() -> String {
     Description::openapi().to_pretty_json().unwrap_or_default()
 }
 
+/// What those who answer share.
+#[derive(Clone)]
+struct Shared {
+    plant: Arc<Plant>,
+    archive: Archive,
+    moments: Arc<Moments>,
+}
+
+impl FromRef<Shared> for Arc<Plant> {
+    fn from_ref(shared: &Shared) -> Self {
+        Self::clone(&shared.plant)
+    }
+}
+
+impl FromRef<Shared> for Archive {
+    fn from_ref(shared: &Shared) -> Self {
+        shared.archive.clone()
+    }
+}
+
+impl FromRef<Shared> for Arc<Moments> {
+    fn from_ref(shared: &Shared) -> Self {
+        Self::clone(&shared.moments)
+    }
+}
+
 /// The API of a plant, and the dashboard beside it.
 pub fn router(plant: Arc<Plant>) -> Router {
+    let (archive, moments) = (Archive::of(Arc::clone(&plant)), Arc::new(Moments::of(Arc::clone(&plant))));
     Router::new()
         .route("/api/station", get(seen::station))
         .route("/api/segments", get(seen::segments))
@@ -73,6 +104,8 @@ pub fn router(plant: Arc<Plant>) -> Router {
             get(async || Problem::unknown("there is no such thing in the API; /api/openapi.json says what there is")),
         )
         .fallback(get(crate::web::file))
+        .layer(axum::middleware::from_fn(guard::caught))
+        .layer(axum::middleware::from_fn(guard::reading))
         .layer(axum::middleware::from_fn(guard::headers))
-        .with_state(plant)
+        .with_state(Shared { plant, archive, moments })
 }

@@ -4,6 +4,7 @@ use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
+use std::fmt;
 use utoipa::ToSchema;
 
 /// Why there is no answer.
@@ -26,9 +27,31 @@ impl Problem {
         Self { status: 404, problem: problem.into() }
     }
 
+    /// Only reading is possible.
+    pub fn method() -> Self {
+        Self { status: 405, problem: "the station is only looked at: expected GET or HEAD".to_owned() }
+    }
+
+    /// Whoever asked took us for somebody else.
+    pub fn host(name: &str) -> Self {
+        let problem = format!("expected this computer as the host, localhost or a loopback address, got {name:?}");
+        Self { status: 421, problem }
+    }
+
+    /// We have made a mistake.
+    pub fn defect() -> Self {
+        Self { status: 500, problem: "a defect of the program: the station itself goes on".to_owned() }
+    }
+
     /// It cannot be had at present.
     pub fn unavailable(problem: impl Into<String>) -> Self {
         Self { status: 503, problem: problem.into() }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.problem)
     }
 }
 

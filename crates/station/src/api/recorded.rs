@@ -1,8 +1,8 @@
 //! What was recorded.
 
+use super::archive::Archive;
 use super::problem::Problem;
-use crate::plant::Plant;
-use crate::recorder::{Micros, Reader, Sample, StoreError};
+use crate::recorder::{Micros, Reader, StoreError};
 use crate::rise::{self, Rise};
 use crate::view::{Happening, RiseView, Trend};
 use axum::Json;
@@ -11,7 +11,6 @@ use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// More pixels than any screen has.
@@ -21,7 +20,7 @@ const MOST_PIXELS: u32 = 20_000;
 const MOST_EVENTS: u32 = 10_000;
 
 /// More samples than a rise needs.
-const MOST_FITTED: usize = 20_000;
+const MOST_FITTED: u32 = 20_000;
 
 /// Which series, and when.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -74,39 +73,39 @@ pub struct Export {
 /// What was recorded of a series, drawn for so many pixels.
 #[utoipa::path(get, path = "/api/trend", params(Window), responses((status = 200, body = Trend), (status = 400, body = Problem)))]
 pub async fn trend(
-    State(plant): State<Arc<Plant>>,
+    State(archive): State<Archive>,
     window: Result<Query<Window>, QueryRejection>,
 ) -> Result<Json<Trend>, Problem> {
     let window = taken(window)?;
     let (from, to) = times(window.from, window.to)?;
     let pixels = within("pixels", window.pixels.unwrap_or(1000), MOST_PIXELS)?;
-    read(plant, move |reader| {
+    let read = archive.read(move |reader| {
         let bins = reader.draw(&window.series, from, to, pixels)?;
         Ok(Json(Trend::of(&window.series, &bins)))
-    })
-    .await
+    });
+    read.await
 }
 
 /// What happened, the latest first.
 #[utoipa::path(get, path = "/api/events", params(Time), responses((status = 200, body = [Happening]), (status = 400, body = Problem)))]
 pub async fn events(
-    State(plant): State<Arc<Plant>>,
+    State(archive): State<Archive>,
     time: Result<Query<Time>, QueryRejection>,
 ) -> Result<Json<Vec<Happening>>, Problem> {
     let time = taken(time)?;
     let (from, to) = times(time.from, time.to)?;
     let most = within("most", time.most.unwrap_or(200), MOST_EVENTS)?;
-    read(plant, move |reader| {
+    let read = archive.read(move |reader| {
         let events = reader.events(from, to, most)?;
         Ok(Json(events.into_iter().map(Happening::from).collect()))
-    })
-    .await
+    });
+    read.await
 }
 
 /// A rise of pressure after a valve was closed, told apart into a leak and outgassing.
 #[utoipa::path(get, path = "/api/rise", params(Rising), responses((status = 200, body = RiseView), (status = 400, body = Problem)))]
 pub async fn rise(
-    State(plant): State<Arc<Plant>>,
+    State(archive): State<Archive>,
     rising: Result<Query<Rising>, QueryRejection>,
 ) -> Result<Json<RiseView>, Problem> {
     let rising = taken(rising)?;
@@ -115,8 +114,7 @@ pub async fn rise(
     if let Some(volume) = volume.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(Problem::bad(format!("expected a volume in m³ above 0, got {volume}")));
     }
-    let samples = read(plant, move |reader| Ok(reader.samples(&rising.series, from, to)?)).await?;
-    let samples = pressures(&samples, from);
+    let samples = archive.read(move |reader| Ok(pressures(&reader, &rising.series, from, to)?)).await?;
     let fitted = rise::fit(&samples).map_err(|error| Problem::bad(error.to_string()))?;
     Ok(Json(seen(&fitted, volume, samples.len())))
 }
@@ -124,24 +122,20 @@ pub async fn rise(
 /// What was recorded, as a table: time (ISO 8601, UTC), series, pressure in Pa, quality.
 #[utoipa::path(get, path = "/api/export.csv", params(Export), responses((status = 200, content_type = "text/csv", body = String), (status = 400, body = Problem)))]
 pub async fn export(
-    State(plant): State<Arc<Plant>>,
+    State(archive): State<Archive>,
     wanted: Result<Query<Export>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
     let wanted = taken(wanted)?;
     let (from, to) = times(wanted.from, wanted.to)?;
-    let csv = read(plant, move |reader| {
-        let series = match &wanted.series {
-            Some(names) => names.split(',').map(str::to_owned).collect(),
-            None => reader.gauges()?,
-        };
-        let mut csv = Vec::new();
-        reader.export(&series, from, to, &mut csv).map_err(|error| Problem::unavailable(error.to_string()))?;
-        Ok(csv)
-    })
-    .await?;
+    let series = wanted.series.as_ref().map(|names| names.split(',').map(str::to_owned).collect());
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
-    Ok((headers, csv))
+    let export = archive.read(move |reader| {
+        let series = series.map_or_else(|| reader.gauges(), Ok)?;
+        Ok(crate::recorder::Export::new(reader, series, from, to))
+    });
+    let export = export.await?;
+    Ok((headers, archive.deliver(export)))
 }
 
 fn taken<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
@@ -160,26 +154,17 @@ fn within(name: &str, given: u32, most: u32) -> Result<u32, Problem> {
     if fits { Ok(given) } else { Err(Problem::bad(format!("expected {name} from 1 to {most}, got {given}"))) }
 }
 
-/// Reads on a thread that may wait for the disk.
-async fn read<T: Send + 'static>(
-    plant: Arc<Plant>,
-    question: impl FnOnce(&Reader) -> Result<T, Problem> + Send + 'static,
-) -> Result<T, Problem> {
-    let read = tokio::task::spawn_blocking(move || question(&plant.reader()?)).await;
-    read.unwrap_or_else(|_| Err(Problem::unavailable("the station is stopping")))
-}
-
-impl From<StoreError> for Problem {
-    fn from(error: StoreError) -> Self {
-        Self::unavailable(error.to_string())
+/// Seconds since `from` and pressures: all samples, or where there are very many, the mean of each of so many pieces.
+fn pressures(reader: &Reader, series: &str, from: Micros, to: Micros) -> Result<Vec<(f64, f64)>, StoreError> {
+    let seconds = |at: i64| at.saturating_sub(from.0) as f64 / Micros::SECOND as f64;
+    let samples = reader.page(series, from, to, MOST_FITTED.saturating_add(1))?;
+    if samples.len() <= MOST_FITTED as usize {
+        return Ok(samples.iter().filter_map(|sample| Some((seconds(sample.at.0), sample.pa?))).collect());
     }
-}
-
-/// Seconds since `from` and pressures, evenly thinned where there are very many.
-fn pressures(samples: &[Sample], from: Micros) -> Vec<(f64, f64)> {
-    let step = samples.len().div_ceil(MOST_FITTED).max(1);
-    let seconds = |at: Micros| (at.0.saturating_sub(from.0)) as f64 / Micros::SECOND as f64;
-    samples.iter().step_by(step).filter_map(|sample| Some((seconds(sample.at), sample.pa?))).collect()
+    let half = to.0.saturating_sub(from.0) / i64::from(MOST_FITTED) / 2;
+    let bins = reader.draw(series, from, to, MOST_FITTED)?;
+    let middle = |start: Micros| seconds(start.0.saturating_add(half));
+    Ok(bins.iter().filter_map(|bin| Some((middle(bin.start), bin.extent.mean()?))).collect())
 }
 
 fn seen(rise: &Rise, volume: Option<f64>, samples: usize) -> RiseView {

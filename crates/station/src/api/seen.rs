@@ -1,5 +1,6 @@
 //! What is seen now.
 
+use super::archive::stopped;
 use super::problem::Problem;
 use crate::plant::{NoAnswer, Plant};
 use crate::view::{Block, Gauge, Segment, Station};
@@ -49,6 +50,6 @@ pub async fn blocks(State(plant): State<Arc<Plant>>, Path(name): Path<String>) -
         Ok(Ok(blocks)) => Ok(Json(blocks)),
         Ok(Err(error @ NoAnswer::Unknown(_))) => Err(Problem::unknown(error.to_string())),
         Ok(Err(error)) => Err(Problem::unavailable(error.to_string())),
-        Err(_) => Err(Problem::unavailable("the station is stopping")),
+        Err(error) => Err(stopped(&error)),
     }
 }

@@ -14,11 +14,19 @@
 //! | [`rollup`] | the levels in which long times are kept and drawn |
 //! | [`store`] | the file: tables, transactions, retention |
 //! | [`writer`] | the thread that owns the file |
-//! | [`reader`] | drawing and exporting |
+//! | `claim` | where the file lies, and that nobody else records into it |
+//! | `clock` | whether somebody has set the clock |
+//! | [`reader`] | drawing and reading |
+//! | [`export`] | all of it as CSV, piece by piece |
+//!
+//! Beside the file lie its log (`-wal`, `-shm`) while it is open, and `-lock`, which keeps other stations away and may stay.
 //!
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. No number stands for "no value": a sample says of what
 //! quality it is, and has no pressure where it has none.
 
+mod claim;
+mod clock;
+pub mod export;
 pub mod reader;
 pub mod ring;
 pub mod rollup;
@@ -27,6 +35,7 @@ pub mod store;
 pub mod thin;
 pub mod writer;
 
+pub use export::Export;
 pub use reader::{Bin, Reader};
 pub use sample::{Micros, Qualities, Quality, Sample};
 pub use store::{Event, EventKind, Retention, StoreError};

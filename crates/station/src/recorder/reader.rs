@@ -1,10 +1,9 @@
-//! Drawing and exporting. A reader has a connection of its own and never holds up the one that writes.
+//! Drawing and reading. A reader has a connection of its own and never holds up the one that writes.
 
-use super::rollup::{Extent, Level};
+use super::rollup::{Extent, LEVELS, Level};
 use super::sample::{Micros, Qualities, Quality, Sample};
 use super::store::{Event, EventKind, StoreError, open_to_read};
 use rusqlite::{Connection, OptionalExtension, Row, params};
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// What one pixel shows.
@@ -16,21 +15,33 @@ pub struct Bin {
     pub extent: Extent,
 }
 
+/// More samples than this are not read for a picture. free choice: a second of work.
+const MOST_DRAWN: u32 = 1_000_000;
+
+/// A picture that is being drawn, from left to right.
+struct Bins {
+    from: Micros,
+    /// How long a pixel is, in microseconds.
+    width: i64,
+    bins: Vec<Bin>,
+}
+
+impl Bins {
+    fn take(&mut self, at: Micros, extent: &Extent) {
+        // A span that begins before the picture is at its edge.
+        let place = at.max(self.from).0.saturating_sub(self.from.0).div_euclid(self.width);
+        let start = Micros(self.from.0.saturating_add(place.saturating_mul(self.width)));
+        match self.bins.last_mut().filter(|last| last.start == start) {
+            Some(last) => last.extent.add(extent),
+            None => self.bins.push(Bin { start, extent: *extent }),
+        }
+    }
+}
+
 /// An open file.
 pub struct Reader {
     path: PathBuf,
     connection: Connection,
-}
-
-/// What cannot be written out.
-#[derive(Debug, thiserror::Error)]
-pub enum ExportError {
-    /// The file.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// Where it goes to.
-    #[error("the export cannot be written: {0}")]
-    Output(#[from] io::Error),
 }
 
 impl Reader {
@@ -53,26 +64,26 @@ impl Reader {
     /// What a gauge showed in a time, in at most `pixels` bins (and one more at the edge). Bins in which nothing was
     /// recorded are left out.
     ///
+    /// Where there are very many samples, or none any more, bins are as coarse as the finest spans that there are.
+    ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
     pub fn draw(&self, gauge: &str, from: Micros, to: Micros, pixels: u32) -> Result<Vec<Bin>, StoreError> {
         let Some(number) = self.number(gauge)? else { return Ok(Vec::new()) };
         let range = to.0.saturating_sub(from.0).max(1);
         let width = range.checked_div(i64::from(pixels.max(1))).unwrap_or(range).max(1);
-        let mut bins: Vec<Bin> = Vec::new();
-        let mut take = |at: Micros, extent: &Extent| {
-            let place = at.0.saturating_sub(from.0).div_euclid(width);
-            let start = Micros(from.0.saturating_add(place.saturating_mul(width)));
-            match bins.last_mut().filter(|last| last.start == start) {
-                Some(last) => last.extent.add(extent),
-                None => bins.push(Bin { start, extent: *extent }),
-            }
-        };
-        match Level::for_span(width) {
-            Some(level) => self.each_span(level, number, from, to, &mut take)?,
-            None => self.each_sample(number, from, to, &mut |sample| take(sample.at, &Extent::of(&sample)))?,
+        let mut bins = Bins { from, width, bins: Vec::new() };
+        let level = Level::for_span(width);
+        if level.is_none() && self.count(number, from, to, MOST_DRAWN)? < MOST_DRAWN {
+            self.each_sample(number, from, to, i64::MAX, &mut |sample| bins.take(sample.at, &Extent::of(&sample)))?;
         }
-        Ok(bins)
+        let levels = LEVELS.into_iter().filter(|coarse| level.is_none_or(|level| coarse.number >= level.number));
+        for level in levels {
+            if bins.bins.is_empty() {
+                self.each_span(level, number, from, to, &mut |at, extent| bins.take(at, extent))?;
+            }
+        }
+        Ok(bins.bins)
     }
 
     /// The samples of a gauge in a time, as they were kept.
@@ -80,9 +91,17 @@ impl Reader {
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
     pub fn samples(&self, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Sample>, StoreError> {
+        self.page(gauge, from, to, u32::MAX)
+    }
+
+    /// The first `most` of them.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be read.
+    pub fn page(&self, gauge: &str, from: Micros, to: Micros, most: u32) -> Result<Vec<Sample>, StoreError> {
         let mut samples = Vec::new();
         if let Some(number) = self.number(gauge)? {
-            self.each_sample(number, from, to, &mut |sample| samples.push(sample))?;
+            self.each_sample(number, from, to, i64::from(most), &mut |sample| samples.push(sample))?;
         }
         Ok(samples)
     }
@@ -104,26 +123,16 @@ impl Reader {
         )
     }
 
-    /// The samples of gauges in a time as CSV: time in ISO 8601 (UTC), gauge, pressure in Pa, quality. Says how many.
-    ///
-    /// # Errors
-    /// [`ExportError`] when the file cannot be read or `out` not be written.
-    pub fn export(&self, gauges: &[String], from: Micros, to: Micros, out: &mut dyn Write) -> Result<u64, ExportError> {
-        writeln!(out, "time,gauge,pressure_pa,quality")?;
-        let mut count = 0_u64;
-        for gauge in gauges {
-            for sample in self.samples(gauge, from, to)? {
-                let pa = sample.pa.map(|pa| format!("{pa:e}")).unwrap_or_default();
-                writeln!(out, "{},{},{pa},{}", iso(sample.at), quoted(gauge), sample.quality.word())?;
-                count = count.saturating_add(1);
-            }
-        }
-        Ok(count)
-    }
-
     fn number(&self, gauge: &str) -> Result<Option<i64>, StoreError> {
         let asked = self.connection.query_row("SELECT id FROM gauge WHERE name = ?1", [gauge], |row| row.get(0));
         asked.optional().map_err(|error| self.failed(error))
+    }
+
+    /// How many samples there are, counted up to `most`.
+    fn count(&self, gauge: i64, from: Micros, to: Micros, most: u32) -> Result<u32, StoreError> {
+        let sql = "SELECT count(*) FROM (SELECT 1 FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 LIMIT ?4)";
+        let asked = self.connection.query_row(sql, params![gauge, from.0, to.0, most], |row| row.get(0));
+        asked.map_err(|error| self.failed(error))
     }
 
     fn each_sample(
@@ -131,10 +140,11 @@ impl Reader {
         gauge: i64,
         from: Micros,
         to: Micros,
+        most: i64,
         take: &mut dyn FnMut(Sample),
     ) -> Result<(), StoreError> {
-        let sql = "SELECT at, pa, quality FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 ORDER BY at";
-        self.each(sql, params![gauge, from.0, to.0], |row| {
+        let sql = "SELECT at, pa, quality FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 ORDER BY at LIMIT ?4";
+        self.each(sql, params![gauge, from.0, to.0, most], |row| {
             let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Invalid);
             take(Sample { at: Micros(row.get(0)?), pa: row.get(1)?, quality });
             Ok(())
@@ -150,8 +160,8 @@ impl Reader {
         take: &mut dyn FnMut(Micros, &Extent),
     ) -> Result<(), StoreError> {
         let sql = "SELECT start, low, high, decades, count, qualities FROM rollup
-                   WHERE level = ?1 AND gauge = ?2 AND start BETWEEN ?3 AND ?4 ORDER BY start";
-        self.each(sql, params![level.number, gauge, from.0, to.0], |row| {
+                   WHERE level = ?1 AND gauge = ?2 AND start > ?3 AND start <= ?4 ORDER BY start";
+        self.each(sql, params![level.number, gauge, from.0.saturating_sub(level.micros()), to.0], |row| {
             let extent = Extent {
                 low: row.get(1)?,
                 high: row.get(2)?,
@@ -198,14 +208,4 @@ impl Reader {
     fn failed(&self, error: rusqlite::Error) -> StoreError {
         StoreError::Sql { path: self.path.clone(), error }
     }
-}
-
-/// A name in CSV, RFC 4180.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
-}
-
-/// A moment as ISO 8601 has it, in UTC with microseconds.
-fn iso(at: Micros) -> String {
-    humantime::format_rfc3339_micros(at.to_system_time()).to_string()
 }

@@ -24,20 +24,27 @@ impl Ring {
         Self { span, samples: VecDeque::new(), open_until: None }
     }
 
-    /// Remembers a sample. Says whether it is to be written at full rate.
+    /// Remembers a sample, or says that it is to be written at full rate.
     pub fn push(&mut self, sample: Sample) -> bool {
-        let oldest = sample.at.before(self.span);
-        while self.samples.front().is_some_and(|first| first.at < oldest) || self.samples.len() >= MOST {
+        let (oldest, newest) = (sample.at.before(self.span), sample.at.after(self.span));
+        // An end that lies further ahead than any event puts it was set by a clock that was since set back.
+        if self.open_until.is_some_and(|end| sample.at <= end && end <= newest.after(self.span)) {
+            return true;
+        }
+        self.open_until = None;
+        while self.samples.front().is_some_and(|first| first.at < oldest || first.at > newest)
+            || self.samples.len() >= MOST
+        {
             self.samples.pop_front();
         }
         self.samples.push_back(sample);
-        self.open_until.is_some_and(|end| sample.at <= end)
+        false
     }
 
     /// Something happened at `at`: what is remembered is to be written, and what comes for as long again.
     pub fn open(&mut self, at: Micros) -> impl Iterator<Item = Sample> {
         self.open_until = Some(at.after(self.span));
-        self.samples.iter().copied()
+        self.samples.drain(..)
     }
 }
 
@@ -59,6 +66,16 @@ mod tests {
         assert_eq!(before, [14, 15, 16, 17, 18, 19]);
         let after: Vec<_> = (20..30).filter(|second| ring.push(at(*second))).collect();
         assert_eq!(after, [20, 21, 22, 23, 24]);
+        assert_eq!(ring.open(Micros(30 * Micros::SECOND)).count(), 5, "what was written is not brought again");
+    }
+
+    #[test]
+    fn a_clock_that_was_set_back_does_not_leave_it_open() {
+        let mut ring = Ring::new(Duration::from_secs(5));
+        ring.push(at(3600));
+        assert_eq!(ring.open(Micros(3600 * Micros::SECOND)).count(), 1);
+        assert!(ring.push(at(3601)));
+        assert!((0..10).all(|second| !ring.push(at(second))));
     }
 
     #[test]

@@ -102,7 +102,7 @@ pub struct Key {
     /// The number of the level.
     pub level: u8,
     /// The gauge.
-    pub gauge: i64,
+    pub gauge: usize,
     /// The beginning of the span.
     pub start: Micros,
 }
@@ -113,7 +113,7 @@ pub struct Additions(BTreeMap<Key, Extent>);
 
 impl Additions {
     /// A sample, in every level.
-    pub fn add(&mut self, gauge: i64, sample: &Sample) {
+    pub fn add(&mut self, gauge: usize, sample: &Sample) {
         let extent = Extent::of(sample);
         for level in LEVELS {
             let key = Key { level: level.number, gauge, start: level.start(sample.at) };
@@ -124,6 +124,18 @@ impl Additions {
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = (&Key, &Extent)> {
         self.0.iter()
+    }
+
+    /// How many spans they touch.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there is nothing to add.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 
     /// They were added.

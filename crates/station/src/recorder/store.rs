@@ -3,10 +3,11 @@
 //! SQLite with a write-ahead log and `synchronous = FULL`: what a transaction has returned from is on the disk, and a power
 //! cut in the middle of one leaves the file as it was before.
 
+use super::claim::{Claim, beside};
 use super::rollup::{Additions, LEVELS};
 use super::sample::{Micros, Sample};
-use rusqlite::{Connection, OpenFlags, OptionalExtension, Transaction, params};
-use std::collections::HashMap;
+use rusqlite::{Connection, OpenFlags, OptionalExtension, Transaction, TransactionBehavior, params};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -58,6 +59,20 @@ pub enum StoreError {
         path: PathBuf,
         /// What it says.
         error: rusqlite::Error,
+    },
+    /// It cannot be a record where it is meant to be, or not any more.
+    #[error("{path}: {what}", path = path.display())]
+    Place {
+        /// The file.
+        path: PathBuf,
+        /// What was expected and what came.
+        what: String,
+    },
+    /// Another station records into it.
+    #[error("{path} is already recorded into by another station", path = path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
     },
     /// A newer program wrote it.
     #[error("{path} has tables of version {found}, this program knows version {VERSION}", path = path.display())]
@@ -140,65 +155,89 @@ impl Default for Retention {
 /// At most so many rows are deleted in one transaction: recording goes on meanwhile.
 const DELETIONS: u32 = 20_000;
 
+/// The log of a transaction is cut back when it has become longer than this, in octets. free choice: four times what SQLite
+/// lets it become while nobody holds it up.
+const LONGEST_LOG: i64 = 16 << 20;
+
+/// A moment that is taken by another sample is moved by at most so many microseconds.
+const MOST_SHIFT: i64 = 1_000;
+
 /// The file, open for writing.
 pub struct Store {
     path: PathBuf,
+    claim: Option<Claim>,
     connection: Connection,
-    gauges: HashMap<String, i64>,
+    /// The gauges that were named, by the number they have here.
+    names: Vec<String>,
+    /// What they are in the file, as far as it knows them.
+    ids: Vec<i64>,
 }
 
 impl Store {
     /// Opens the file, or makes it.
     ///
     /// # Errors
-    /// [`StoreError`] when it cannot be used.
+    /// [`StoreError`] when it cannot be used, also when another station has it.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let failed = |error| StoreError::Sql { path: path.to_owned(), error };
-        let connection = Connection::open(path).map_err(failed)?;
-        prepare(&connection).map_err(failed)?;
-        let found = version(&connection).map_err(failed)?;
-        match found {
-            0 => create(&connection).map_err(failed)?,
-            VERSION => {}
-            found => return Err(StoreError::Version { path: path.to_owned(), found }),
-        }
-        Ok(Self { path: path.to_owned(), connection, gauges: HashMap::new() })
+        let mut claim = Claim::of(path)?;
+        let connection = connect(path)?;
+        claim.remember(path)?;
+        Ok(Self { path: path.to_owned(), claim: Some(claim), connection, names: Vec::new(), ids: Vec::new() })
     }
 
-    /// The number of a gauge in the file.
-    ///
-    /// # Errors
-    /// [`StoreError`] when the file cannot be written.
-    pub fn gauge(&mut self, name: &str) -> Result<i64, StoreError> {
-        if let Some(number) = self.gauges.get(name) {
-            return Ok(*number);
-        }
-        let number = number_of(&self.connection, name).map_err(|error| self.failed(error))?;
-        self.gauges.insert(name.to_owned(), number);
-        Ok(number)
+    /// The number of a gauge, for as long as this store is open.
+    pub fn gauge(&mut self, name: &str) -> usize {
+        self.names.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.names.push(name.to_owned());
+            self.names.len().saturating_sub(1)
+        })
     }
 
-    /// Writes everything of a second, or nothing of it.
+    /// Writes everything of a second, or nothing of it. Says how many samples found no free moment near theirs.
     ///
     /// # Errors
     /// [`StoreError`] when nothing was written.
     pub fn write(
         &mut self,
-        samples: &[(i64, Sample)],
+        samples: &[(usize, Sample)],
         additions: &Additions,
         events: &[Event],
-    ) -> Result<(), StoreError> {
-        let numbers: Vec<_> = events
-            .iter()
-            .map(|event| event.gauge.as_deref().map(|name| self.gauge(name)).transpose())
-            .collect::<Result<_, _>>()?;
-        let written = self.connection.transaction().and_then(|transaction| {
-            insert_samples(&transaction, samples)?;
-            add_spans(&transaction, additions)?;
-            insert_events(&transaction, events, &numbers)?;
-            transaction.commit()
+    ) -> Result<u64, StoreError> {
+        self.be_there()?;
+        let gauges: Vec<_> = events.iter().map(|event| event.gauge.as_deref().map(|name| self.gauge(name))).collect();
+        let mut ids = self.ids.clone();
+        let names = &self.names;
+        let begun = self.connection.transaction_with_behavior(TransactionBehavior::Immediate);
+        let written = begun.and_then(|transaction| {
+            for name in names.iter().skip(ids.len()) {
+                ids.push(number_of(&transaction, name)?);
+            }
+            let crowded = insert_samples(&transaction, samples, &ids)?;
+            add_spans(&transaction, additions, &ids)?;
+            insert_events(&transaction, events, &gauges, &ids)?;
+            transaction.commit()?;
+            Ok(crowded)
         });
-        written.map_err(|error| self.failed(error))
+        let crowded = written.map_err(|error| self.failed(error))?;
+        self.ids = ids;
+        Ok(crowded)
+    }
+
+    /// A file that was deleted or replaced takes what is written and nobody ever sees it: then what lies at the path is
+    /// opened, or made anew.
+    fn be_there(&mut self) -> Result<(), StoreError> {
+        if self.claim.as_ref().is_some_and(|claim| claim.is_there(&self.path)) {
+            return Ok(());
+        }
+        // The old one goes first: as it ends it deletes the log at this path, which must not be the new one's.
+        self.connection = Connection::open_in_memory().map_err(|error| self.failed(error))?;
+        self.ids.clear();
+        self.claim = None;
+        let mut claim = Claim::of(&self.path)?;
+        self.connection = connect(&self.path)?;
+        claim.remember(&self.path)?;
+        self.claim = Some(claim);
+        Ok(())
     }
 
     /// Deletes some of what is older than it is to be kept. Says whether there may be more.
@@ -209,9 +248,36 @@ impl Store {
         let deleted = self.delete_old(retention, now).map_err(|error| self.failed(error))?;
         if deleted > 0 {
             // Room in the file is given back to the disk in small pieces.
-            self.connection.execute_batch("PRAGMA incremental_vacuum(500)").map_err(|error| self.failed(error))?;
+            self.stepped("PRAGMA incremental_vacuum(500)")?;
         }
+        self.cut_log()?;
         Ok(deleted >= DELETIONS as usize)
+    }
+
+    /// Cuts the log back if somebody has held it up. Whoever still reads is waited for, then it is left for later.
+    fn cut_log(&self) -> Result<(), StoreError> {
+        let log = beside(&self.path, "-wal");
+        if fs::metadata(log).is_ok_and(|log| log.len() > LONGEST_LOG.unsigned_abs()) {
+            self.stepped("PRAGMA wal_checkpoint(TRUNCATE)")?;
+        }
+        Ok(())
+    }
+
+    /// Runs a statement to its end: some do their work row by row.
+    fn stepped(&self, sql: &str) -> Result<(), StoreError> {
+        let run = || {
+            let mut statement = self.connection.prepare_cached(sql)?;
+            let mut rows = statement.query([])?;
+            while rows.next()?.is_some() {}
+            Ok(())
+        };
+        run().map_err(|error| self.failed(error))
+    }
+
+    /// A disk with room for so many pages.
+    #[cfg(test)]
+    pub fn limit(&self, pages: u32) {
+        self.stepped(&format!("PRAGMA max_page_count = {pages}")).unwrap();
     }
 
     fn delete_old(&self, retention: &Retention, now: Micros) -> rusqlite::Result<usize> {
@@ -257,8 +323,21 @@ pub fn open_to_read(path: &Path) -> Result<Connection, StoreError> {
     }
 }
 
-/// How long one connection waits for another.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// How long one connection waits for another. The recorder tries again every second by itself.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Opens a file for writing, or makes it.
+fn connect(path: &Path) -> Result<Connection, StoreError> {
+    let failed = |error| StoreError::Sql { path: path.to_owned(), error };
+    let connection = Connection::open(path).map_err(failed)?;
+    prepare(&connection).map_err(failed)?;
+    match version(&connection).map_err(failed)? {
+        0 => create(&connection).map_err(failed)?,
+        VERSION => {}
+        found => return Err(StoreError::Version { path: path.to_owned(), found }),
+    }
+    Ok(connection)
+}
 
 fn prepare(connection: &Connection) -> rusqlite::Result<()> {
     connection.busy_timeout(PATIENCE)?;
@@ -268,7 +347,8 @@ fn prepare(connection: &Connection) -> rusqlite::Result<()> {
          PRAGMA journal_mode = WAL;
          PRAGMA synchronous = FULL;
          PRAGMA foreign_keys = ON;",
-    )
+    )?;
+    connection.pragma_update(None, "journal_size_limit", LONGEST_LOG)
 }
 
 fn version(connection: &Connection) -> rusqlite::Result<i64> {
@@ -290,16 +370,34 @@ fn number_of(connection: &Connection, name: &str) -> rusqlite::Result<i64> {
     }
 }
 
-/// A sample that is there already stays as it is: the ring brings some twice.
-fn insert_samples(transaction: &Transaction<'_>, samples: &[(i64, Sample)]) -> rusqlite::Result<()> {
-    let mut insert = transaction.prepare_cached("INSERT OR IGNORE INTO sample VALUES (?1, ?2, ?3, ?4)")?;
-    for (gauge, sample) in samples {
-        insert.execute(params![gauge, sample.at.0, sample.pa, sample.quality as u8])?;
-    }
-    Ok(())
+/// What is written for a gauge that the file does not know breaks the reference to its table, and nothing is written.
+fn id(ids: &[i64], gauge: usize) -> i64 {
+    ids.get(gauge).copied().unwrap_or_default()
 }
 
-fn add_spans(transaction: &Transaction<'_>, additions: &Additions) -> rusqlite::Result<()> {
+/// A sample that is there already stays as it is: the ring brings some twice. Another one at the same moment, which a clock
+/// that was set back can bring, is moved to the next microsecond that is free. Says how many found none.
+fn insert_samples(transaction: &Transaction<'_>, samples: &[(usize, Sample)], ids: &[i64]) -> rusqlite::Result<u64> {
+    let mut insert = transaction.prepare_cached("INSERT OR IGNORE INTO sample VALUES (?1, ?2, ?3, ?4)")?;
+    let mut same =
+        transaction.prepare_cached("SELECT pa IS ?3 AND quality = ?4 FROM sample WHERE gauge = ?1 AND at = ?2")?;
+    let mut crowded = 0_u64;
+    for (gauge, Sample { at, pa, quality }) in samples {
+        let gauge = id(ids, *gauge);
+        let mut is_kept = false;
+        for at in at.0..at.0.saturating_add(MOST_SHIFT) {
+            let row = params![gauge, at, pa, *quality as u8];
+            is_kept = insert.execute(row)? == 1 || same.query_row(row, |row| row.get(0))?;
+            if is_kept {
+                break;
+            }
+        }
+        crowded = crowded.saturating_add(u64::from(!is_kept));
+    }
+    Ok(crowded)
+}
+
+fn add_spans(transaction: &Transaction<'_>, additions: &Additions, ids: &[i64]) -> rusqlite::Result<()> {
     let mut add = transaction.prepare_cached(
         "INSERT INTO rollup VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)
          ON CONFLICT DO UPDATE SET
@@ -312,7 +410,7 @@ fn add_spans(transaction: &Transaction<'_>, additions: &Additions) -> rusqlite::
     for (key, extent) in additions.iter() {
         add.execute(params![
             key.level,
-            key.gauge,
+            id(ids, key.gauge),
             key.start.0,
             extent.low,
             extent.high,
@@ -324,9 +422,15 @@ fn add_spans(transaction: &Transaction<'_>, additions: &Additions) -> rusqlite::
     Ok(())
 }
 
-fn insert_events(transaction: &Transaction<'_>, events: &[Event], gauges: &[Option<i64>]) -> rusqlite::Result<()> {
+fn insert_events(
+    transaction: &Transaction<'_>,
+    events: &[Event],
+    gauges: &[Option<usize>],
+    ids: &[i64],
+) -> rusqlite::Result<()> {
     let mut insert = transaction.prepare_cached("INSERT INTO event (at, gauge, kind, text) VALUES (?1, ?2, ?3, ?4)")?;
     for (event, gauge) in events.iter().zip(gauges) {
+        let gauge = gauge.map(|gauge| id(ids, gauge));
         insert.execute(params![event.at.0, gauge, event.kind.word(), event.text])?;
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! The dead band: a sample is kept when the pressure has moved, when its quality has changed, or when none was kept for long.
 //!
 //! Pressures are compared by their logarithms, over thirteen decades alike. Before a sample that has moved, the last one
-//! that had not is kept too: a line through the kept samples then never leaves the band.
+//! that had not is kept too: a line through the kept samples then never leaves the band. Where time jumps, because nothing was
+//! measured or because somebody set the clock, both sides are kept.
 
 use super::sample::{Micros, Sample};
 use std::time::Duration;
@@ -34,7 +35,7 @@ impl Thinner {
     /// Which samples are kept now: none, this one, or the one before and this one.
     pub fn push(&mut self, band: &Band, sample: Sample) -> impl Iterator<Item = Sample> + use<> {
         let (first, second) = match self.kept {
-            Some(kept) if !has_moved(band, &kept, &sample) => {
+            Some(kept) if !has_moved(band, &kept, &sample) && !self.has_jumped(band, &kept, &sample) => {
                 let overdue = kept.at.after(band.longest) <= sample.at;
                 self.held = (!overdue).then_some(sample);
                 (None, overdue.then_some(sample))
@@ -43,6 +44,12 @@ impl Thinner {
         };
         self.kept = second.or(self.kept);
         first.into_iter().chain(second)
+    }
+
+    /// Whether time went back, or on by more than is ever left out.
+    fn has_jumped(&self, band: &Band, kept: &Sample, sample: &Sample) -> bool {
+        let last = self.held.map_or(kept.at, |held| held.at);
+        sample.at < last || sample.at > last.after(band.longest)
     }
 
     /// The last sample that was not kept, if any, to be kept after all.
@@ -101,6 +108,14 @@ mod tests {
     fn before_a_step_the_last_steady_sample_is_kept() {
         let samples = [at(0, 1.0), at(1, 1.0), at(2, 1.0), at(3, 2.0)];
         assert_eq!(thinned(&samples), [samples[0], samples[2], samples[3]]);
+    }
+
+    #[test]
+    fn where_the_clock_jumps_both_sides_are_kept() {
+        let back = [at(100, 1.0), at(101, 1.0), at(40, 1.0), at(41, 1.0)];
+        assert_eq!(thinned(&back), [back[0], back[1], back[2]]);
+        let forth = [at(100, 1.0), at(101, 1.0), at(160, 1.0), at(161, 1.0)];
+        assert_eq!(thinned(&forth), [forth[0], forth[1], forth[2]]);
     }
 
     #[test]

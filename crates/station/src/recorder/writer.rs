@@ -1,14 +1,15 @@
 //! The thread that owns the file. Whoever measures never waits for the disk.
 
+use super::clock::Clock;
 use super::ring::Ring;
 use super::rollup::Additions;
 use super::sample::{Micros, Sample};
-use super::store::{Event, Retention, Store, StoreError};
+use super::store::{Event, EventKind, Retention, Store, StoreError};
 use super::thin::{Band, Thinner};
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -21,8 +22,12 @@ const PRUNING: Duration = Duration::from_secs(60);
 /// So many messages may wait for the thread: ten seconds of 125 gauges at 50 Hz.
 const QUEUE: usize = 65_536;
 
-/// So many samples are kept in memory while the disk takes none.
+/// So many samples and spans, and so many events, are kept in memory while the disk takes none.
 const UNWRITTEN: usize = 1_000_000;
+const UNWRITTEN_EVENTS: usize = 10_000;
+
+/// How long somebody who wants to know waits for the disk.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What is kept, and for how long.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,12 +55,17 @@ pub struct Health {
     pub error: Option<String>,
     /// Samples that could not be kept: the queue was full, or the disk took none for long.
     pub lost: u64,
+    /// Events that could not be kept, for the same reasons.
+    pub lost_events: u64,
 }
 
 enum Message {
     Sample(Arc<str>, Sample),
-    Event(Event, Sender<()>),
+    /// Somebody may want to know when it is on the disk.
+    Event(Event, Option<Sender<()>>),
     Flush(Sender<()>),
+    /// A flush with what the dead band holds back.
+    Finish(Sender<()>),
 }
 
 /// Takes samples and events from any thread.
@@ -81,38 +91,61 @@ impl Recorder {
 
     /// A sample of a gauge. Never waits: what cannot be taken is counted in [`Health::lost`].
     pub fn push(&self, gauge: &Arc<str>, sample: Sample) {
-        let Some(messages) = &self.messages else { return };
-        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) =
-            messages.try_send(Message::Sample(Arc::clone(gauge), sample))
-        {
-            let mut health = self.health.lock().unwrap_or_else(PoisonError::into_inner);
-            health.lost = health.lost.saturating_add(1);
+        if !self.send(Message::Sample(Arc::clone(gauge), sample)) {
+            count(&mut self.locked().lost);
         }
     }
 
-    /// Something happened. Returns when it is on the disk, `false` if that could not be had in time.
-    #[must_use]
-    pub fn event(&self, event: Event) -> bool {
-        self.acknowledged(|done| Message::Event(event, done))
+    /// Something happened. Never waits: what cannot be taken is counted in [`Health::lost_events`].
+    pub fn remark(&self, event: Event) {
+        if !self.send(Message::Event(event, None)) {
+            count(&mut self.locked().lost_events);
+        }
     }
 
-    /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in time.
+    /// Something happened. Returns when it is on the disk, `false` if that could not be had in ten seconds.
+    #[must_use]
+    pub fn event(&self, event: Event) -> bool {
+        let (done, wait) = channel();
+        let sent = self.send(Message::Event(event, Some(done)));
+        if !sent {
+            count(&mut self.locked().lost_events);
+        }
+        sent && wait.recv_timeout(PATIENCE).is_ok()
+    }
+
+    /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in ten seconds.
     #[must_use]
     pub fn flush(&self) -> bool {
-        self.acknowledged(Message::Flush)
+        let (done, wait) = channel();
+        self.send(Message::Flush(done)) && wait.recv_timeout(PATIENCE).is_ok()
+    }
+
+    /// The same with what the dead band holds back, for an end at which not everybody may have let go of the recorder.
+    #[must_use]
+    pub fn finish(&self) -> bool {
+        let (done, wait) = channel();
+        self.send(Message::Finish(done)) && wait.recv_timeout(PATIENCE).is_ok()
     }
 
     /// How it is.
     #[must_use]
     pub fn health(&self) -> Health {
-        self.health.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.locked().clone()
     }
 
-    fn acknowledged(&self, message: impl FnOnce(Sender<()>) -> Message) -> bool {
-        let (done, wait) = channel();
-        let sent = self.messages.as_ref().is_some_and(|messages| messages.send(message(done)).is_ok());
-        sent && wait.recv_timeout(Duration::from_secs(10)).is_ok()
+    fn locked(&self) -> MutexGuard<'_, Health> {
+        self.health.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// Whether there was room for it.
+    fn send(&self, message: Message) -> bool {
+        self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
+    }
+}
+
+const fn count(lost: &mut u64) {
+    *lost = lost.saturating_add(1);
 }
 
 impl Drop for Recorder {
@@ -127,7 +160,7 @@ impl Drop for Recorder {
 
 /// One gauge on its way to the file.
 struct Lane {
-    number: i64,
+    number: usize,
     thinner: Thinner,
     ring: Ring,
 }
@@ -137,10 +170,13 @@ struct Work {
     settings: Settings,
     health: Arc<Mutex<Health>>,
     lanes: HashMap<Arc<str>, Lane>,
-    samples: Vec<(i64, Sample)>,
+    samples: Vec<(usize, Sample)>,
     additions: Additions,
     events: Vec<Event>,
     acknowledgements: Vec<Sender<()>>,
+    clock: Clock,
+    /// So much fits into memory.
+    room: usize,
     due: Instant,
     prune_at: Instant,
 }
@@ -157,6 +193,8 @@ impl Work {
             additions: Additions::default(),
             events: Vec::new(),
             acknowledgements: Vec::new(),
+            clock: Clock::new(now, Micros::now()),
+            room: UNWRITTEN,
             due: now + PERIOD,
             prune_at: now,
         }
@@ -174,50 +212,62 @@ impl Work {
                 self.write();
             }
         }
-        // What the dead band held back is the last that is known.
-        for lane in self.lanes.values_mut() {
-            self.samples.extend(lane.thinner.flush().map(|sample| (lane.number, sample)));
-        }
+        self.let_go();
         self.write();
     }
 
     fn take(&mut self, message: Message) {
         match message {
             Message::Sample(gauge, sample) => self.sample(&gauge, sample),
+            Message::Event(event, done) => self.event(event, done),
             Message::Flush(done) => self.acknowledgements.push(done),
-            Message::Event(event, done) => {
-                self.around(&event);
-                self.events.push(event);
+            Message::Finish(done) => {
+                self.let_go();
                 self.acknowledgements.push(done);
             }
         }
     }
 
-    fn sample(&mut self, gauge: &Arc<str>, sample: Sample) {
-        if self.samples.len() >= UNWRITTEN {
-            self.lose();
-            return;
+    /// What the dead band held back is the last that is known.
+    fn let_go(&mut self) {
+        for lane in self.lanes.values_mut() {
+            self.samples.extend(lane.thinner.flush().map(|sample| (lane.number, sample)));
         }
-        let Some(lane) = self.lane(gauge) else { return self.lose() };
-        let number = lane.number;
-        let open = lane.ring.push(sample);
-        let band = self.settings.band;
-        let Some(lane) = self.lanes.get_mut(gauge) else { return };
-        if open {
-            self.samples.push((number, sample));
-        }
-        self.samples.extend(lane.thinner.push(&band, sample).map(|sample| (number, sample)));
-        self.additions.add(number, &sample);
     }
 
-    fn lane(&mut self, gauge: &Arc<str>) -> Option<&mut Lane> {
+    /// Whether nothing more fits into memory while the disk takes nothing.
+    fn is_full(&self) -> bool {
+        self.samples.len().saturating_add(self.additions.len()) >= self.room
+    }
+
+    fn sample(&mut self, gauge: &Arc<str>, sample: Sample) {
+        if self.is_full() {
+            count(&mut self.locked().lost);
+            return;
+        }
         if !self.lanes.contains_key(gauge) {
             let number = self.store.gauge(gauge);
-            let number = self.told(number)?;
             let lane = Lane { number, thinner: Thinner::default(), ring: Ring::new(self.settings.around) };
             self.lanes.insert(Arc::clone(gauge), lane);
         }
-        self.lanes.get_mut(gauge)
+        let Some(lane) = self.lanes.get_mut(gauge) else { return };
+        let number = lane.number;
+        let whole = lane.ring.push(sample).then_some(sample);
+        let thinned = lane.thinner.push(&self.settings.band, sample);
+        self.samples.extend(whole.into_iter().chain(thinned).map(|sample| (number, sample)));
+        self.additions.add(number, &sample);
+    }
+
+    fn event(&mut self, event: Event, done: Option<Sender<()>>) {
+        if self.events.len() >= UNWRITTEN_EVENTS {
+            count(&mut self.locked().lost_events);
+            return;
+        }
+        if !self.is_full() {
+            self.around(&event);
+        }
+        self.events.push(event);
+        self.acknowledgements.extend(done);
     }
 
     /// Full rate around an event: of its gauge, or of all.
@@ -233,8 +283,14 @@ impl Work {
     /// Writes what is there. What could not be written is tried again with the next.
     fn write(&mut self) {
         self.due = Instant::now() + PERIOD;
+        if let Some(text) = self.clock.step(Instant::now(), Micros::now()) {
+            self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
+        }
         let written = self.store.write(&self.samples, &self.additions, &self.events);
-        if self.told(written).is_some() {
+        if let Some(crowded) = self.told(written) {
+            let mut health = self.locked();
+            health.lost = health.lost.saturating_add(crowded);
+            drop(health);
             self.samples.clear();
             self.additions.clear();
             self.events.clear();
@@ -257,7 +313,7 @@ impl Work {
 
     /// Notes how it went.
     fn told<T>(&self, result: Result<T, StoreError>) -> Option<T> {
-        let mut health = self.health.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut health = self.locked();
         match result {
             Ok(value) => {
                 health.written = Some(Micros::now());
@@ -271,8 +327,39 @@ impl Work {
         }
     }
 
-    fn lose(&self) {
-        let mut health = self.health.lock().unwrap_or_else(PoisonError::into_inner);
-        health.lost = health.lost.saturating_add(1);
+    fn locked(&self) -> MutexGuard<'_, Health> {
+        self.health.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reader::Reader;
+    use super::super::sample::Quality;
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_told_and_what_waited_is_written_when_there_is_room() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let health = Arc::new(Mutex::new(Health::default()));
+        let settings = Settings { band: Band { decades: 0.0, longest: Duration::ZERO }, ..Settings::default() };
+        let mut work = Work::new(Store::open(&path).unwrap(), settings, Arc::clone(&health));
+        work.room = 5_000;
+        work.store.limit(20);
+        let gauge: Arc<str> = Arc::from("chamber");
+        let now = Micros::now().0;
+        let sample = |number: i64| Sample::new(Micros(now + number), Some(1.0), Quality::Valid);
+        (0..6_000).for_each(|number| work.sample(&gauge, sample(number)));
+        work.write();
+        let told = health.lock().unwrap().clone();
+        assert!(told.error.unwrap().ends_with("database or disk is full"));
+        let kept = 6_000 - told.lost;
+        assert!(told.lost > 0 && kept > 4_900, "{kept} kept");
+        work.store.limit(1_000_000);
+        work.write();
+        assert_eq!(health.lock().unwrap().error, None);
+        let samples = Reader::open(&path).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
+        assert_eq!(samples.len() as u64, kept);
     }
 }

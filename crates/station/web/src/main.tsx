@@ -1,3 +1,10 @@
 import { render } from 'preact'
+import { App } from './app.tsx'
+import { start } from './live.ts'
+import { applyTheme } from './settings.ts'
+import './styles/base.css'
+import './styles/pages.css'
 
-render(<h1>profivac</h1>, document.getElementById('app')!)
+applyTheme()
+start()
+render(<App />, document.getElementById('app')!)

@@ -1,6 +1,6 @@
 //! What sensors make of the vacuum around them.
 //!
-//! A [`Sensor`] is an [`Element`](element) that follows its formula and, unless it is ideal, the [`Flaws`] of a real one:
+//! A [`Sensor`] is an `Element` that follows its formula and, unless it is ideal, the [`Flaws`] of a real one:
 //! noise, lag, drift, errors of zero and gain. An ideal one is an exact function of the gas. What a sensor indicates is
 //! what a gauge would show before its own adjustments: calibrated for nitrogen, in Pa, and below zero where its zero is off.
 

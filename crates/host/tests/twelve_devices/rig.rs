@@ -1,23 +1,32 @@
-//! A master and one device on a line in bit times: telegram after telegram, nothing waits for a clock.
+//! A master and devices on a line, however time passes there: bringing up, reading and writing each way.
 
-use profivac_devices::model::{Address, Configuration, Field, Model, NumberType, Row};
-use profivac_devices::{Instrument, Principle};
-use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
-use profivac_dp::master::{
-    self, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, PkwParameters, Settings, SlaveParameters, pkw,
-};
-use profivac_host::bench::Unit;
-use profivac_host::instrument::Spec;
-use profivac_host::memory::Memory;
-use profivac_wire::Telegram;
+use profivac_devices::model::{Address, Configuration, Field, Instruction, Model, NumberType, Place, Row, Telegram};
+use profivac_dp::link::Baud;
+use profivac_dp::master::{self, Handle, Mode, Ms1Parameters, Ms2Parameters, PkwParameters, SlaveParameters, pkw};
+use profivac_host::tool::BusMaster;
 use std::fmt;
+use std::time::Duration;
 
-const BAUD: Baud = Baud::B1500000;
-const SLAVE: u8 = 5;
+pub const BAUD: Baud = Baud::B1500000;
+/// The lowest address: a master that begins takes the token first.
+pub const MASTER: u8 = 0;
 
-/// Ten seconds of the bus: longer than any time-out.
-const LIMIT_TBIT: u64 = 15_000_000;
+/// Longer than any time-out of the master: what takes so long has failed.
+const LIMIT: Duration = Duration::from_secs(30);
+
+/// How time passes.
+pub trait Line {
+    fn master(&mut self) -> &mut BusMaster;
+
+    /// Something more happens.
+    fn step(&mut self);
+
+    /// How long the line has been there.
+    fn elapsed(&self) -> Duration;
+
+    /// What follows by itself in the devices has followed.
+    fn settle(&mut self);
+}
 
 /// A way to a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,52 +59,41 @@ impl fmt::Display for Told {
     }
 }
 
-pub struct Rig {
+/// Lets things happen until it is done.
+pub fn until<L: Line, T>(line: &mut L, what: &str, mut done: impl FnMut(&mut BusMaster) -> Option<T>) -> T {
+    let limit = line.elapsed() + LIMIT;
+    loop {
+        if let Some(done) = done(line.master()) {
+            return done;
+        }
+        assert!(line.elapsed() < limit, "{what} takes too long");
+        line.step();
+    }
+}
+
+/// What a slave is given that waits for its master longer than a thread may rest on a busy machine.
+pub fn patient(address: u8, model: &'static Model, configuration: &'static Configuration) -> SlaveParameters<'static> {
+    let watchdog = master::watchdog_factors(20_000, 10);
+    SlaveParameters { watchdog, ..SlaveParameters::new(address, model.ident, configuration.octets) }
+}
+
+/// One device of a line, and the ways to it.
+pub struct Rig<'a, L> {
     pub model: &'static Model,
-    station: Active<Master<1, 244>>,
-    unit: Box<dyn Unit>,
-    now: BitTime,
+    address: u8,
+    line: &'a mut L,
     connection: Option<Handle>,
+    exchanging: bool,
     pkw: PkwParameters,
 }
 
-impl Rig {
-    pub fn new(model: &'static Model) -> Self {
-        let spec: Spec = format!("{}@{SLAVE}", model.name).parse().unwrap();
-        let mut unit = spec.build(Memory::volatile(), BAUD).unwrap();
-        evacuate(unit.instrument_mut());
-        // The GAP is small: this is about something else.
-        let bus = BusParameters { hsa: 2, ..BusParameters::new(2, BAUD) };
-        let station = Master::on(bus, Settings::new(BAUD), BitTime(0));
-        Self { model, station, unit, now: BitTime(0), connection: None, pkw: PkwParameters::GAUGE }
+impl<'a, L: Line> Rig<'a, L> {
+    pub fn new(line: &'a mut L, model: &'static Model, address: u8) -> Self {
+        Self { model, address, line, connection: None, exchanging: false, pkw: PkwParameters::GAUGE }
     }
 
-    /// One telegram of the master, and its answer.
-    fn step(&mut self) {
-        self.now = self.now.max(self.station.wake_at().unwrap());
-        let Some(transmit) = self.station.poll(self.now) else { return };
-        let octets = transmit.octets.to_vec();
-        self.now = self.now.max(transmit.not_before) + octets.len() as u64 * CHARACTER_TBIT;
-        self.station.sent(self.now);
-        if self.unit.wake_at().is_some_and(|due| due <= self.now) {
-            self.unit.poll(self.now);
-        }
-        let Some(answer) = self.unit.telegram(self.now, &Telegram::parse(&octets).unwrap()) else { return };
-        let octets = answer.octets.to_vec();
-        self.now = self.now.max(answer.not_before) + octets.len() as u64 * CHARACTER_TBIT;
-        self.unit.sent(self.now);
-        self.station.telegram(self.now, &Telegram::parse(&octets).unwrap());
-    }
-
-    fn until<T>(&mut self, what: &str, mut done: impl FnMut(&mut Master<1, 244>) -> Option<T>) -> T {
-        let limit = self.now + LIMIT_TBIT;
-        loop {
-            if let Some(done) = done(&mut self.station.user) {
-                return done;
-            }
-            assert!(self.now < limit, "{}: {what} takes too long", self.model.name);
-            self.step();
-        }
+    fn until<T>(&mut self, what: &str, done: impl FnMut(&mut BusMaster) -> Option<T>) -> T {
+        until(self.line, &format!("{}: {what}", self.model.name), done)
     }
 
     /// The configuration with a parameter channel, with floats where there is a choice.
@@ -114,15 +112,17 @@ impl Rig {
         if let Some(status) = user_prm.first_mut() {
             *status |= self.model.dpv1_status & 0x80;
         }
-        let parameters = SlaveParameters::new(SLAVE, self.model.ident, configuration.octets);
-        self.station.user.add(&SlaveParameters { user_prm: &user_prm, ..parameters }).unwrap();
-        self.station.user.set_mode(Mode::Operate);
-        self.until("bring-up", |master| master.inputs(SLAVE).map(drop));
+        let address = self.address;
+        let parameters = patient(address, self.model, configuration);
+        self.line.master().add(&SlaveParameters { user_prm: &user_prm, ..parameters }).unwrap();
+        self.line.master().set_mode(Mode::Operate);
+        self.until("bring-up", |master| master.inputs(address).map(drop));
+        self.exchanging = true;
         let byte = self.model.dialect.instructions.iter().find(|(_, it)| match it {
-            profivac_devices::model::Instruction::Write(lengths) => lengths.contains(&1),
-            profivac_devices::model::Instruction::Read => false,
+            Instruction::Write(lengths) => lengths.contains(&1),
+            Instruction::Read => false,
         });
-        let at = |telegram: Option<&'static profivac_devices::model::Telegram>| {
+        let at = |telegram: Option<&'static Telegram>| {
             telegram.unwrap().layout().find(|(_, field)| *field == Field::ParameterChannel).unwrap().0
         };
         let (outputs_at, inputs_at) = (at(configuration.outputs), at(configuration.inputs));
@@ -132,7 +132,7 @@ impl Rig {
     /// Opens MS2; on a device without it that is refused.
     pub fn open(&mut self) {
         let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
-        let connection = self.station.user.ms2_open(SLAVE, &parameters).unwrap();
+        let connection = self.line.master().ms2_open(self.address, &parameters).unwrap();
         let opened = self.until("opening", |master| match master.outcome(connection)? {
             master::Outcome::Opened(_) => Some(true),
             master::Outcome::Ended(_) => Some(false),
@@ -142,13 +142,26 @@ impl Rig {
         self.connection = opened.then_some(connection);
     }
 
+    /// Gives the device back, so that the line is as before.
+    pub fn leave(&mut self) {
+        if let Some(connection) = self.connection.take() {
+            self.line.master().ms2_close(connection).unwrap();
+            self.until("closing", |master| {
+                matches!(master.outcome(connection)?, master::Outcome::Ended(_)).then_some(())
+            });
+        }
+        let address = self.address;
+        self.line.master().remove(address);
+        self.until("giving back", |master| master.state(address).is_none().then_some(()));
+        self.exchanging = false;
+    }
+
     /// Which ways there are.
     pub fn ways(&self) -> Vec<Way> {
-        let exchanging = self.station.user.exchanging() > 0;
         let mut ways = Vec::new();
         ways.extend(self.connection.map(|_| Way::Ms2));
-        ways.extend((exchanging && self.model.features.ms1).then_some(Way::Ms1));
-        ways.extend(exchanging.then_some(Way::Pkw));
+        ways.extend((self.exchanging && self.model.features.ms1).then_some(Way::Ms1));
+        ways.extend(self.exchanging.then_some(Way::Pkw));
         ways
     }
 
@@ -159,50 +172,50 @@ impl Rig {
         }
     }
 
-    fn told(&mut self, handle: Handle) -> Told {
+    fn told(&mut self, what: &str, handle: Handle) -> Told {
         use master::Outcome;
-        let told = self.until("a request", |master| {
+        let name = self.model.name;
+        self.until(what, |master| {
             Some(match master.outcome(handle)? {
                 Outcome::Read(record) => Told::Octets(record.to_vec()),
                 Outcome::Value(value) => Told::Octets(value.octets()[4 - value.width()..].to_vec()),
                 Outcome::Written => Told::Written,
                 Outcome::Refused(negative) => Told::Refused(format!("{}, {}", negative.code_1, negative.code_2)),
                 Outcome::Denied(error) => Told::Refused(error.to_string()),
-                other => panic!("{other:?}"),
+                other => panic!("{name}: {what}: {other:?}"),
             })
-        });
-        // What follows by itself has followed.
-        self.unit.instrument_mut().settle();
-        told
+        })
     }
 
     pub fn read(&mut self, way: Way, slot: u8, index: u8) -> Told {
-        let master = &mut self.station.user;
+        let master = self.line.master();
         let handle = match way {
             Way::Ms2 => self.connection.inspect(|it| master.ms2_read(*it, slot, index, 240).unwrap()).unwrap(),
             Way::Ms1 => {
                 let parameters = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
-                master.ms1_read(SLAVE, slot, index, 240, &parameters).unwrap()
+                master.ms1_read(self.address, slot, index, 240, &parameters).unwrap()
             }
-            Way::Pkw => master.pkw_read(SLAVE, slot, index, None, &self.pkw).unwrap(),
+            Way::Pkw => master.pkw_read(self.address, slot, index, None, &self.pkw).unwrap(),
         };
-        self.told(handle)
+        self.told(&format!("read {slot}/{index} by {way:?}"), handle)
     }
 
     pub fn write(&mut self, way: Way, slot: u8, index: u8, octets: &[u8]) -> Told {
-        let master = &mut self.station.user;
+        let master = self.line.master();
         let handle = match way {
             Way::Ms2 => self.connection.inspect(|it| master.ms2_write(*it, slot, index, octets).unwrap()).unwrap(),
             Way::Ms1 => {
                 let parameters = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
-                master.ms1_write(SLAVE, slot, index, octets, &parameters).unwrap()
+                master.ms1_write(self.address, slot, index, octets, &parameters).unwrap()
             }
             Way::Pkw => {
                 let Some(value) = pkw::Value::from_octets(octets) else { return Told::Refused("no width".to_owned()) };
-                master.pkw_write(SLAVE, slot, index, value, &self.pkw).unwrap()
+                master.pkw_write(self.address, slot, index, value, &self.pkw).unwrap()
             }
         };
-        match (way, self.told(handle)) {
+        let told = self.told(&format!("write {slot}/{index} by {way:?}"), handle);
+        self.line.settle();
+        match (way, told) {
             // The channel answers a write with what was written.
             (Way::Pkw, Told::Octets(echo)) => {
                 assert_eq!(echo, octets, "{} {slot}/{index}", self.model.name);
@@ -214,21 +227,14 @@ impl Rig {
 
     /// Every row at every address.
     pub fn rows(&self) -> Vec<(&'static Address, &'static Row)> {
-        let places = self.model.places.iter();
-        let each = |place: &'static profivac_devices::model::Place| {
-            place.addresses.iter().flat_map(move |address| place.block.rows.iter().map(move |row| (address, row)))
-        };
-        places.flat_map(each).collect()
+        rows(self.model)
     }
 }
 
-/// Every sensor in a good vacuum, where everything can be switched on.
-fn evacuate(instrument: &mut dyn Instrument) {
-    instrument.settle();
-    for part in 0..instrument.parts().len() {
-        if instrument.parts()[part].principle != Principle::Atmosphere {
-            instrument.sense(part, 1e-4);
-        }
-    }
-    instrument.settle();
+/// Every row of a device at every address.
+pub fn rows(model: &Model) -> Vec<(&'static Address, &'static Row)> {
+    let each = |place: &'static Place| {
+        place.addresses.iter().flat_map(move |address| place.block.rows.iter().map(move |row| (address, row)))
+    };
+    model.places.iter().flat_map(each).collect()
 }

@@ -1,0 +1,23 @@
+# What a script needs on a fresh machine. To be sourced.
+
+# need PACKAGE COMMAND...: the Debian package without which the command fails. Root installs it, everybody else is told its name.
+need() {
+    local package=$1
+    shift
+    if "$@" >/dev/null 2>&1; then return; fi
+    if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
+        echo "'$*' fails; please install the package $package (its name on Debian)" >&2
+        exit 1
+    fi
+    DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package" || {
+        apt-get update -qq
+        DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package"
+    }
+}
+
+# What every build needs: a linker, and Node for the dashboard.
+need_to_build() {
+    need gcc cc --version
+    need nodejs node --version
+    need npm npm --version
+}

@@ -1,0 +1,128 @@
+//! A station without a bus: the API and the dashboard over scenery and a record that are made up, and the same on every run.
+//!
+//! ```text
+//! cargo run -p profivac-station --example fake_plant -- 127.0.0.1:8080
+//! ```
+//!
+//! For work on the dashboard and for its tests in a browser. Three segments, thirteen gauges, a week of record. Everything is
+//! a function of the seconds since it was started. It ends when its input ends. `hostile` as the last argument adds a gauge
+//! whose name is a script.
+
+#[path = "fake_plant/blocks.rs"]
+mod blocks;
+#[path = "fake_plant/gauges.rs"]
+mod gauges;
+#[path = "fake_plant/segments.rs"]
+mod segments;
+
+use gauges::{Fake, Shown};
+use profivac_station::plant::{Plant, Question, Scenery};
+use profivac_station::recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
+use profivac_station::server::Server;
+use std::error::Error;
+use std::io::Read;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often the scenery changes.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// From so many seconds ago a sample every so many seconds: a week coarsely, a day, the last half hour finely.
+const PAST: [(i64, i64); 3] = [(7 * 86_400, 120), (86_400, 20), (1_800, 1)];
+
+/// So many samples are handed over before the record is written: the recorder's queue holds more.
+const BATCH: u64 = 20_000;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let address: SocketAddr = arguments.next().unwrap_or_else(|| "127.0.0.1:0".to_owned()).parse()?;
+    let fakes = gauges::all(arguments.next().as_deref() == Some("hostile"));
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("fake.db");
+    let recorder = Recorder::start(&file, Settings::default())?;
+    let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+    let start = Micros::now();
+    remember(&plant, &fakes, start);
+    show(&plant, &fakes, 0.0);
+    for segment in ["beam line", "hall"] {
+        answer(&plant, segment);
+    }
+    let server = Server::start(Arc::clone(&plant), address, false)?;
+    println!("http://{}", server.address());
+    std::thread::spawn(move || live(&plant, &fakes, start));
+    // Until whoever started it is gone.
+    std::io::stdin().read_to_end(&mut Vec::new())?;
+    Ok(())
+}
+
+/// The week before the start.
+fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
+    let mut pushed = 0_u64;
+    for fake in fakes {
+        let until = PAST.iter().skip(1).map(|(from, _)| -from).chain([0]);
+        for ((from, step), until) in PAST.into_iter().zip(until) {
+            for second in (-from..until).step_by(usize::try_from(step).unwrap_or(1)) {
+                record(plant, fake, start, second as f64);
+                pushed += 1;
+                if pushed.is_multiple_of(BATCH) {
+                    let _written = plant.recorder().flush();
+                }
+            }
+        }
+    }
+    for (second, gauge, kind, text) in segments::EVENTS {
+        let at = moment(start, second);
+        let _written =
+            plant.recorder().event(Event { at, gauge: gauge.map(str::to_owned), kind, text: text.to_owned() });
+    }
+    plant.note(None, EventKind::Station, "the station begins");
+}
+
+/// What a gauge shows at a second, on its way to the record.
+fn record(plant: &Plant, fake: &Fake, start: Micros, second: f64) {
+    let at = moment(start, second);
+    for (series, shown) in fake.series(second) {
+        let Shown { pa, quality } = shown;
+        plant.recorder().push(&series, Sample::new(at, pa, quality));
+    }
+}
+
+fn moment(start: Micros, second: f64) -> Micros {
+    Micros(start.0 + (second * 1e6) as i64)
+}
+
+/// What is seen `second` seconds after the start.
+fn show(plant: &Plant, fakes: &[Fake], second: f64) {
+    for segment in segments::all(fakes, second) {
+        let gauges = fakes.iter().filter(|fake| fake.segment == segment.name).map(|fake| fake.view(second)).collect();
+        plant.show(Scenery { segment, gauges });
+    }
+}
+
+fn live(plant: &Plant, fakes: &[Fake], start: Micros) {
+    loop {
+        let second = (Micros::now().0 - start.0) as f64 / 1e6;
+        show(plant, fakes, second);
+        for fake in fakes {
+            record(plant, fake, start, second);
+        }
+        std::thread::sleep(PERIOD);
+    }
+}
+
+/// Answers what is asked of a segment, about as fast as a slow bus.
+fn answer(plant: &Plant, segment: &str) {
+    let questions = plant.take_questions(segment);
+    std::thread::spawn(move || {
+        while let Ok(Question::Blocks(gauge, answer)) = questions.recv() {
+            std::thread::sleep(Duration::from_millis(400));
+            let answered = match gauge.as_str() {
+                "turbo outlet" => Err(format!("{gauge} does not answer")),
+                _ => Ok(blocks::all()),
+            };
+            // Whoever asked may have gone.
+            answer.send(answered).ok();
+        }
+    });
+}

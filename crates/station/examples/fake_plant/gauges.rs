@@ -1,0 +1,301 @@
+//! Gauges, and what each shows at every second: fields of constants and a shape.
+
+use profivac_station::recorder::Quality;
+use profivac_station::view::{Gauge, Reading, Standing, TripLevel};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// What a measuring part shows.
+#[derive(Clone, Copy)]
+pub struct Shown {
+    /// In Pa.
+    pub pa: Option<f64>,
+    /// What it is worth.
+    pub quality: Quality,
+}
+
+/// How a pressure goes. Seconds are counted from the start of the program; before it they are negative.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// Always the same.
+    Still(f64),
+    /// Around a pressure by a part of a decade, slowly.
+    Drift { pa: f64, decades: f64, period: f64 },
+    /// Pumped from atmosphere every so many seconds, down to a pressure.
+    Pumped { to: f64, period: f64 },
+    /// The valve was closed for the ten minutes before the start: a leak and outgassing.
+    Rise,
+    /// Nothing is measured.
+    Invalid,
+    /// The port was lost five minutes before the start.
+    Lost(f64),
+}
+
+/// A gauge.
+pub struct Fake {
+    /// Its name.
+    pub name: &'static str,
+    /// Its segment.
+    pub segment: &'static str,
+    /// Its address.
+    pub address: u8,
+    /// What it is.
+    pub device: &'static str,
+    /// Ident_Number.
+    pub ident: &'static str,
+    /// What it is to the station.
+    pub standing: Standing,
+    gas: &'static str,
+    factor: f64,
+    /// Lowest and highest pressure in Pa that it can measure.
+    range: (f64, f64),
+    levels: &'static [(&'static str, f64)],
+    parts: &'static [(&'static str, Shape)],
+    exceptions: &'static [&'static str],
+    /// Why it does not measure.
+    pub trouble: Option<&'static str>,
+    /// Seconds in which nothing was heard of it.
+    gaps: &'static [(f64, f64)],
+}
+
+const HALL: Fake = Fake {
+    name: "",
+    segment: "hall",
+    address: 0,
+    device: "bcg450",
+    ident: "0x0A05",
+    standing: Standing::Exchanging,
+    gas: "n2",
+    factor: 1.0,
+    range: (5e-8, 1.5e5),
+    levels: &[],
+    parts: &[],
+    exceptions: &[],
+    trouble: None,
+    gaps: &[],
+};
+
+const BEAM: Fake = Fake { segment: "beam line", ..HALL };
+
+/// All of them, segment by segment; one more whose name is a script, if it is wanted.
+pub fn all(hostile: bool) -> Vec<Fake> {
+    let mut all = hall().into_iter().chain(beam()).collect::<Vec<_>>();
+    all.push(Fake {
+        name: "oven",
+        segment: "bench",
+        address: 4,
+        device: "psg550",
+        standing: Standing::Missing,
+        trouble: Some("/dev/ttyUSB2: the port is lost"),
+        range: (5e-2, 1e5),
+        parts: &[("pirani", Shape::Lost(8.7))],
+        ..HALL
+    });
+    if hostile {
+        let name = "<img src=x onerror=alert(1)>";
+        all.push(Fake { name, address: 77, parts: &[("pirani", Shape::Still(1.0))], ..BEAM });
+    }
+    all
+}
+
+fn hall() -> [Fake; 6] {
+    [
+        Fake {
+            name: "chamber",
+            address: 5,
+            gas: "ar",
+            factor: 0.8,
+            levels: &[("process", 1e-2), ("interlock", 10.0)],
+            parts: &[("hot-cathode", Shape::Pumped { to: 3.2e-5, period: 14_400.0 })],
+            ..HALL
+        },
+        Fake {
+            name: "load lock",
+            address: 6,
+            device: "pcg550",
+            range: (2e-2, 1.5e5),
+            levels: &[("vented", 9e4)],
+            parts: &[("pirani", Shape::Pumped { to: 8e-3, period: 5_400.0 })],
+            ..HALL
+        },
+        Fake {
+            name: "turbo outlet",
+            address: 7,
+            device: "psg550",
+            gas: "ar",
+            factor: 1.7,
+            range: (5e-2, 1e5),
+            parts: &[("pirani", Shape::Still(2.34))],
+            ..HALL
+        },
+        Fake {
+            name: "ion pump",
+            address: 8,
+            device: "img400",
+            range: (2e-7, 1.0),
+            levels: &[("valve may open", 1e-4)],
+            parts: &[("cold-cathode", Shape::Drift { pa: 4.6e-6, decades: 0.35, period: 50_000.0 })],
+            ..HALL
+        },
+        Fake {
+            name: "cryostat",
+            address: 9,
+            device: "bpg400",
+            standing: Standing::Faulty,
+            parts: &[("hot-cathode", Shape::Invalid)],
+            exceptions: &["hot cathode error: filament broken", "Pirani error"],
+            ..HALL
+        },
+        Fake {
+            name: "transfer",
+            address: 11,
+            device: "hpg400",
+            range: (1e-4, 1e5),
+            parts: &[("hot-cathode", Shape::Drift { pa: 6.1e-3, decades: 0.6, period: 9_000.0 })],
+            ..HALL
+        },
+    ]
+}
+
+fn beam() -> [Fake; 6] {
+    [
+        Fake {
+            name: "gate 1",
+            address: 21,
+            device: "bpg400",
+            parts: &[("hot-cathode", Shape::Drift { pa: 8.3e-5, decades: 0.25, period: 2_700.0 })],
+            gaps: &[(-540.0, -330.0), (-3_000.0, -2_100.0), (-200_000.0, -150_000.0)],
+            ..BEAM
+        },
+        Fake {
+            name: "gate 2",
+            address: 22,
+            device: "img400",
+            range: (2e-7, 1.0),
+            parts: &[("cold-cathode", Shape::Still(30.0))],
+            ..BEAM
+        },
+        Fake {
+            name: "pump stand",
+            address: 30,
+            device: "tpg500",
+            range: (1e-9, 1e5),
+            parts: &[
+                ("pirani", Shape::Still(4.1)),
+                ("cold-cathode", Shape::Drift { pa: 2.2e-5, decades: 0.2, period: 7_000.0 }),
+                ("diaphragm", Shape::Still(10_130.0)),
+            ],
+            ..BEAM
+        },
+        Fake {
+            name: "detector",
+            address: 31,
+            range: (5e-9, 1.5e5),
+            gas: "he",
+            factor: 5.9,
+            parts: &[("hot-cathode", Shape::Drift { pa: 2.7e-8, decades: 0.1, period: 30_000.0 })],
+            ..BEAM
+        },
+        Fake {
+            name: "vessel",
+            address: 33,
+            device: "pcg550",
+            range: (2e-2, 1.5e5),
+            parts: &[("pirani", Shape::Rise)],
+            ..BEAM
+        },
+        Fake { name: "spare", address: 40, device: "pcg550", standing: Standing::Starting, parts: &[], ..BEAM },
+    ]
+}
+
+/// Between -1 and 1, the same for the same second.
+fn noise(second: f64) -> f64 {
+    let wild = (second * 12.9898).sin() * 43_758.545;
+    2.0 * (wild - wild.floor()) - 1.0
+}
+
+fn pressure(shape: Shape, second: f64) -> Option<f64> {
+    let noisy = |pa: f64, part: f64| pa * (1.0 + part * noise(second));
+    match shape {
+        Shape::Still(pa) => Some(pa),
+        Shape::Drift { pa, decades, period } => {
+            let slow = (second * TAU / period).sin() + 0.2 * (second * TAU / (period / 7.3)).sin();
+            Some(noisy(pa * 10_f64.powf(decades * slow), 0.01))
+        }
+        Shape::Pumped { to, period } => {
+            // At the start two thirds of a period have passed since the valve was opened.
+            let since = (second + 0.67 * period).rem_euclid(period);
+            let (roughing, gas) = (101_300.0 * (-since / (0.006 * period)).exp(), 30.0 * to * (0.02 * period));
+            let vented = (since - 0.94 * period).max(0.0) / (0.01 * period);
+            Some(noisy((roughing + to + gas / (since + 1.0) + to * 10_f64.powf(vented * 3.0)).min(101_300.0), 0.01))
+        }
+        Shape::Rise => {
+            let closed = if (-600.0..0.0).contains(&second) { second + 600.0 } else { 0.0 };
+            Some(noisy(0.05 + 2.4e-3 * closed + 1.6 * (1.0 - (-closed / 70.0).exp()), 0.002))
+        }
+        Shape::Lost(pa) => (second < -300.0).then_some(pa),
+        Shape::Invalid => None,
+    }
+}
+
+impl Fake {
+    /// Every series with what it shows at a second.
+    pub fn series(&self, second: f64) -> Vec<(Arc<str>, Shown)> {
+        let alone = self.parts.len() == 1;
+        let named = |place: usize| if alone { self.name.to_owned() } else { format!("{}.{}", self.name, place + 1) };
+        self.parts
+            .iter()
+            .enumerate()
+            .map(|(place, (_, shape))| (Arc::from(named(place)), self.shown(*shape, second)))
+            .collect()
+    }
+
+    fn shown(&self, shape: Shape, second: f64) -> Shown {
+        let is_silent = self.gaps.iter().any(|(from, to)| (*from..*to).contains(&second));
+        let (low, high) = self.range;
+        match pressure(shape, second).filter(|_| !is_silent) {
+            None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Invalid },
+            None => Shown { pa: None, quality: Quality::Gap },
+            Some(pa) if pa > high => Shown { pa: Some(high), quality: Quality::Over },
+            Some(pa) if pa < low => Shown { pa: Some(low), quality: Quality::Under },
+            pa => Shown { pa, quality: Quality::Valid },
+        }
+    }
+
+    /// What the dashboard shows of it.
+    pub fn view(&self, second: f64) -> Gauge {
+        let readings = self.series(second).into_iter().zip(self.parts).enumerate();
+        let age_ms = match self.standing {
+            Standing::Starting => None,
+            Standing::Missing => Some(((second + 300.0) * 1e3) as u64),
+            _ => Some(12),
+        };
+        Gauge {
+            name: self.name.to_owned(),
+            segment: self.segment.to_owned(),
+            address: self.address,
+            device: self.device.to_owned(),
+            standing: self.standing,
+            trouble: self.trouble.map(str::to_owned),
+            exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
+            gas: self.gas.to_owned(),
+            levels: self.levels.iter().map(|(name, pa)| TripLevel { name: (*name).to_owned(), pa: *pa }).collect(),
+            readings: readings
+                .map(|(place, ((series, shown), part))| self.reading(place, &series, shown, part.0))
+                .collect(),
+            age_ms,
+            poll_ms: 200,
+        }
+    }
+
+    fn reading(&self, place: usize, series: &str, shown: Shown, principle: &'static str) -> Reading {
+        Reading {
+            series: series.to_owned(),
+            instance: u8::try_from(place + 1).unwrap_or(u8::MAX),
+            principle: Some(principle),
+            pa: shown.pa,
+            corrected_pa: shown.pa.map(|pa| pa * self.factor),
+            quality: shown.quality.word(),
+        }
+    }
+}

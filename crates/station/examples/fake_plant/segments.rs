@@ -1,0 +1,74 @@
+//! Segments with everybody on them, and what happened.
+
+use crate::gauges::Fake;
+use profivac_station::recorder::EventKind;
+use profivac_station::view::{OnBus, Segment, SegmentState, Standing};
+
+/// Seconds, gauge, kind, sentence.
+pub const EVENTS: [(f64, Option<&str>, EventKind, &str); 9] = [
+    (-90_000.0, None, EventKind::Station, "the file was read again"),
+    (-26_000.0, Some("chamber"), EventKind::Command, "chamber: degas was begun by the profivac command"),
+    (-25_820.0, Some("chamber"), EventKind::Gauge, "chamber: degas has ended"),
+    (-3_000.0, Some("gate 1"), EventKind::Bus, "gate 1: it does not answer"),
+    (-2_100.0, Some("gate 1"), EventKind::Bus, "gate 1: it exchanges data"),
+    (-1_400.0, Some("cryostat"), EventKind::Gauge, "cryostat: hot cathode error: filament broken"),
+    (-600.0, Some("vessel"), EventKind::Note, "valve to the pump closed"),
+    (-540.0, Some("gate 1"), EventKind::Bus, "gate 1: it does not answer"),
+    (-300.0, None, EventKind::Bus, "segment bench: /dev/ttyUSB2: the port is lost"),
+];
+
+/// All segments.
+pub fn all(fakes: &[Fake], second: f64) -> Vec<Segment> {
+    let wobble = (second / 3.0).sin();
+    let hall = segment("hall", "/dev/ttyUSB0", 93_750, Some(38.4 + 0.6 * wobble), 3);
+    let beam = segment("beam line", "/dev/ttyUSB1", 500_000, Some(9.7 + 0.1 * wobble), 0);
+    let bench = Segment {
+        state: SegmentState::Waiting,
+        trouble: Some("/dev/ttyUSB2: the port is lost".to_owned()),
+        ..segment("bench", "/dev/ttyUSB2", 19_200, None, 0)
+    };
+    let mut all = [hall, beam, bench];
+    for segment in &mut all {
+        let ours = fakes.iter().filter(|fake| fake.segment == segment.name).map(on_bus);
+        segment.stations.extend(ours);
+    }
+    let [hall, ..] = &mut all;
+    hall.stations.push(other(2, Standing::Master, "another master in the ring"));
+    hall.stations.push(other(60, Standing::Foreign, "a slave that is not in the station's file"));
+    all.into_iter().collect()
+}
+
+fn segment(name: &str, port: &str, baud: u32, cycle_ms: Option<f64>, damaged: u32) -> Segment {
+    Segment {
+        name: name.to_owned(),
+        port: port.to_owned(),
+        baud,
+        master: 1,
+        state: SegmentState::Running,
+        trouble: None,
+        cycle_ms,
+        damaged,
+        stations: vec![other(1, Standing::Ourselves, "our master")],
+    }
+}
+
+fn other(address: u8, standing: Standing, words: &str) -> OnBus {
+    OnBus { address, standing, name: None, device: None, ident: None, words: words.to_owned() }
+}
+
+fn on_bus(fake: &Fake) -> OnBus {
+    let words = match (fake.trouble, fake.standing) {
+        (Some(trouble), _) => trouble,
+        (None, Standing::Exchanging) => "exchanges data",
+        (None, Standing::Faulty) => "hot cathode error: filament broken, Pirani error",
+        (None, _) => "is being brought into data exchange",
+    };
+    OnBus {
+        address: fake.address,
+        standing: fake.standing,
+        name: Some(fake.name.to_owned()),
+        device: Some(fake.device.to_owned()),
+        ident: Some(fake.ident.to_owned()),
+        words: words.to_owned(),
+    }
+}

@@ -1,0 +1,111 @@
+//! The server and those who ask it, not all of them friendly.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_station::plant::Plant;
+use profivac_station::recorder::{Recorder, Settings};
+use profivac_station::server::{Limits, Server};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+struct Desk {
+    _folder: TempDir,
+    server: Server,
+}
+
+impl Desk {
+    fn new(address: &str, limits: Limits) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plant.db");
+        let recorder = Recorder::start(&file, Settings::default()).unwrap();
+        let plant = Arc::new(Plant::new("hall".to_owned(), file, recorder));
+        let server = Server::within(limits, plant, address.parse().unwrap(), true).unwrap();
+        Self { _folder: folder, server }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let mut address: SocketAddr = self.server.address();
+        if address.ip().is_unspecified() {
+            address.set_ip([127, 0, 0, 1].into());
+        }
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// The first line of what comes back for a request to this host; nothing if the connection is closed.
+    fn status(&self, host: &str) -> String {
+        let mut stream = self.connect();
+        let sent = write!(stream, "GET /api/station HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        let mut answer = String::new();
+        // A connection that is refused may be gone before anything was said.
+        if sent.is_ok() && stream.read_to_string(&mut answer).is_err() {
+            return String::new();
+        }
+        answer.lines().next().unwrap_or_default().to_owned()
+    }
+}
+
+#[test]
+fn on_this_computer_only_this_computer_is_meant() {
+    let desk = Desk::new("127.0.0.1:0", Limits::default());
+    for host in ["localhost", "127.0.0.1:8080", "[::1]:9"] {
+        assert_eq!(desk.status(host), "HTTP/1.1 200 OK", "{host}");
+    }
+    for host in ["evil.example", "evil.example:8080", "192.0.2.1", ""] {
+        assert_eq!(desk.status(host), "HTTP/1.1 421 Misdirected Request", "{host}");
+    }
+}
+
+#[test]
+fn in_public_every_name_is_ours() {
+    let desk = Desk::new("0.0.0.0:0", Limits::default());
+    assert_eq!(desk.status("vacuum.institute.example:8080"), "HTTP/1.1 200 OK");
+}
+
+#[test]
+fn the_loopback_address_of_ipv6_is_one() {
+    let desk = Desk::new("[::1]:0", Limits::default());
+    assert_eq!(desk.status("[::1]:8080"), "HTTP/1.1 200 OK");
+    assert_eq!(desk.status("evil.example"), "HTTP/1.1 421 Misdirected Request");
+}
+
+#[test]
+fn who_never_ends_a_request_is_left() {
+    let desk = Desk::new("127.0.0.1:0", Limits { head: Duration::from_millis(50), ..Limits::default() });
+    for begun in ["", "GET /api/station HTTP/1.1\r\nHost: localhost\r\nX-Slow: "] {
+        let mut stream = desk.connect();
+        stream.write_all(begun.as_bytes()).unwrap();
+        // The connection ends, whatever is said about it.
+        stream.read_to_end(&mut Vec::new()).unwrap();
+    }
+}
+
+#[test]
+fn what_is_too_long_is_refused() {
+    let desk = Desk::new("127.0.0.1:0", Limits::default());
+    assert_eq!(desk.status(&"a".repeat(60_000)), "HTTP/1.1 431 Request Header Fields Too Large");
+}
+
+#[test]
+fn too_many_connections_are_closed_and_the_first_ones_stay() {
+    let desk = Desk::new("127.0.0.1:0", Limits { connections: 2, ..Limits::default() });
+    let mut held: Vec<_> = (0..2).map(|_| desk.connect()).collect();
+    for stream in &mut held {
+        write!(stream, "GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+        assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
+    }
+    assert_eq!(desk.status("localhost"), "");
+    assert!(held.iter_mut().all(|stream| stream.read(&mut [0; 100]).unwrap() > 0), "they are served");
+    held.pop();
+    let end = Instant::now() + PATIENCE;
+    while desk.status("localhost") != "HTTP/1.1 200 OK" {
+        assert!(Instant::now() < end, "a place is never free again");
+        std::thread::yield_now();
+    }
+}

@@ -1,0 +1,88 @@
+// What the tests in a browser stand on: a station over scenery, and Chromium as the system has it.
+
+import { spawn } from 'node:child_process'
+import { existsSync } from 'node:fs'
+import { once } from 'node:events'
+import { createInterface } from 'node:readline'
+import { fileURLToPath } from 'node:url'
+import { chromium } from 'playwright-core'
+
+const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+const ROOT = fileURLToPath(new URL('../../../..', import.meta.url))
+
+/** The program that serves the scenery; `cargo build -p profivac-station --example fake_plant` makes it. */
+const PLANT = process.env.FAKE_PLANT ?? `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/examples/fake_plant`
+
+export async function startPlant(address = '127.0.0.1:0', ...more) {
+  const child = spawn(PLANT, [address, ...more], { stdio: ['pipe', 'pipe', 'inherit'] })
+  const lines = createInterface({ input: child.stdout })
+  const failed = once(child, 'error').then(([error]) => Promise.reject(error))
+  const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${PLANT} ended with ${code}`)))
+  ended.catch(() => {})
+  failed.catch(() => {})
+  const [url] = await Promise.race([once(lines, 'line'), failed, ended])
+  return {
+    url,
+    address: url.replace('http://', ''),
+    json: async (path) => (await fetch(url + path)).json(),
+    stop: async () => {
+      if (child.exitCode !== null || child.signalCode !== null) return
+      const gone = once(child, 'exit')
+      child.kill('SIGKILL')
+      await gone
+    },
+  }
+}
+
+/** The demonstration with its dashboard; `cargo build -p profivac-cli` makes it. It goes on until it is stopped. */
+export async function startDemo(...more) {
+  const program = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/profivac`
+  const child = spawn(program, ['demo', '--headless', '--listen', '127.0.0.1:0', ...more], { stdio: ['pipe', 'ignore', 'pipe'] })
+  const lines = createInterface({ input: child.stderr })
+  const failed = once(child, 'error').then(([error]) => Promise.reject(error))
+  const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${program} ended with ${code}`)))
+  ended.catch(() => {})
+  failed.catch(() => {})
+  const [said] = await Promise.race([once(lines, 'line'), failed, ended])
+  const url = said.slice(said.indexOf('http://'))
+  return {
+    url,
+    json: async (path) => (await fetch(url + path)).json(),
+    stop: async () => {
+      const gone = once(child, 'exit')
+      child.kill('SIGTERM')
+      await gone
+    },
+  }
+}
+
+export function startBrowser() {
+  const executablePath = BROWSERS.find((path) => existsSync(path))
+  if (!executablePath) throw new Error(`expected a browser at one of ${BROWSERS.join(', ')}`)
+  // Chromium's own sandbox does not start for root.
+  const args = process.getuid?.() === 0 ? ['--no-sandbox'] : []
+  return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' } })
+}
+
+/** A page whose complaints are kept: errors of scripts and everything the console calls an error. */
+export async function openPage(browser, url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', locale: 'en-GB', ...options })
+  context.setDefaultTimeout(20_000)
+  const page = await context.newPage()
+  const complaints = []
+  page.on('pageerror', (error) => complaints.push(String(error)))
+  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()))
+  page.on('dialog', (dialog) => {
+    complaints.push(`dialog: ${dialog.message()}`)
+    void dialog.dismiss()
+  })
+  await page.goto(url)
+  await page.locator('header .link.good').waitFor()
+  return { page, complaints, close: () => context.close() }
+}
+
+/** Waits until a chart has drawn something. */
+export async function drawn(page) {
+  await page.waitForFunction(() => Number(document.querySelector('.chart')?.dataset.points) > 1)
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))))
+}

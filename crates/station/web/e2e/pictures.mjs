@@ -1,0 +1,74 @@
+// Takes the pictures of docs/dashboard.md: node pictures.mjs FOLDER
+
+import { drawn, openPage, startBrowser, startPlant } from './desk.mjs'
+
+const folder = process.argv[2]
+if (!folder) throw new Error('expected the folder for the pictures')
+
+const LIGHT = { colorScheme: 'light' }
+const DARK = { colorScheme: 'dark' }
+const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true }
+
+/** A long page is shown down to here. */
+const LONGEST = 1400
+
+const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.spark polyline').length >= 10)
+
+/** Puts the cursor into the chart. */
+async function point(page) {
+  await drawn(page)
+  const box = await page.locator('.chart .u-over').boundingBox()
+  await page.mouse.move(box.x + box.width * 0.62, box.y + box.height * 0.4)
+}
+
+async function press(page) {
+  await page.getByRole('button', { name: /^9: / }).click()
+}
+
+async function read(page) {
+  await page.locator('.parameters').first().waitFor()
+}
+
+async function riseMarked(page) {
+  await page.locator('.result').waitFor()
+  await drawn(page)
+}
+
+/** The whole page from its top, unless it is very long. */
+async function shown(page) {
+  await page.evaluate(() => scrollTo(0, 0))
+  const [width, height] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollHeight])
+  return { x: 0, y: 0, width, height: Math.min(height, LONGEST) }
+}
+
+const day = 'range=1d&s=chamber&s=load+lock&s=cryostat&s=gate+1&s=pump+stand.2&s=detector'
+
+function pictures(start) {
+  const rise = `/rise?s=vessel&begin=${start - 600_000}&end=${start}&litres=12`
+  return [
+    ['overview', '/', LIGHT, sparks],
+    ['overview-dark', '/', DARK, sparks],
+    ['overview-phone', '/', { ...LIGHT, ...PHONE }, sparks],
+    ['trends', '/trends?range=1h&s=chamber&s=load+lock&s=gate+1&s=gate+2&s=pump+stand.2', LIGHT, point],
+    ['trends-dark', `/trends?${day}&whole`, DARK, point],
+    ['trends-phone', '/trends?range=1h&s=chamber&s=gate+1', { ...DARK, ...PHONE }, drawn],
+    ['bus', '/bus', LIGHT, press],
+    ['gauge', '/gauge/chamber', LIGHT, read],
+    ['rise', rise, LIGHT, riseMarked],
+    ['rise-dark', rise, DARK, riseMarked],
+    ['events', '/events', LIGHT, (page) => page.locator('.events tbody tr').first().waitFor()],
+  ]
+}
+
+const plant = await startPlant()
+const browser = await startBrowser()
+const { started_ms } = await plant.json('/api/station')
+for (const [name, path, options, ready] of pictures(started_ms)) {
+  const { page, complaints, close } = await openPage(browser, plant.url + path, options)
+  await ready(page)
+  if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
+  await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: true, clip: await shown(page) })
+  await close()
+}
+await browser.close()
+await plant.stop()

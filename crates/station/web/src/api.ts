@@ -1,0 +1,162 @@
+// The API of the station: its types, as src/view.rs has them, and one function for each path. Pressures in Pa, times in
+// milliseconds since 1970.
+
+export type Quality = 'valid' | 'overrange' | 'underrange' | 'invalid' | 'gap'
+export type Standing = 'ourselves' | 'master' | 'exchanging' | 'faulty' | 'starting' | 'missing' | 'foreign'
+export type SegmentState = 'waiting' | 'listening' | 'running'
+export type Principle = 'pirani' | 'hot-cathode' | 'cold-cathode' | 'diaphragm' | 'atmosphere'
+export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note'
+
+export interface Recorder {
+  written_ms: number | null
+  error: string | null
+  lost: number
+}
+
+export interface Station {
+  name: string
+  version: string
+  started_ms: number
+  now_ms: number
+  recorder: Recorder
+}
+
+export interface OnBus {
+  address: number
+  standing: Standing
+  name: string | null
+  device: string | null
+  ident: string | null
+  words: string
+}
+
+export interface Segment {
+  name: string
+  port: string
+  baud: number
+  master: number
+  state: SegmentState
+  trouble: string | null
+  cycle_ms: number | null
+  damaged: number
+  stations: OnBus[]
+}
+
+export interface Reading {
+  series: string
+  instance: number
+  principle: Principle | null
+  pa: number | null
+  corrected_pa: number | null
+  quality: Quality
+}
+
+export interface TripLevel {
+  name: string
+  pa: number
+}
+
+export interface Gauge {
+  name: string
+  segment: string
+  address: number
+  device: string
+  standing: Standing
+  trouble: string | null
+  exceptions: string[]
+  gas: string
+  levels: TripLevel[]
+  readings: Reading[]
+  age_ms: number | null
+  poll_ms: number
+}
+
+/** What /api/live sends four times a second. */
+export interface Moment {
+  station: Station
+  segments: Segment[]
+  gauges: Gauge[]
+}
+
+/** One entry of each list for every pixel in which something was recorded. */
+export interface Trend {
+  series: string
+  start_ms: number[]
+  low: (number | null)[]
+  high: (number | null)[]
+  mean: (number | null)[]
+  /** Bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap. */
+  qualities: number[]
+}
+
+export interface Happening {
+  at_ms: number
+  gauge: string | null
+  kind: EventKind
+  text: string
+}
+
+export interface Rise {
+  start_pa: number
+  steady_pa_per_s: number
+  leak_pa_m3_per_s: number | null
+  bend_pa: number | null
+  tau_s: number | null
+  outgassing_pa_m3_per_s: number | null
+  explained: number
+  samples: number
+}
+
+export interface Parameter {
+  target: string
+  name: string
+  numbers: string
+  access: string
+  value: string | null
+  refusal: string | null
+}
+
+export interface Block {
+  name: string
+  parameters: Parameter[]
+}
+
+/** A refusal, in the station's own sentence. */
+export class Refused extends Error {}
+
+const LOST = 'The station does not answer.'
+
+async function get<T>(path: string, query: Record<string, string | number>, signal?: AbortSignal): Promise<T> {
+  const answer = await fetch(address(path, query), signal ? { signal } : {}).catch((error: unknown) => {
+    throw signal?.aborted ? error : new Refused(LOST)
+  })
+  const body: unknown = await answer.json().catch(() => null)
+  if (answer.ok) return body as T
+  const problem = (body as { problem?: string } | null)?.problem
+  throw new Refused(problem ?? `The station answers with ${answer.status}.`)
+}
+
+function address(path: string, query: Record<string, string | number>): string {
+  const text = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)])).toString()
+  return text ? `${path}?${text}` : path
+}
+
+export function trend(series: string, from: number, to: number, pixels: number, signal?: AbortSignal): Promise<Trend> {
+  return get('/api/trend', { series, from, to, pixels }, signal)
+}
+
+export function events(from: number, to: number, most: number, signal?: AbortSignal): Promise<Happening[]> {
+  return get('/api/events', { from, to, most }, signal)
+}
+
+export function rise(series: string, from: number, to: number, volume_m3: number | null): Promise<Rise> {
+  return get('/api/rise', { series, from, to, ...(volume_m3 === null ? {} : { volume_m3 }) })
+}
+
+export function blocks(gauge: string): Promise<Block[]> {
+  return get(`/api/gauges/${encodeURIComponent(gauge)}/blocks`, {})
+}
+
+export function exportAddress(series: string[], from: number, to: number): string {
+  return address('/api/export.csv', { series: series.join(','), from, to })
+}

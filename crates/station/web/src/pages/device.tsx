@@ -1,0 +1,186 @@
+// One gauge: what it shows, and every parameter of every block, read from it when asked.
+
+import type { JSX } from 'preact'
+import { useEffect, useState } from 'preact/hooks'
+import { blocks, type Block, type Gauge, type Parameter } from '../api.ts'
+import { useLive, type Live } from '../live.ts'
+import { Limit, Shown } from '../parts/pressure.tsx'
+import { Spark } from '../parts/spark.tsx'
+import { StandingMark } from '../parts/standing.tsx'
+import { sentence } from '../parts/use.ts'
+import { age, clock } from '../pure/format.ts'
+import { matching } from '../pure/search.ts'
+import { isStale, worth } from '../pure/stale.ts'
+import type { Unit } from '../pure/units.ts'
+import { PRINCIPLES } from '../pure/words.ts'
+import { gaugePath, go, Link, usePlace } from '../router.tsx'
+import { useUnit } from '../settings.ts'
+import { Age, Complaints, Corrected } from './overview.tsx'
+
+export function Device(): JSX.Element {
+  const live = useLive()
+  const unit = useUnit()
+  const { gauges } = live.moment!
+  const name = nameIn(usePlace().path) ?? gauges[0]?.name
+  const gauge = gauges.find((gauge) => gauge.name === name)
+  return (
+    <>
+      <div class="bar">
+        <h1 class="unseen">Gauge</h1>
+        <label>
+          Gauge{' '}
+          <select value={name} onChange={(event) => go(gaugePath(event.currentTarget.value))}>
+            {gauges.map(({ name }) => (
+              <option value={name} key={name}>
+                {name}
+              </option>
+            ))}
+          </select>
+        </label>
+        {gauge && <Link to={`/trends?${new URLSearchParams(gauge.readings.map(({ series }) => ['s', series]))}`}>Its trend</Link>}
+      </div>
+      {gauge ? (
+        <>
+          <Now gauge={gauge} live={live} unit={unit} />
+          <Blocks gauge={gauge} key={gauge.name} />
+        </>
+      ) : (
+        <p class="alarm">There is no gauge {name ? `called ${name}` : 'in the station'}.</p>
+      )}
+    </>
+  )
+}
+
+function nameIn(path: string): string | null {
+  const [, , name] = path.split('/')
+  try {
+    return name ? decodeURIComponent(name) : null
+  } catch {
+    return name ?? null
+  }
+}
+
+function Now({ gauge, live, unit }: { gauge: Gauge; live: Live; unit: Unit }): JSX.Element {
+  const stale = isStale(gauge, live.since)
+  return (
+    <section class={`panel now ${stale ? 'stale' : ''}`} aria-label="Now">
+      <div class="now-head">
+        <h2>{gauge.name}</h2>
+        <StandingMark standing={gauge.standing} old={stale && gauge.standing === 'exchanging'} />
+        <span class="muted">
+          {gauge.device} · {gauge.segment} · address {gauge.address}
+        </span>
+        <Age gauge={gauge} live={live} />
+      </div>
+      <div class="now-readings">
+        {gauge.readings.map((reading) => {
+          const quality = worth(gauge, reading, live.since)
+          return (
+            <div class="now-reading" key={reading.series}>
+              <p class="big">
+                <Shown pa={reading.pa} quality={quality} unit={unit} />
+              </p>
+              <p class="beside">
+                <span class="sensor">{reading.principle && PRINCIPLES[reading.principle]}</span>
+                <Limit pa={reading.pa} quality={quality} unit={unit} />
+                {quality === 'valid' && <Corrected gauge={gauge} reading={reading} unit={unit} />}
+              </p>
+              <Spark series={reading.series} dim={stale} />
+            </div>
+          )
+        })}
+        {gauge.readings.length === 0 && <p class="big none">no data</p>}
+      </div>
+      <Complaints gauge={gauge} />
+    </section>
+  )
+}
+
+interface Read {
+  blocks: Block[] | null
+  at: number | null
+  error: string | null
+}
+
+/** What was read is kept while the dashboard is open: reading takes time of the bus. */
+const kept = new Map<string, Read>()
+
+function Blocks({ gauge }: { gauge: Gauge }): JSX.Element {
+  const [read, setRead] = useState<Read>(kept.get(gauge.name) ?? { blocks: null, at: null, error: null })
+  const [begun, setBegun] = useState<number | null>(null)
+  const [wanted, setWanted] = useState('')
+  const again = async (): Promise<void> => {
+    setBegun(performance.now())
+    const next: Read = await blocks(gauge.name).then(
+      (blocks) => ({ blocks, at: Date.now(), error: null }),
+      (error: unknown) => ({ ...read, error: sentence(error) }),
+    )
+    kept.set(gauge.name, next)
+    setRead(next)
+    setBegun(null)
+  }
+  useEffect(() => {
+    if (!kept.has(gauge.name) && (gauge.standing === 'exchanging' || gauge.standing === 'faulty')) void again()
+  }, [])
+  const found = matching(read.blocks ?? [], wanted)
+  return (
+    <section class="panel blocks" aria-label="Parameters" aria-busy={begun !== null}>
+      <div class="bar">
+        <h2>Parameters</h2>
+        <input type="search" placeholder="Search" aria-label="Search parameters" value={wanted} onInput={(event) => setWanted(event.currentTarget.value)} />
+        <button type="button" class="main" onClick={again} disabled={begun !== null}>
+          Read again
+        </button>
+        <Progress begun={begun} read={read} />
+      </div>
+      {read.error && <p class="alarm">{read.error}</p>}
+      {found.map(({ name, parameters }) => (
+        <details open key={name}>
+          <summary>
+            {name} <span class="muted">{parameters.length}</span>
+          </summary>
+          <Table parameters={parameters} />
+        </details>
+      ))}
+      {read.blocks && found.length === 0 && <p class="muted">Nothing is called {wanted}.</p>}
+    </section>
+  )
+}
+
+function Progress({ begun, read }: { begun: number | null; read: Read }): JSX.Element {
+  useLive()
+  const words = begun !== null ? `reading … ${age(performance.now() - begun)}` : read.at !== null ? `read at ${clock(read.at)}` : 'not read yet'
+  return (
+    <span class={begun === null ? 'progress muted' : 'progress busy'} role="status">
+      {words}
+    </span>
+  )
+}
+
+function Table({ parameters }: { parameters: Parameter[] }): JSX.Element {
+  return (
+    <table class="parameters">
+      <thead>
+        <tr>
+          <th>Parameter</th>
+          <th>Value</th>
+          <th>Access</th>
+          <th>Where</th>
+        </tr>
+      </thead>
+      <tbody>
+        {parameters.map(({ target, name, value, refusal, access, numbers }) => (
+          <tr key={target}>
+            <th scope="row">
+              {name}
+              <code>{target}</code>
+            </th>
+            <td class={refusal ? 'refusal' : 'value'}>{value ?? refusal ?? 'only written'}</td>
+            <td>{access}</td>
+            <td>{numbers}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  )
+}

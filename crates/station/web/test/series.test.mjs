@@ -1,0 +1,104 @@
+import assert from 'node:assert/strict'
+import { test } from 'node:test'
+import { bits, decades, GAP, join, OVER, placeAt, stretches, valueAt, withTail } from '../dist/test/pure/series.js'
+
+const VALID = 1
+
+/** A trend of [time in s, pressure or null, qualities]. */
+function trend(...entries) {
+  const values = entries.map(([, pa]) => pa)
+  return {
+    series: 'a',
+    start_ms: entries.map(([second]) => second * 1000),
+    low: values.map((pa) => pa && pa / 2),
+    high: values.map((pa) => pa && pa * 2),
+    mean: values,
+    qualities: entries.map(([, , quality = VALID]) => quality),
+  }
+}
+
+test('curves share their times, and a line goes through the times of others', () => {
+  const { times, curves } = join([trend([0, 1], [60, 2]), trend([30, 5])], 1000)
+  assert.deepEqual(times, [0, 30_000, 60_000])
+  assert.deepEqual([...curves[0].mean], [1, undefined, 2])
+  assert.deepEqual([...curves[0].low], [0.5, undefined, 1])
+  assert.deepEqual([...curves[1].mean], [undefined, 5, undefined])
+})
+
+test('a gap reaches over the times of other curves', () => {
+  const gappy = trend([0, 1], [20, null, GAP], [40, 2])
+  const { curves } = join([gappy, trend([10, 7], [30, 7])], 1000)
+  assert.deepEqual([...curves[0].mean], [1, null, null, null, 2])
+  assert.deepEqual([...curves[0].high], [2, null, null, null, 4])
+})
+
+test('a gap that begins in the pixel of a value ends the line there', () => {
+  const { times, curves } = join([trend([0, 1], [1, 1, VALID | GAP], [30, 2])], 1000)
+  assert.deepEqual(times, [0, 1000, 2000, 30_000])
+  assert.deepEqual([...curves[0].mean], [1, 1, null, 2])
+})
+
+test('a gap that ended within its pixel does not break the line', () => {
+  const { curves } = join([trend([0, 1], [1, 1, VALID | GAP], [2, 2])], 1000)
+  assert.deepEqual([...curves[0].mean], [1, 1, 2])
+})
+
+test('silence of the record is a gap without a mark', () => {
+  assert.deepEqual([...join([trend([0, 1], [100, 2])], 1000).curves[0].mean], [1, 2])
+  assert.deepEqual([...join([trend([0, 1], [200, 2])], 1000).curves[0].mean], [1, null, 2])
+  // Pixels that are themselves longer are neighbours.
+  assert.deepEqual([...join([trend([0, 1], [200, 2])], 200_000).curves[0].mean], [1, 2])
+})
+
+test('beyond range is marked from the first to the last that says so', () => {
+  const over = trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER], [30, 1], [40, null, 8])
+  assert.deepEqual(stretches(over, 1000), [
+    { from: 10_000, to: 30_000, what: 'over', limit: 10 },
+    { from: 40_000, to: 41_000, what: 'invalid', limit: null },
+  ])
+})
+
+test('the end of a range is no line', () => {
+  const { curves } = join([trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER])], 1000)
+  assert.deepEqual([...curves[0].mean], [1, null, 5])
+})
+
+test('a mark does not reach over silence', () => {
+  assert.deepEqual(stretches(trend([0, 1, 4], [1000, 1]), 1000), [{ from: 0, to: 1000, what: 'under', limit: 0.5 }])
+})
+
+test('what was seen since is added, and nothing twice', () => {
+  const tail = [
+    { at: 1000, pa: 9, bits: VALID },
+    { at: 2000, pa: 3, bits: VALID },
+    { at: 3000, pa: null, bits: GAP },
+  ]
+  const added = withTail(trend([0, 1], [1, 2]), tail)
+  assert.deepEqual(added.start_ms, [0, 1000, 2000, 3000])
+  assert.deepEqual(added.mean, [1, 2, 3, null])
+  assert.deepEqual(withTail(trend(), tail).mean, [9, 3, null])
+})
+
+test('a value is read where it holds, and nothing in a gap', () => {
+  const one = trend([0, 1], [60, 2, VALID | GAP], [120, 3])
+  assert.deepEqual(valueAt(one, 59_000, 1000), { mean: 1, bits: VALID })
+  assert.deepEqual(valueAt(one, 60_500, 1000), { mean: 2, bits: VALID | GAP })
+  assert.deepEqual(valueAt(one, 90_000, 1000), { mean: null, bits: GAP })
+  assert.equal(valueAt(one, -1, 1000), null)
+  assert.equal(valueAt(one, 1_000_000, 1000), null)
+})
+
+test('places are found', () => {
+  assert.deepEqual([-1, 0, 5, 10, 99].map((at) => placeAt([0, 10, 20], at)), [-1, 0, 0, 1, 2])
+  assert.equal(placeAt([], 5), -1)
+})
+
+test('an axis has whole decades, two at least', () => {
+  assert.deepEqual(decades(3e-7, 2e-3), [1e-7, 1e-2])
+  assert.deepEqual(decades(2, 3), [0.1, 10])
+  assert.deepEqual(decades(Infinity, -Infinity), [1e-3, 1e3])
+})
+
+test('qualities are the bits of the API', () => {
+  assert.deepEqual(['valid', 'overrange', 'underrange', 'invalid', 'gap'].map(bits), [1, 2, 4, 8, 16])
+})

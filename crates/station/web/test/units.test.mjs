@@ -1,0 +1,67 @@
+import assert from 'node:assert/strict'
+import { test } from 'node:test'
+import { FLOWS, inUnit, isUnit, nextUnit, UNIT_NAMES } from '../dist/test/pure/units.js'
+import { age, clock, decade, inputMoment, number, parts } from '../dist/test/pure/format.js'
+
+test('one pascal in every unit', () => {
+  const pascals = { mbar: 100, hPa: 100, Torr: 133.322368, micron: 0.133322368, Pa: 1 }
+  assert.deepEqual(UNIT_NAMES, Object.keys(pascals))
+  for (const unit of UNIT_NAMES) assert.ok(Math.abs(inUnit(pascals[unit], unit) - 1) < 1e-12, unit)
+  assert.ok(Math.abs(inUnit(101325, 'Torr') - 760) < 1e-3)
+})
+
+test('the next unit after the last is the first', () => {
+  assert.equal(nextUnit('mbar'), 'hPa')
+  assert.equal(nextUnit('Pa'), 'mbar')
+  assert.ok(isUnit('Torr') && !isUnit('psi') && !isUnit(null))
+})
+
+test('flows in the units people ask for', () => {
+  const flows = Object.fromEntries(FLOWS.map(({ name, factor }) => [name, factor]))
+  assert.equal(flows['mbar L/s'], 10)
+  // 1 sccm is 0.01689 mbar L/s, which is 0.001689 Pa m³/s.
+  assert.ok(Math.abs(flows.sccm * 0.001689 - 1) < 1e-12)
+})
+
+test('pressures are read at a glance', () => {
+  for (const [value, text] of [
+    [1.234e-6, '1.23 × 10⁻⁶'],
+    [9.996e-11, '1.00 × 10⁻¹⁰'],
+    [0.5, '5.00 × 10⁻¹'],
+    [0.9999, '1.00'],
+    [1, '1.00'],
+    [9.996, '10.0'],
+    [12.34, '12.3'],
+    [99.96, '100'],
+    [1013.25, '1013'],
+    [9999.4, '9999'],
+    [9999.6, '1.00 × 10⁴'],
+    [101325, '1.01 × 10⁵'],
+    [0, '0'],
+  ])
+    assert.equal(number(value), text)
+  assert.deepEqual(parts(2.5e-9), { mantissa: '2.50', exponent: -9 })
+})
+
+test('axes have powers of ten, plain ones where they are short', () => {
+  assert.deepEqual([1e-10, 0.1, 1, 10, 1000, 1e4].map(decade), ['10⁻¹⁰', '10⁻¹', '1', '10', '1000', '10⁴'])
+})
+
+test('ages are told in two units at most', () => {
+  for (const [ms, text] of [
+    [12, 'less than 1 s'],
+    [3_140, '3.1 s'],
+    [42_000, '42 s'],
+    [185_000, '3 min 5 s'],
+    [3_600_000, '1 h'],
+    [3_605_000, '1 h'],
+    [187_200_000, '2 d 4 h'],
+  ])
+    assert.equal(age(ms), text)
+})
+
+test('times are those of whoever looks', () => {
+  const at = new Date(2026, 0, 31, 4, 5, 6).getTime()
+  assert.equal(clock(at), '04:05:06')
+  assert.equal(inputMoment(at), '2026-01-31T04:05:06')
+})
