@@ -53,9 +53,7 @@ struct Row {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { from, to, lock, .. } = *arguments;
     for (option, address) in [("--from", from), ("--to", to)] {
-        if address == arguments.bus.master() {
-            return Err(Failure::usage(format!("{option} {address} is the address of this master; say --master N")));
-        }
+        arguments.bus.check_other(address, option)?;
     }
     let mut tool = arguments.bus.open()?;
     let slave = check(&mut tool, from, to)?;

@@ -70,6 +70,14 @@ impl Bus {
         BusParameters { hsa: self.hsa, slot_tbit: self.slot_time.unwrap_or(bus.slot_tbit), ..bus }
     }
 
+    /// Nobody else has the address of this master.
+    pub fn check_other(&self, address: u8, option: &str) -> Result<(), Failure> {
+        if address == self.master {
+            return Err(Failure::usage(format!("{option} {address} is the address of this master; say --master N")));
+        }
+        Ok(())
+    }
+
     /// The name of the port.
     pub fn port(&self) -> &str {
         &self.port

@@ -1,8 +1,9 @@
 //! `profivac conform`: whether a slave keeps the rules.
 
 use crate::bus::Bus;
+use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{json, out};
 use crate::values;
 use clap::Args;
 use profivac_dp::master::services;
@@ -14,6 +15,7 @@ use profivac_host::tool::{Reply, Tool};
 use profivac_host::watch::{WatchError, Watched};
 use serde::Serialize;
 use std::io::{IsTerminal, stdin};
+use std::ops::ControlFlow;
 
 /// Hold a slave against the rules of PROFIBUS DP: what was asked, what came, where the rule stands.
 ///
@@ -67,6 +69,7 @@ fn octets(text: &str) -> Result<Octets, String> {
 /// Asks everything, shows what came of it. A broken rule is a refusal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let address = arguments.address;
+    arguments.bus.check_other(address, "--address")?;
     if arguments.own {
         // Nobody has to be told.
     } else if stdin().is_terminal() {
@@ -75,19 +78,27 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::usage("conform parameterises the slave and owns it: say --own in a script"));
     }
     let subject = subject(arguments)?;
+    let signals = Signals::catch()?;
     let mut wire = arguments.bus.probe()?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!("master {master} is using the line; conform needs it for itself")));
     }
+    let (mut rows, mut stopped) = (Vec::new(), false);
     let findings = run_checks(&mut wire, &subject, |finding| {
-        if !arguments.json {
+        if arguments.json {
+            rows.push(Row::of(finding));
+        } else {
             out(&line(finding));
         }
-    })?;
+        stopped = signals.are_pending();
+        if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
     if arguments.json {
-        let rows: Vec<_> = findings.iter().map(Row::of).collect();
-        // Texts and lists always have a JSON form.
-        out(&serde_json::to_string_pretty(&rows).unwrap_or_default());
+        out(&json(&rows));
+    }
+    let findings = findings?;
+    if stopped {
+        return Err(Failure::no_answer("interrupted by a signal; the slave is released"));
     }
     verdict(address, &findings)
 }

@@ -1,10 +1,12 @@
 //! Lines from standard input and the wish to stop, beside whatever else a command waits for.
 
+use profivac_host::port;
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::io::Errno;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io;
 use std::os::unix::net::UnixStream;
+use std::time::Duration;
 
 /// A line longer than this is no command.
 const MAX_LINE: usize = 4096;
@@ -36,6 +38,11 @@ impl Signals {
             signal_hook::low_level::pipe::register(*signal, handler.try_clone()?)?;
         }
         Ok(Self(signals))
+    }
+
+    /// Whether one has come.
+    pub fn are_pending(&self) -> bool {
+        port::wait(&[self.as_fd()], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
     }
 
     /// Forgets signals that came: what follows are new ones.

@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// What differs between a gauge and the settings in a file of `profivac dump`.
 ///
-/// This claims nothing and changes nothing. Pressures are compared whatever unit they are in.
+/// This claims nothing and changes nothing; where several instances share a slot, the Channel Instance Selector is moved and put
+/// back. Pressures are compared whatever unit they are in.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

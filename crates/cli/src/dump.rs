@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// Every parameter of a gauge that can be read, with its value; or a file of them with --out.
 ///
-/// This claims nothing. The file is TOML: its settings can be compared with a gauge by `profivac diff` and written to a
+/// This claims nothing. Where several instances share a slot, the Channel Instance Selector is moved and put back. The file is TOML: its settings can be compared with a gauge by `profivac diff` and written to a
 /// replacement by `profivac restore`.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]

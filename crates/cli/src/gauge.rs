@@ -19,6 +19,9 @@ use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
+/// How long people are waited for at a time.
+const PATIENCE: Duration = Duration::from_secs(3600);
+
 /// Which gauge, and how to reach it.
 #[derive(Args, Debug)]
 pub struct At {
@@ -81,9 +84,7 @@ struct Interruptible<R> {
 
 impl<R> Interruptible<R> {
     fn check(&mut self) -> Result<(), RecordError> {
-        let pending =
-            port::wait(&[self.signals.as_fd()], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true));
-        if pending && !self.told {
+        if !self.told && self.signals.are_pending() {
             self.told = true;
             return Err(RecordError::Lost("interrupted by a signal".to_owned()));
         }
@@ -113,10 +114,10 @@ pub type AnyGauge<'a> = Gauge<Box<dyn Records + 'a>>;
 impl At {
     /// Works with the gauge, and leaves it as it was found, however the work ends.
     pub fn with<T>(&self, work: impl FnOnce(&mut AnyGauge<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
-        let signals = Signals::catch()?;
+        self.bus.check_other(self.address, "--address")?;
         let mut tool = self.bus.open()?;
         let seen = identify::meet(&mut tool, self.address)?;
-        let mut gauge = self.gauge(&mut tool, &seen, signals)?;
+        let mut gauge = self.gauge(&mut tool, &seen)?;
         let done = work(&mut gauge);
         // Why the work failed says more than what followed from it.
         let left = gauge.finish();
@@ -130,9 +131,11 @@ impl At {
         Ok(done)
     }
 
-    fn gauge<'a>(&self, tool: &'a mut Tool, seen: &SlaveSeen, signals: Signals) -> Result<AnyGauge<'a>, Failure> {
+    fn gauge<'a>(&self, tool: &'a mut Tool, seen: &SlaveSeen) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
         let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
+        // Until here a signal may end it anywhere: nothing has to be put back.
+        let signals = Signals::catch()?;
         let via = match self.via {
             Way::Ms2 => {
                 let records = Interruptible { records: Ms2::new(tool, address), signals, told: false };
@@ -141,7 +144,7 @@ impl At {
             Way::Ms1 => Via::Class1,
             Way::Pkw => Via::Channel,
         };
-        let (records, unit) = self.own(tool, seen, model, via)?;
+        let (records, unit) = self.own(tool, seen, model, via, &signals)?;
         let records: Box<dyn Records> = Box::new(Interruptible { records, signals, told: false });
         Ok(Gauge::known(records, address, model).in_unit(unit))
     }
@@ -153,6 +156,7 @@ impl At {
         seen: &SlaveSeen,
         model: &'static Model,
         via: Via,
+        signals: &Signals,
     ) -> Result<(Owned<'a>, &'static Unit), Failure> {
         if let Some(master) = seen.owner.filter(|owner| *owner != self.bus.master()) {
             return Err(WatchError::Owned { address: self.address, master }.into());
@@ -166,11 +170,12 @@ impl At {
         );
         let watched = Watched::find(tool, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
-        let owned = Owned::take(tool, &watched, via).map_err(|error| match error {
-            RecordError::Tool(error) => error.into(),
-            RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
-            error => Failure::refused(format!("{device} at address {address}: {error}")),
-        })?;
+        let owned =
+            Owned::take_unless(tool, &watched, via, &|| signals.are_pending()).map_err(|error| match error {
+                RecordError::Tool(error) => error.into(),
+                RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
+                error => Failure::refused(format!("{device} at address {address}: {error}")),
+            })?;
         Ok((owned, watched.unit))
     }
 }
@@ -199,12 +204,31 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if !somebody_is_there() {
         return Err(Failure::usage(format!("{risk}; nothing was sent: say --yes in a script")));
     }
+    // Before anybody sees the question.
+    let signals = Signals::catch()?;
     eprint!("profivac: {risk}. Go on? [y/N] ");
     io::stderr().flush()?;
+    // Whoever is asked may also answer with Ctrl-C.
+    if !answers(&signals)? {
+        eprintln!();
+        return Err(Failure::usage("nothing was sent"));
+    }
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;
     match answer.trim() {
         "y" | "Y" | "yes" => Ok(()),
         _ => Err(Failure::usage("nothing was sent")),
+    }
+}
+
+/// Waits for a line. False if a signal comes instead.
+fn answers(signals: &Signals) -> Result<bool, Failure> {
+    let stdin = io::stdin();
+    loop {
+        match port::wait(&[signals.as_fd(), stdin.as_fd()], PATIENCE)?.as_slice() {
+            [true, _] => return Ok(false),
+            [_, true] => return Ok(true),
+            _ => {}
+        }
     }
 }

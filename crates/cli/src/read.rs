@@ -6,7 +6,7 @@ use crate::output::{json, out, remark};
 use clap::Args;
 use profivac_host::client::names::{Named, Target};
 use profivac_host::client::values::{Value, hex};
-use profivac_host::client::{ClientError, Reading};
+use profivac_host::client::{ClientError, Reading, Severity};
 use serde::Serialize;
 
 /// Read parameters of a gauge by the manual's words or its numbers.
@@ -19,7 +19,7 @@ use serde::Serialize;
 pub struct Arguments {
     #[command(flatten)]
     at: At,
-    /// Print JSON
+    /// Print JSON: a list
     #[arg(long)]
     json: bool,
     /// What to read
@@ -80,31 +80,54 @@ fn value(value: &Value) -> serde_json::Value {
     }
 }
 
-/// Reads one after the other. What was read before one is refused is shown.
+/// What JSON says about one of several.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Answer<'a> {
+    Read(Row),
+    Unread { target: &'a str, error: String },
+}
+
+/// Reads one after the other. What is refused does not hide the rest.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut rows = Vec::new();
+    let (mut answers, mut refused) = (Vec::new(), None);
     let done = arguments.at.with(|gauge| {
         for target in &arguments.targets {
-            let row = read(gauge, target)?;
-            if !arguments.json {
-                out(&format!("{} = {}", row.name.as_ref().unwrap_or(target), row.text));
+            match read(gauge, target) {
+                Ok(row) => {
+                    let name = row.name.as_deref().unwrap_or(target);
+                    if !arguments.json {
+                        out(&format!("{name} = {}", row.text));
+                    }
+                    if row.valid == Some(false) {
+                        warn(gauge, name);
+                    }
+                    answers.push(Answer::Read(row));
+                }
+                Err(error) if error.severity() == Severity::Line => return Err(error.into()),
+                Err(error) => {
+                    answers.push(Answer::Unread { target, error: error.to_string() });
+                    match &mut refused {
+                        None => refused = Some(Failure::from(error)),
+                        // The first is said at the end, as the reason for the exit code.
+                        Some(_) => remark(&error),
+                    }
+                }
             }
-            if row.valid == Some(false) {
-                warn(gauge, row.name.as_ref().unwrap_or(target));
-            }
-            rows.push(row);
         }
         Ok(())
     });
-    if arguments.json && !rows.is_empty() {
-        out(&json(&rows));
+    // Of a single one that was refused there is nothing to show.
+    let is_read = answers.iter().any(|answer| matches!(answer, Answer::Read(_)));
+    if arguments.json && (is_read || answers.len() > 1) {
+        out(&json(&answers));
     }
-    done
+    done.and(refused.map_or(Ok(()), Err))
 }
 
-fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, Failure> {
+fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
     let names = gauge.names();
-    match names.find(gauge.model().name, target).map_err(ClientError::from)? {
+    match names.find(gauge.model().name, target)? {
         Target::Raw { slot, index } => Ok(raw(slot, index, &gauge.read_raw(slot, index)?)),
         Target::Named(_) | Target::Shown { .. } => {
             let reading = gauge.parameter(target)?;
@@ -114,9 +137,9 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, Failure> {
     }
 }
 
-fn validity(gauge: &mut AnyGauge<'_>, named: &Named) -> Result<Option<bool>, Failure> {
+fn validity(gauge: &mut AnyGauge<'_>, named: &Named) -> Result<Option<bool>, ClientError> {
     let is_pressure = named.parameter.row.name.contains("Value (PV)");
-    Ok(is_pressure.then(|| gauge.is_valid(named)).transpose()?)
+    is_pressure.then(|| gauge.is_valid(named)).transpose()
 }
 
 /// The number of a safe state looks like a pressure: it is said that it is none, and what can be done.

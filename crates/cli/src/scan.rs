@@ -2,9 +2,10 @@
 
 use crate::bus::Bus;
 use crate::failure::Failure;
-use crate::output::{out, remarks};
+use crate::output::{json, out, remarks};
 use clap::Args;
 use profivac_host::live::{Seen, SlaveSeen, look};
+use profivac_host::tool::ToolError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
 
@@ -32,20 +33,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
     let mut tool = bus.open()?;
     let mut seen = Vec::new();
-    for address in (0..=bus.hsa()).filter(|address| *address != bus.master()) {
+    let mut others = (0..=bus.hsa()).filter(|address| *address != bus.master());
+    let looked = others.try_for_each(|address| {
         seen.extend(look(&mut tool, address)?);
-    }
+        Ok(())
+    });
     remarks(|| tool.next_remark());
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
-        // Texts, numbers and lists always have a JSON form.
-        out(&serde_json::to_string_pretty(&rows).unwrap_or_default());
-    } else {
+        out(&json(&rows));
+    } else if looked.is_ok() || !seen.is_empty() {
         out(&map(&seen, bus.master(), bus.hsa()));
         if !seen.is_empty() {
             out(&table(&seen));
         }
     }
+    // What was seen before the line was lost is told all the same.
+    looked.map_err(|error: ToolError| Failure::from(error))?;
     if seen.is_empty() {
         return Err(Failure::no_answer(format!("nobody answers on {}", bus.port())));
     }

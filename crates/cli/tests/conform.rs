@@ -31,7 +31,8 @@ fn a_gauge_keeps_all_rules() {
 #[test]
 fn a_configuration_that_the_slave_does_not_take_is_told_rule_by_rule() {
     let (_program, port) = on_tcp(&["psg550@5"]);
-    let output = run(&["conform", "--port", &port, "--address", "5", "--own", "--json", "--cfg", "11"]);
+    let output =
+        run(&["conform", "--port", &port, "--address", "5", "--own", "--json", "--cfg", "11", "--slot-time", "4000"]);
     assert_eq!(output.status.code(), Some(1));
     let rows: Vec<serde_json::Value> = serde_json::from_slice(&output.stdout).unwrap();
     let row = rows.iter().find(|row| row["name"] == "exchange.inputs").unwrap();
@@ -55,4 +56,21 @@ fn a_script_has_to_say_own() {
     assert_eq!(output.status.code(), Some(2));
     let complaint = String::from_utf8(output.stderr).unwrap();
     assert_eq!(complaint.trim(), "profivac: conform parameterises the slave and owns it: say --own in a script");
+}
+
+/// Ctrl-C ends it after the check that runs, and the slave belongs to nobody.
+#[test]
+fn who_stops_it_finds_the_slave_released() {
+    for options in [&[][..], &["--json"]] {
+        let (mut simulation, port) = on_tcp(&["bcg450@5"]);
+        let mut program = Program::start(&[&["conform", "--port", &port, "--address", "5", "--own"], options].concat());
+        // Under way: until it has parameterised the slave the first time.
+        while simulation.state(5)["device_state"] != "EXECUTING" && !program.has_ended() {}
+        program.interrupt();
+        assert_eq!(program.complaint(), "profivac: interrupted by a signal; the slave is released");
+        assert_eq!(program.exit_code(), 3);
+        let scan = run(&["scan", "--port", &port, "--hsa", "5", "--json"]);
+        let rows: serde_json::Value = serde_json::from_slice(&scan.stdout).unwrap();
+        assert_eq!(rows[0]["owner"], serde_json::Value::Null);
+    }
 }

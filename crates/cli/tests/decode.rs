@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Folder, run};
+use common::{Folder, Program, run};
 
 /// What a master printed: words, times, an answer in two pieces with a pause between, damage, an octet that cannot be read.
 const LOG: &str = "\
@@ -155,4 +155,19 @@ fn wrong_options_end_with_2() {
     let (code, _, complaint) = decode(&folder, "log", LOG.as_bytes(), &["--out", &nowhere]);
     assert_eq!(code, Some(2));
     assert!(complaint.contains("cannot be written"), "{complaint}");
+}
+
+/// A log that somebody is still writing.
+#[test]
+fn what_comes_through_a_pipe_is_told_at_once() {
+    let mut program = Program::start(&["decode"]);
+    // Each is told because of the next: a telegram may still go on.
+    for request in ["TX 68 05 05 68 85 82 6D 3C 3E EE 16", "RX 68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16"] {
+        program.say(request);
+    }
+    assert!(
+        program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
+    );
+    program.end_of_file();
+    assert_eq!(program.exit_code(), 0);
 }

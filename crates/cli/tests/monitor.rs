@@ -126,3 +126,15 @@ fn impossible_addresses_are_refused() {
         assert!(said.contains(&format!("expected the address of a slave from 0 to 125, got {address:?}")), "{said}");
     }
 }
+
+#[test]
+fn an_address_is_named_once_and_is_not_this_masters() {
+    for (addresses, expected) in [
+        (&["5", "6", "5"][..], "address 5 is named twice"),
+        (&["5", "0"], "address 0 is the address of this master; say --master N"),
+    ] {
+        let failed = run(&[&["monitor", "--port", "/nowhere", "--own"], addresses].concat());
+        assert_eq!(failed.status.code(), Some(2));
+        assert_eq!(String::from_utf8(failed.stderr).unwrap(), format!("profivac: {expected}\n"));
+    }
+}

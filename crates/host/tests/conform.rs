@@ -5,13 +5,14 @@
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard as Decoded, Receiver, Station, T_SYN_TBIT};
 use profivac_host::bench::{Conditions, VirtualDevice};
 use profivac_host::conform::probe::Heard;
-use profivac_host::conform::talk::{Subject, Wire};
+use profivac_host::conform::talk::{self, Subject, Wire};
 use profivac_host::conform::{Finding, Outcome, checks, run};
 use profivac_host::instrument::{DEVICES, Spec};
 use profivac_host::memory::Memory;
 use profivac_host::port::PortError;
 use profivac_vacuum::Gas;
-use profivac_wire::Telegram;
+use profivac_wire::{Sap, Telegram};
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 const BAUD: Baud = Baud::B19200;
@@ -85,7 +86,7 @@ fn subject(name: &str) -> Subject {
 
 /// The checks that a slave on `wire` does not pass.
 fn broken(wire: &mut dyn Wire, subject: &Subject) -> Vec<String> {
-    let findings = run(wire, subject, |_| {}).unwrap();
+    let findings = run(wire, subject, |_| ControlFlow::Continue(())).unwrap();
     let told = |finding: &Finding| match &finding.outcome {
         Outcome::Broken { expected, shown } => {
             Some(format!("{}: expected {expected}, {shown:02X?}", finding.check.name))
@@ -101,6 +102,23 @@ fn every_device_keeps_every_rule() {
         let name = entry.model.name;
         let mut wire = Memo::of(&format!("{name}@{PLACE}"));
         assert_eq!(broken(&mut wire, &subject(name)), Vec::<String>::new(), "{name}");
+    }
+}
+
+/// Broken off after any check, it waits for parameters and nobody owns it.
+#[test]
+fn who_breaks_off_leaves_the_slave_released() {
+    for count in 1..checks::all().count() {
+        let mut wire = Memo::of("bcg450@8");
+        let mut told = 0;
+        let findings = run(&mut wire, &subject("bcg450"), |_| {
+            told += 1;
+            if told == count { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!(findings.unwrap().len(), count);
+        let diagnosis = talk::octets(PLACE, 2, Sap::SlaveDiag, 0x6D, &[]);
+        let Heard::Telegram(answer) = wire.ask(&diagnosis).unwrap() else { panic!("no diagnosis after {count}") };
+        assert_eq!((answer[DU + 1] & 1, answer[DU + 3]), (1, 0xFF), "after {count}");
     }
 }
 

@@ -5,8 +5,9 @@ use crate::story::{Capture, Printer, Style};
 use crate::values;
 use clap::Args;
 use profivac_dp::link::Baud;
-use profivac_host::explain::Teller;
-use profivac_host::explain::input::{Noted, Recording};
+use profivac_host::explain::input::{BadInput, Noted, Skipped, Source};
+use profivac_host::explain::{Teller, Told};
+use profivac_sim::trace::pcapng::BadCapture;
 use std::fs;
 use std::io::{self, Read};
 
@@ -14,7 +15,7 @@ use std::io::{self, Read};
 ///
 /// Takes a capture file (pcapng), a trace of profivac, or text with octets in hexadecimal as programs print them: dumps of
 /// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are named and never hide valid
-/// ones beside them.
+/// ones beside them. Text and plain octets are told while they are read, also from a pipe that never ends.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -39,66 +40,88 @@ Examples:
 /// So many pieces are told before they are printed.
 const BATCH: usize = 1000;
 
-/// Reads, tells, sums up.
+/// Reads and tells, sums up.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
-    let file = read(&arguments.file).map_err(|error| Failure::usage(format!("{name} cannot be read: {error}")))?;
-    let recording =
-        Recording::read(&file, arguments.baud).map_err(|error| Failure::usage(format!("{name}: {error}")))?;
-    remark(&recording, name);
-    let baud = recording.baud.unwrap_or(arguments.baud);
-    let mut teller = Teller::new(baud, recording.times);
-    let mut capture = Capture::begin(&arguments.style, baud)?;
-    tell(&recording.noted, &mut teller, &Printer::new(&arguments.style, baud), capture.as_mut())?;
-    verdict(&recording, &teller, name)
+    let file = open(&arguments.file).map_err(|error| Failure::usage(format!("{name} cannot be read: {error}")))?;
+    let bad = |error: BadInput| Failure::usage(format!("{name}: {error}"));
+    let mut source = Source::open(file, arguments.baud).map_err(bad)?;
+    let baud = source.line_baud.unwrap_or(arguments.baud);
+    let mut story = Story {
+        teller: Teller::new(baud, source.times),
+        printer: Printer::new(&arguments.style, baud),
+        capture: Capture::begin(&arguments.style, baud)?,
+        octets: 0,
+    };
+    let (mut noted, mut goes_on) = (Vec::new(), true);
+    while goes_on {
+        goes_on = source.read(&mut noted).map_err(bad)?;
+        story.tell(&noted)?;
+        noted.clear();
+    }
+    story.end()?;
+    remark(source.skipped, name);
+    story.verdict(source.damage, name)
 }
 
-/// A recording without a telegram is a bad file, and so is a capture that ends before its end.
-fn verdict(recording: &Recording, teller: &Teller, name: &str) -> Result<(), Failure> {
-    if let Some(damage) = &recording.damage {
-        return Err(Failure::usage(format!("{name}: {damage}; what comes before it is told above")));
-    }
-    if teller.explainer().summary().telegrams > 0 {
-        return Ok(());
-    }
-    let octets: usize = recording.noted.iter().map(|noted| noted.octets.len()).sum();
-    Err(Failure::usage(format!("{name}: expected telegrams, none of {octets} octets belongs to a valid one")))
-}
-
-fn read(file: &str) -> io::Result<Vec<u8>> {
-    if file != "-" {
-        return fs::read(file);
-    }
-    let mut octets = Vec::new();
-    io::stdin().lock().read_to_end(&mut octets)?;
-    Ok(octets)
+/// A file or standard input.
+fn open(file: &str) -> io::Result<Box<dyn Read>> {
+    Ok(if file == "-" { Box::new(io::stdin().lock()) } else { Box::new(fs::File::open(file)?) })
 }
 
 /// Lines that were passed over are worth a word.
-fn remark(recording: &Recording, name: &str) {
-    if let Some(first) = recording.skipped.first() {
-        let count = recording.skipped.len();
+fn remark(skipped: Skipped, name: &str) {
+    if let Skipped { count, first: Some(first) } = skipped {
         let lines = if count == 1 { "line" } else { "lines" };
         eprintln!("profivac: {name}: {count} {lines} without octets, the first is line {first}");
     }
 }
 
-fn tell(
-    noted: &[Noted],
-    teller: &mut Teller,
-    printer: &Printer<'_>,
-    mut capture: Option<&mut Capture>,
-) -> Result<(), Failure> {
-    let mut told = Vec::new();
-    for batch in noted.chunks(BATCH) {
-        batch.iter().for_each(|noted| teller.noted(noted, &mut told));
-        printer.print(&told);
-        capture.as_mut().map_or(Ok(()), |capture| capture.add(&told))?;
-        told.clear();
+/// What is told, printed and captured.
+struct Story<'a> {
+    teller: Teller,
+    printer: Printer<'a>,
+    capture: Option<Capture>,
+    octets: usize,
+}
+
+impl Story<'_> {
+    fn tell(&mut self, noted: &[Noted]) -> Result<(), Failure> {
+        let mut told = Vec::new();
+        for batch in noted.chunks(BATCH) {
+            for noted in batch {
+                self.octets = self.octets.saturating_add(noted.octets.len());
+                self.teller.noted(noted, &mut told);
+            }
+            self.show(&mut told)?;
+        }
+        Ok(())
     }
-    teller.end(&mut told);
-    printer.print(&told);
-    capture.as_mut().map_or(Ok(()), |capture| capture.add(&told))?;
-    printer.summary(teller.explainer());
-    Ok(())
+
+    fn end(&mut self) -> Result<(), Failure> {
+        let mut told = Vec::new();
+        self.teller.end(&mut told);
+        self.show(&mut told)?;
+        self.printer.summary(self.teller.explainer());
+        Ok(())
+    }
+
+    fn show(&mut self, told: &mut Vec<Told>) -> Result<(), Failure> {
+        self.printer.print(told);
+        self.capture.as_mut().map_or(Ok(()), |capture| capture.add(told))?;
+        told.clear();
+        Ok(())
+    }
+
+    /// A recording without a telegram is a bad file, and so is a capture that ends before its end.
+    fn verdict(&self, damage: Option<BadCapture>, name: &str) -> Result<(), Failure> {
+        if let Some(damage) = damage {
+            return Err(Failure::usage(format!("{name}: {damage}; what comes before it is told above")));
+        }
+        if self.teller.explainer().summary().telegrams > 0 {
+            return Ok(());
+        }
+        let octets = self.octets;
+        Err(Failure::usage(format!("{name}: expected telegrams, none of {octets} octets belongs to a valid one")))
+    }
 }

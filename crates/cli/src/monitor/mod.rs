@@ -61,6 +61,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 /// Finds the slaves, takes them, shows them, gives them back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
+    check(&arguments.addresses, bus)?;
     let signals = Signals::catch()?;
     let mut tool = bus.open_lasting()?;
     let screen = Screen::is_possible() && !arguments.csv && !arguments.json;
@@ -83,6 +84,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let verdict = monitor.verdict();
     monitor.give_back()?;
     shown.and(verdict)
+}
+
+/// Every slave once, and none is this master.
+fn check(addresses: &[u8], bus: &Bus) -> Result<(), Failure> {
+    for (number, address) in addresses.iter().enumerate() {
+        bus.check_other(*address, "address")?;
+        if addresses.iter().take(number).any(|other| other == address) {
+            return Err(Failure::usage(format!("address {address} is named twice")));
+        }
+    }
+    Ok(())
 }
 
 /// Taking slaves over is announced; in a script somebody must have said so.

@@ -8,14 +8,15 @@ use ratatui::widgets::{Block, Cell, Row as Line, Table};
 
 const HEADER: [&str; 8] = ["ADDR", "DEVICE", "PART", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"];
 
+/// On a narrow terminal what stands behind goes first: half a number is a wrong number.
 const WIDTHS: [Constraint; 8] = [
-    Constraint::Length(4),
-    Constraint::Length(8),
-    Constraint::Length(4),
-    Constraint::Length(18),
-    Constraint::Length(8),
-    Constraint::Length(10),
-    Constraint::Length(6),
+    Constraint::Min(4),
+    Constraint::Min(8),
+    Constraint::Min(4),
+    Constraint::Min(18),
+    Constraint::Max(8),
+    Constraint::Max(10),
+    Constraint::Max(6),
     Constraint::Fill(1),
 ];
 

@@ -53,6 +53,18 @@ pub fn run(arguments: &[&str]) -> Output {
 /// Runs a command whose standard input and standard error are a terminal where somebody types `typed` at the end of `prompt`.
 /// Returns the exit code, standard output, and what the terminal shows.
 pub fn run_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, String, String) {
+    on_terminal(arguments, prompt, |_, terminal| terminal.write_all(typed.as_bytes()).unwrap())
+}
+
+/// The same, with Ctrl-C in place of an answer.
+pub fn interrupted_on_terminal(arguments: &[&str], prompt: &str) -> (i32, String, String) {
+    on_terminal(arguments, prompt, |child, _| {
+        let id = rustix::process::Pid::from_child(child);
+        rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
+    })
+}
+
+fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut File)) -> (i32, String, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
     grantpt(&ours).unwrap();
@@ -66,7 +78,7 @@ pub fn run_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, S
     while !shown.ends_with(prompt) && terminal.read_exact(&mut octet).is_ok() {
         shown.push(char::from(octet[0]));
     }
-    terminal.write_all(typed.as_bytes()).unwrap();
+    act(&child, &mut terminal);
     let output = child.wait_with_output().unwrap();
     let out = String::from_utf8(output.stdout).unwrap();
     (output.status.code().unwrap(), out, shown)

@@ -7,6 +7,7 @@
 mod common;
 
 mod commands;
+mod harmless;
 mod list;
 mod ownership;
 mod read;

@@ -183,3 +183,21 @@ fn a_command_that_is_stopped_puts_the_selector_back() {
     let shown = String::from_utf8(read.stdout).unwrap();
     assert_eq!(shown, "one-of-n.channel-instance-selector = 1\n");
 }
+
+/// One that is refused hides none of the others; the list is whole JSON.
+#[test]
+fn what_is_refused_does_not_hide_the_rest() {
+    let line = Line::with(&["bcg450@5", "tpg300@6"]);
+    let targets = ["9/19", "0/25", "xyzzy"];
+    let done = line.run("read", 5, &targets);
+    assert_eq!((done.code, done.out.as_str()), (1, "device.device-state = IDLE\n"));
+    assert!(done.err.contains("\"xyzzy\"") && done.err.contains("(slot 9, index 19)"), "{}", done.err);
+    let done = line.run("read", 5, &[&["--json"], &targets[..]].concat());
+    let rows: Value = serde_json::from_str(&done.out).unwrap();
+    assert_eq!((done.code, rows.as_array().unwrap().len()), (1, 3));
+    assert_eq!((&rows[0]["target"], &rows[1]["text"]), (&json!("9/19"), &json!("IDLE")));
+    assert!(rows[2]["error"].as_str().unwrap().starts_with("bcg450 has no parameter"), "{rows}");
+    line.fails("read", 6, &["1/99"], 1, "tpg300 at address 6: it has no DP-V1 services; say --via pkw");
+    let own = "--address 5 is the address of this master; say --master N";
+    line.fails("read", 5, &["--master", "5", "0/25"], 2, own);
+}

@@ -1,7 +1,7 @@
 //! `write`: values and commands, what is checked before anything is sent, and what the gauge refuses.
 
 use crate::Line;
-use crate::common::run_on_terminal;
+use crate::common::{interrupted_on_terminal, run_on_terminal};
 use serde_json::{Value, json};
 
 #[test]
@@ -132,6 +132,8 @@ fn a_risk_is_asked_about_on_a_terminal() {
     let mut line = Line::with(&["bcg450@5"]);
     line.output("write", 5, &["execute"]);
     let stop = ["write", "--port", &line.path, "--address", "5", "stop"];
+    let (ended, out, _) = interrupted_on_terminal(&stop, "[y/N] ");
+    assert_eq!((ended, out.as_str()), (2, ""), "Ctrl-C needs no Enter");
     for (typed, code, printed, state) in [
         ("n\n", 2, "", "EXECUTING"),
         ("\n", 2, "", "EXECUTING"),

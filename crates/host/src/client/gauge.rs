@@ -8,7 +8,7 @@ use super::records::{RecordError, Records};
 use super::values::{Meaning, Value};
 use crate::ms2::Ms2;
 use crate::tool::Tool;
-use profivac_devices::model::{Code, Codes, DataType, Direction, Format, Model, NumberType, Row, Unit};
+use profivac_devices::model::{Code, Codes, DataType, Direction, Format, Model, NumberType, Row, Unit, Via};
 use std::sync::Arc;
 
 /// The name of the parameter that says which instance a slot shows: tira41d1 3.2.1.2, tira56e1 9.1.1.
@@ -185,6 +185,17 @@ impl<R: Records> Gauge<R> {
     /// # Errors
     /// As [`parameter`](Self::parameter).
     pub fn read(&mut self, named: &Named) -> Result<Reading, ClientError> {
+        for _ in 0..ATTEMPTS {
+            let reading = self.read_once(named)?;
+            if self.still_shows(named)? {
+                return Ok(reading);
+            }
+        }
+        Err(self.unsteady())
+    }
+
+    /// Reads a parameter of the instance that was shown last. Whether it [still is](Self::still_shows) is for the caller to ask.
+    pub(super) fn read_once(&mut self, named: &Named) -> Result<Reading, ClientError> {
         self.check_access(named, Direction::Read)?;
         self.select(named)?;
         let octets = self.record(named)?;
@@ -199,6 +210,14 @@ impl<R: Records> Gauge<R> {
     /// # Errors
     /// [`ClientError::Refused`], most likely.
     pub fn read_raw(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, ClientError> {
+        if !self.model.features.dpv1 && self.records.via() != Via::Channel {
+            let (device, address) = (self.model.name, self.address);
+            return Err(ClientError::NoWay {
+                device,
+                address,
+                reason: "it has no DP-V1 services; say --via pkw".to_owned(),
+            });
+        }
         self.records
             .read(slot, index)
             .map_err(|error| ClientError::of(error, Doing::Reading, self.raw_place(slot, index), None))
@@ -298,7 +317,7 @@ impl<R: Records> Gauge<R> {
     pub fn carry_out(&mut self, order: Order) -> Result<Written, ClientError> {
         let Order { named, octets, text, before, .. } = order;
         // Somebody else may have moved the selector since.
-        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
+        self.look_again();
         self.select(&named)?;
         let (slot, index) = (named.parameter.place.slot, named.parameter.row.id);
         let written = self.records.write(slot, index, &octets);
@@ -408,6 +427,28 @@ impl<R: Records> Gauge<R> {
         Ok(now)
     }
 
+    /// Whether the slot shows the instance of a parameter, also after it was read: another tool may move the selector.
+    pub(super) fn still_shows(&mut self, named: &Named) -> Result<bool, ClientError> {
+        let place = named.parameter.place;
+        if place.instance == 0 {
+            return Ok(true);
+        }
+        self.look_again();
+        Ok(self.shown(place.slot)? == place.instance)
+    }
+
+    /// Which instance is shown has to be asked for again.
+    fn look_again(&mut self) {
+        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
+    }
+
+    /// Somebody else does not let the selector stand.
+    pub(super) fn unsteady(&self) -> ClientError {
+        let reason =
+            "somebody else keeps moving the Channel Instance Selector: read again when they are done".to_owned();
+        ClientError::NoWay { device: self.model.name, address: self.address, reason }
+    }
+
     /// Makes the slot show the instance of a parameter.
     fn select(&mut self, named: &Named) -> Result<(), ClientError> {
         let place = named.parameter.place;
@@ -415,7 +456,7 @@ impl<R: Records> Gauge<R> {
             return Ok(());
         }
         // Until it is known that the telegram arrived.
-        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
+        self.look_again();
         self.moved = true;
         self.show(place.instance)?;
         self.shown = self.shown.map(|shown| Shown { now: place.instance, ..shown });

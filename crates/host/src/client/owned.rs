@@ -17,6 +17,9 @@ use std::time::{Duration, Instant};
 /// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
 const DPV1_ENABLE: u8 = 0x80;
 
+/// How often a record is asked for when the slave leaves data exchange meanwhile: reading changes nothing.
+const ATTEMPTS: usize = 3;
+
 /// How long a slave is given to be unlocked.
 const FAREWELL: Duration = Duration::from_secs(1);
 
@@ -48,6 +51,19 @@ impl<'a> Owned<'a> {
     /// # Errors
     /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
     pub fn take(tool: &'a mut Tool, watched: &Watched, via: Via) -> Result<Self, RecordError> {
+        Self::take_unless(tool, watched, via, &|| false)
+    }
+
+    /// The same, until `is_stopped`: then the slave is unlocked at once.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub fn take_unless(
+        tool: &'a mut Tool,
+        watched: &Watched,
+        via: Via,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Self, RecordError> {
         let model = watched.model;
         let number = present_number(tool, watched);
         let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
@@ -60,14 +76,17 @@ impl<'a> Owned<'a> {
         let mut owned = Self { tool, address: watched.address, way };
         take(owned.tool.master(), &parameters).map_err(|error| RecordError::NoWay(error.to_string()))?;
         owned.tool.master().set_mode(Mode::Operate);
-        owned.wait_for_data()?;
+        owned.wait_for_data(is_stopped)?;
         Ok(owned)
     }
 
-    fn wait_for_data(&mut self) -> Result<(), RecordError> {
+    fn wait_for_data(&mut self, is_stopped: &dyn Fn() -> bool) -> Result<(), RecordError> {
         let begun = Instant::now();
         while !self.exchanges() {
             self.serve()?;
+            if is_stopped() {
+                return Err(RecordError::Lost("interrupted by a signal".to_owned()));
+            }
             if begun.elapsed() >= self.tool.patience() {
                 let trouble = self.tool.master().trouble(self.address);
                 let reason = trouble.map_or_else(|| "it was not asked long enough".to_owned(), |it| it.to_string());
@@ -93,6 +112,17 @@ impl<'a> Owned<'a> {
         Ok(())
     }
 
+    fn read_once(&mut self, slot: u8, index: u8) -> Result<Option<Vec<u8>>, RecordError> {
+        let address = self.address;
+        self.request(|owned| match owned.way {
+            Way::Ms1(parameters) => {
+                let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
+                owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
+            }
+            Way::Channel(parameters) => owned.tool.master().pkw_read(address, slot, index, None, &parameters),
+        })
+    }
+
     /// Gives the slave back.
     fn release(&mut self) -> Result<(), RecordError> {
         let begun = Instant::now();
@@ -109,7 +139,7 @@ impl<'a> Owned<'a> {
         hand_in: impl Fn(&mut Self) -> Result<Handle, NotTaken>,
     ) -> Result<Option<Vec<u8>>, RecordError> {
         if !self.exchanges() {
-            self.wait_for_data()?;
+            self.wait_for_data(&|| false)?;
         }
         let handle = hand_in(self).map_err(|error| RecordError::Lost(error.to_string()))?;
         self.tool.outcome(handle, |outcome| match outcome {
@@ -190,15 +220,14 @@ impl Records for Owned<'_> {
     }
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
-        let address = self.address;
-        let read = self.request(|owned| match owned.way {
-            Way::Ms1(parameters) => {
-                let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
-                owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
+        let mut read = self.read_once(slot, index);
+        for _ in 1..ATTEMPTS {
+            if !matches!(read, Err(RecordError::Lost(_))) {
+                break;
             }
-            Way::Channel(parameters) => owned.tool.master().pkw_read(address, slot, index, None, &parameters),
-        })?;
-        read.ok_or_else(|| RecordError::Lost("the answer belongs to something else".to_owned()))
+            read = self.read_once(slot, index);
+        }
+        read?.ok_or_else(|| RecordError::Lost("the answer belongs to something else".to_owned()))
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {

@@ -29,7 +29,7 @@ pub struct Dump {
     /// Ident_Number.
     pub ident: u16,
     /// Every readable parameter, or why it could not be read.
-    pub readings: Vec<(Named, Result<Reading, ClientError>)>,
+    pub readings: Vec<Read>,
 }
 
 /// A file that was read.
@@ -147,6 +147,30 @@ pub fn close<R: Records>(gauge: &mut Gauge<R>, lock: &Named) -> Result<(), Clien
     gauge.carry_out(order).map(|_| ())
 }
 
+/// How often an instance is read when somebody else moves the selector meanwhile.
+const ATTEMPTS: usize = 3;
+
+/// What was read of a parameter, or why it could not be.
+pub type Read = (Named, Result<Reading, ClientError>);
+
+/// Reads what one instance has. That it was this one is asked for once, at the end.
+fn dump_instance<R: Records>(gauge: &mut Gauge<R>, group: &[&Named]) -> Result<Vec<Read>, ClientError> {
+    let Some(last) = group.last() else { return Ok(Vec::new()) };
+    for _ in 0..ATTEMPTS {
+        let mut readings = Vec::new();
+        for named in group {
+            match gauge.read_once(named) {
+                Err(error) if error.severity() == Severity::Line => return Err(error),
+                reading => readings.push(((*named).clone(), reading)),
+            }
+        }
+        if gauge.still_shows(last)? {
+            return Ok(readings);
+        }
+    }
+    Err(gauge.unsteady())
+}
+
 /// Reads everything that can be read.
 ///
 /// # Errors
@@ -154,16 +178,15 @@ pub fn close<R: Records>(gauge: &mut Gauge<R>, lock: &Named) -> Result<(), Clien
 pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
     let names = gauge.names();
     let via = gauge.records().via();
-    let mut readings = Vec::new();
-    for named in names.all() {
+    let is_read = |named: &&Named| {
         let row = named.parameter.row;
-        if row.codes.is_command() || !row.access.allows(via, Direction::Read) {
-            continue;
-        }
-        match gauge.read(named) {
-            Err(error) if error.severity() == Severity::Line => return Err(error),
-            reading => readings.push((named.clone(), reading)),
-        }
+        !row.codes.is_command() && row.access.allows(via, Direction::Read)
+    };
+    let wanted: Vec<_> = names.all().iter().filter(is_read).collect();
+    let place = |named: &Named| (named.parameter.place.slot, named.parameter.place.instance);
+    let mut readings = Vec::new();
+    for group in wanted.chunk_by(|a, b| place(a) == place(b)) {
+        readings.extend(dump_instance(gauge, group)?);
     }
     if readings.is_empty() {
         let reason = "nothing can be read this way; say --via pkw".to_owned();
@@ -344,7 +367,10 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
 
 #[cfg(test)]
 mod tests {
+    use super::super::records::RecordError;
     use super::*;
+    use crate::instrument::entry;
+    use profivac_devices::model::Via;
 
     const FILE: &str = "device = \"bcg450\"\nident = 0x08E6\n\n[settings]\n\"pirani.safe-state\" = \"zero\"\n";
 
@@ -375,5 +401,62 @@ mod tests {
         assert_eq!(quoted("a \"b\" \\ \u{1}"), "\"a \\\"b\\\" \\\\ \\u0001\"");
         let text = format!("device = {}\nident = 1", quoted("a \"b\" \\ \u{1}"));
         assert_eq!(File::parse(&text).unwrap().device, "a \"b\" \\ \u{1}");
+    }
+
+    /// A gauge in which another tool moves the selector after every so many reads.
+    struct Shared {
+        shown: u8,
+        reads: usize,
+        every: usize,
+    }
+
+    impl Records for Shared {
+        fn via(&self) -> Via {
+            Via::Class2
+        }
+
+        fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+            self.reads += 1;
+            if self.every > 0 && self.reads.is_multiple_of(self.every) {
+                self.shown = self.shown % 3 + 1;
+            }
+            Ok(match (slot, index) {
+                SELECTOR_PLACE => vec![self.shown],
+                // What it says of itself, and nothing else: which instance it is.
+                _ => vec![self.shown; 4],
+            })
+        }
+
+        fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+            assert_eq!((slot, index), SELECTOR_PLACE, "reading writes nothing else");
+            self.shown = octets[0];
+            Ok(())
+        }
+    }
+
+    const SELECTOR_PLACE: (u8, u8) = (1, 46);
+
+    fn dumped(every: usize) -> Result<Dump, ClientError> {
+        let records = Shared { shown: 2, reads: 0, every };
+        let mut gauge = Gauge::known(records, 5, entry("bcg450").unwrap().model);
+        let dump = dump(&mut gauge);
+        gauge.finish().unwrap();
+        dump
+    }
+
+    #[test]
+    fn every_value_is_of_the_instance_it_is_told_for_whoever_moves_the_selector() {
+        for every in [0, 40, 97] {
+            for (named, reading) in dumped(every).unwrap().readings {
+                let place = named.parameter.place;
+                if let (1.., Ok(reading)) = (place.instance, reading) {
+                    assert!(
+                        named.parameter.row.name == SELECTOR || reading.octets == [place.instance; 4],
+                        "{named} {every}"
+                    );
+                }
+            }
+        }
+        assert!(dumped(2).unwrap_err().to_string().contains("keeps moving the Channel Instance Selector"));
     }
 }

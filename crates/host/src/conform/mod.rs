@@ -18,6 +18,7 @@ use crate::segment::Segment;
 use probe::{Heard, Probe};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use talk::{Exchange, Subject, Talk, Wire, Wrong};
 
@@ -45,11 +46,16 @@ pub struct Finding {
     pub outcome: Outcome,
 }
 
-/// Leads a slave through all checks; `tell` hears of each as soon as it is done.
+/// Leads a slave through all checks; `tell` hears of each as soon as it is done, and may break off: the slave is released
+/// then.
 ///
 /// # Errors
 /// [`PortError`] when the port is lost.
-pub fn run(wire: &mut dyn Wire, subject: &Subject, mut tell: impl FnMut(&Finding)) -> Result<Vec<Finding>, PortError> {
+pub fn run(
+    wire: &mut dyn Wire,
+    subject: &Subject,
+    mut tell: impl FnMut(&Finding) -> ControlFlow<()>,
+) -> Result<Vec<Finding>, PortError> {
     let mut talk = Talk::new(wire, subject);
     let mut findings = Vec::new();
     for check in checks::all() {
@@ -66,8 +72,12 @@ pub fn run(wire: &mut dyn Wire, subject: &Subject, mut tell: impl FnMut(&Finding
             }
         };
         let finding = Finding { check, outcome };
-        tell(&finding);
+        let goes_on = tell(&finding);
         findings.push(finding);
+        if goes_on.is_break() {
+            recover(&mut talk)?;
+            break;
+        }
     }
     Ok(findings)
 }

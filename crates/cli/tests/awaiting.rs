@@ -1,0 +1,95 @@
+//! Programs that await gauges: many at once, answers nobody waits for any more, a port that goes away.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::Program;
+use profivac_dp::link::Baud;
+use profivac_host::client::bus::{Bus, BusError};
+use profivac_host::open;
+use profivac_host::tool::{Tool, bus_parameters};
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::Duration;
+
+fn bus(simulation: &Program, patience: Duration) -> Bus {
+    let name = format!("tcp://{}", simulation.ready());
+    let baud = Baud::B19200;
+    Bus::open(move || Tool::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), patience)).unwrap()
+}
+
+/// This thread, woken.
+fn block_on<T>(future: impl Future<Output = T>) -> T {
+    struct Unpark(Thread);
+    impl Wake for Unpark {
+        fn wake(self: Arc<Self>) {
+            self.0.unpark();
+        }
+    }
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let (mut context, mut future) = (Context::from_waker(&waker), pin!(future));
+    loop {
+        match future.as_mut().poll(&mut context) {
+            Poll::Ready(value) => return value,
+            Poll::Pending => thread::park(),
+        }
+    }
+}
+
+#[test]
+fn many_threads_await_many_gauges() {
+    let addresses = 5..13_u8;
+    let devices: Vec<_> = addresses.clone().map(|address| format!("bcg450@{address}")).collect();
+    let devices: Vec<_> = devices.iter().map(String::as_str).collect();
+    let simulation = Program::start(&[&["simulate", "--tcp", "127.0.0.1:0"], &devices[..]].concat());
+    let bus = bus(&simulation, Duration::from_secs(5));
+    let work = addresses.map(|address| {
+        let gauge = bus.gauge(address);
+        thread::spawn(move || {
+            block_on(async {
+                gauge.write("pirani.safe-value", &format!("{address} mbar")).await?;
+                gauge.parameter("pirani.safe-value").await
+            })
+        })
+    });
+    let work: Vec<_> = work.collect();
+    for (thread, address) in work.into_iter().zip(5..) {
+        assert_eq!(thread.join().unwrap().unwrap().text, format!("{address} mbar"));
+    }
+}
+
+#[test]
+fn what_nobody_awaits_any_more_disturbs_nobody() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let bus = bus(&simulation, Duration::from_secs(5));
+    let gauge = bus.gauge(5);
+    for _ in 0..5 {
+        let mut given_up = Box::pin(gauge.parameter("1:2/24"));
+        let mut context = Context::from_waker(Waker::noop());
+        assert!(given_up.as_mut().poll(&mut context).is_pending());
+    }
+    assert_eq!(block_on(gauge.parameter("device.device-state")).unwrap().text, "IDLE");
+    // The selector is where it was, although nobody waited for that.
+    assert_eq!(block_on(gauge.parameter("1/46")).unwrap().text, "1");
+}
+
+#[test]
+fn a_port_that_goes_away_ends_every_wait() {
+    let mut simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let bus = bus(&simulation, Duration::from_secs(60));
+    let gauge = bus.gauge(9);
+    let waiting = thread::spawn(move || block_on(gauge.parameter("0/25")));
+    let gauge = bus.gauge(5);
+    simulation.kill();
+    let error = waiting.join().unwrap().unwrap_err();
+    assert!(matches!(error, BusError::Client(_) | BusError::Closed), "{error}");
+    let ended = block_on(gauge.parameter("0/25")).unwrap_err().to_string();
+    assert!(ended.contains("lost") || ended == "the bus is closed", "{ended}");
+    let mut last = ended;
+    while last != "the bus is closed" {
+        last = block_on(gauge.parameter("0/25")).unwrap_err().to_string();
+    }
+}
