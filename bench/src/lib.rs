@@ -3,10 +3,12 @@
 //! Everything that must be ready beforehand is made before the loop, so that the difference between two runs of different
 //! length is the operation alone. [`ROWS`] is the table of `docs/benchmarks.md`.
 
+mod acyclic;
 pub mod cycle;
 mod desk;
 mod master;
 mod receiver;
+mod sensor;
 mod slave;
 mod telegram;
 
@@ -143,5 +145,22 @@ pub const ROWS: &[Row] = &[
         peer: Some(master::exchange_peer::<1>),
         units: 1,
         target: None,
+    },
+    // free choice of the target: what a slave may take for its side.
+    Row {
+        what: "master, one MS2 read of four octets, request and poll",
+        ours: acyclic::read,
+        minus: None,
+        peer: None,
+        units: 1,
+        target: Some(2 * 1000),
+    },
+    Row {
+        what: "one reading of a real sensor, the mean of four principles",
+        ours: sensor::four_sensors,
+        minus: None,
+        peer: None,
+        units: 4,
+        target: Some(1000),
     },
 ];

@@ -25,11 +25,23 @@ pub struct Signals(UnixStream);
 impl Signals {
     /// Catches SIGHUP, SIGINT and SIGTERM from here on.
     pub fn catch() -> io::Result<Self> {
+        Self::of(&[SIGHUP, SIGINT, SIGTERM])
+    }
+
+    /// Catches these signals from here on.
+    pub fn of(all: &[i32]) -> io::Result<Self> {
         let (signals, handler) = UnixStream::pair()?;
-        for signal in [SIGHUP, SIGINT, SIGTERM] {
-            signal_hook::low_level::pipe::register(signal, handler.try_clone()?)?;
+        signals.set_nonblocking(true)?;
+        for signal in all {
+            signal_hook::low_level::pipe::register(*signal, handler.try_clone()?)?;
         }
         Ok(Self(signals))
+    }
+
+    /// Forgets signals that came: what follows are new ones.
+    pub fn forget(&mut self) {
+        let mut buffer = [0; 64];
+        while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
     }
 }
 

@@ -2,8 +2,12 @@
 
 use profivac_host::instrument::SpecError;
 use profivac_host::port::PortError;
+use profivac_host::scenario::{ScenarioError, SceneError};
 use profivac_host::tool::ToolError;
 use profivac_host::watch::WatchError;
+use profivac_station::config::ConfigError;
+use profivac_station::server::ServerError;
+use profivac_station::station::StationError;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -44,7 +48,7 @@ impl From<ToolError> for Failure {
         match error {
             ToolError::Port(error) => error.into(),
             ToolError::Parameters(error) => Self::usage(error.to_string()),
-            ToolError::Taken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+            ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
         }
     }
 }
@@ -64,12 +68,16 @@ impl From<WatchError> for Failure {
 impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
-            PortError::Address(_) => Kind::Usage,
+            PortError::Address(_) | PortError::NoRate(_) | PortError::File(_) => Kind::Usage,
             PortError::Missing(_)
             | PortError::InUse(_)
             | PortError::Denied(_)
             | PortError::NotSerial(_)
             | PortError::Rate { .. }
+            | PortError::Character { .. }
+            | PortError::Silent { .. }
+            | PortError::Host { .. }
+            | PortError::Unreachable { .. }
             | PortError::Exists(_)
             | PortError::Lost(_)
             | PortError::System { .. } => Kind::Port,
@@ -80,6 +88,40 @@ impl From<PortError> for Failure {
 
 impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Self::usage(error.to_string())
+    }
+}
+
+impl From<StationError> for Failure {
+    fn from(error: StationError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<ServerError> for Failure {
+    fn from(error: ServerError) -> Self {
+        let kind = match error {
+            ServerError::Public(_) => Kind::Usage,
+            ServerError::Listen { .. } => Kind::Port,
+        };
+        Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
         Self { kind: Kind::Usage, sentence: error.to_string() }
     }
 }

@@ -1,17 +1,23 @@
 //! What every command has that speaks with one gauge.
 
 use crate::bus::Bus;
+use crate::console::Signals;
 use crate::failure::Failure;
+use crate::output::remark;
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use profivac_devices::model::{Model, Unit, Via};
 use profivac_host::client::owned::Owned;
 use profivac_host::client::records::{RecordError, Records};
 use profivac_host::client::{ClientError, Gauge, Severity, identify};
+use profivac_host::live::SlaveSeen;
 use profivac_host::ms2::Ms2;
+use profivac_host::port;
 use profivac_host::tool::Tool;
 use profivac_host::watch::{WatchError, Watched};
+use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
+use std::time::Duration;
 
 /// Which gauge, and how to reach it.
 #[derive(Args, Debug)]
@@ -65,33 +71,78 @@ impl FromArgMatches for MaybeAt {
     }
 }
 
+/// Records until somebody wants to stop: then the next request fails, once, so that what was changed on the way can still be
+/// put back.
+struct Interruptible<R> {
+    records: R,
+    signals: Signals,
+    told: bool,
+}
+
+impl<R> Interruptible<R> {
+    fn check(&mut self) -> Result<(), RecordError> {
+        let pending =
+            port::wait(&[self.signals.as_fd()], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true));
+        if pending && !self.told {
+            self.told = true;
+            return Err(RecordError::Lost("interrupted by a signal".to_owned()));
+        }
+        Ok(())
+    }
+}
+
+impl<R: Records> Records for Interruptible<R> {
+    fn via(&self) -> Via {
+        self.records.via()
+    }
+
+    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+        self.check()?;
+        self.records.read(slot, index)
+    }
+
+    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+        self.check()?;
+        self.records.write(slot, index, octets)
+    }
+}
+
 /// A gauge, whichever way it is reached.
 pub type AnyGauge<'a> = Gauge<Box<dyn Records + 'a>>;
 
 impl At {
     /// Works with the gauge, and leaves it as it was found, however the work ends.
     pub fn with<T>(&self, work: impl FnOnce(&mut AnyGauge<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
+        let signals = Signals::catch()?;
         let mut tool = self.bus.open()?;
-        let mut gauge = self.gauge(&mut tool)?;
+        let seen = identify::meet(&mut tool, self.address)?;
+        let mut gauge = self.gauge(&mut tool, &seen, signals)?;
         let done = work(&mut gauge);
         // Why the work failed says more than what followed from it.
         let left = gauge.finish();
+        if let (true, Some(master)) = (gauge.has_moved(), seen.owner) {
+            remark(&format_args!(
+                "the Channel Instance Selector was moved and put back while master {master} owns the gauge"
+            ));
+        }
         let done = done?;
         left?;
         Ok(done)
     }
 
-    fn gauge<'a>(&self, tool: &'a mut Tool) -> Result<AnyGauge<'a>, Failure> {
+    fn gauge<'a>(&self, tool: &'a mut Tool, seen: &SlaveSeen, signals: Signals) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
-        let seen = identify::meet(tool, address)?;
         let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
         let via = match self.via {
-            Way::Ms2 => return Ok(Gauge::known(Box::new(Ms2::new(tool, address)), address, model)),
+            Way::Ms2 => {
+                let records = Interruptible { records: Ms2::new(tool, address), signals, told: false };
+                return Ok(Gauge::known(Box::new(records), address, model));
+            }
             Way::Ms1 => Via::Class1,
             Way::Pkw => Via::Channel,
         };
-        let (owned, unit) = self.own(tool, model, via)?;
-        let records: Box<dyn Records> = Box::new(owned);
+        let (records, unit) = self.own(tool, seen, model, via)?;
+        let records: Box<dyn Records> = Box::new(Interruptible { records, signals, told: false });
         Ok(Gauge::known(records, address, model).in_unit(unit))
     }
 
@@ -99,10 +150,10 @@ impl At {
     fn own<'a>(
         &self,
         tool: &'a mut Tool,
+        seen: &SlaveSeen,
         model: &'static Model,
         via: Via,
     ) -> Result<(Owned<'a>, &'static Unit), Failure> {
-        let seen = identify::meet(tool, self.address)?;
         if let Some(master) = seen.owner.filter(|owner| *owner != self.bus.master()) {
             return Err(WatchError::Owned { address: self.address, master }.into());
         }

@@ -2,7 +2,7 @@
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{out, remarks};
 use crate::values;
 use clap::Args;
 use fastrand::Rng;
@@ -209,6 +209,7 @@ impl Hub {
         for (number, tap) in self.taps.iter_mut().enumerate() {
             if number != from && !octets.is_empty() {
                 tap.pty.send(octets)?;
+                remarks(|| tap.pty.next_remark());
             }
         }
         Ok(())

@@ -1,8 +1,11 @@
 //! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
 
+mod address;
 mod bus;
+mod completions;
 mod conform;
 mod console;
+mod decode;
 mod demo;
 mod diff;
 mod dump;
@@ -10,18 +13,22 @@ mod failure;
 mod gauge;
 mod gsd;
 mod hub;
+mod init;
 mod list;
 mod monitor;
 mod output;
 mod read;
 mod restore;
+mod run;
 mod scan;
 mod screen;
 mod simulate;
+mod sniff;
+mod story;
 mod values;
 mod write;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// PROFIBUS DP for vacuum gauges: virtual devices, a bus master, and the tools around them.
@@ -52,8 +59,14 @@ enum Command {
     Diff(diff::Arguments),
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
+    Run(run::Arguments),
+    Init(init::Arguments),
+    Address(address::Arguments),
     Conform(conform::Arguments),
+    Sniff(sniff::Arguments),
+    Decode(decode::Arguments),
     Gsd(gsd::Arguments),
+    Completions(completions::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -69,8 +82,14 @@ fn main() -> ExitCode {
         Command::Restore(arguments) => restore::run(&arguments),
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
+        Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
+        Command::Sniff(arguments) => sniff::run(&arguments),
+        Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

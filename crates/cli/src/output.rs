@@ -1,5 +1,7 @@
-//! Data on standard output. Whoever reads it may stop reading: that is no reason to fail.
+//! Data on standard output, remarks on standard error. Whoever reads them may stop reading: that is no reason to fail.
 
+use profivac_host::port::Remark;
+use std::fmt::Display;
 use std::io::{self, Write};
 
 /// Writes lines.
@@ -12,4 +14,16 @@ pub fn out(lines: &str) {
 pub fn json(value: &impl serde::Serialize) -> String {
     // Texts, numbers and lists always have a JSON form.
     serde_json::to_string_pretty(value).unwrap_or_default()
+}
+
+/// Says what somebody should know although the command goes on.
+pub fn remark(said: &impl Display) {
+    writeln!(io::stderr().lock(), "profivac: {said}").ok();
+}
+
+/// Says all that there is to remark.
+pub fn remarks(mut next: impl FnMut() -> Option<Remark>) {
+    while let Some(said) = next() {
+        remark(&said);
+    }
 }

@@ -112,20 +112,29 @@ impl Lock {
 
 fn write_all(gauge: &mut AnyGauge<'_>, settings: &[(Named, Setting)], rows: &mut Vec<Row>) -> Result<(), Failure> {
     let mut lock = Lock(None);
-    for round in 0..ROUNDS {
+    for round in 0..=ROUNDS {
         for (named, setting) in settings {
             // What was refused once is not asked again.
             if round > 0 && rows.iter().any(|row| row.name == named.name && row.error.is_some()) {
                 continue;
             }
-            if let Some(difference) = compare(gauge, named, setting)? {
-                lock.pass_to(gauge, Some(named))?;
-                rows.push(write_one(gauge, named, difference)?);
+            let Some(difference) = compare(gauge, named, setting)? else { continue };
+            if round == ROUNDS {
+                rows.push(moved(named, &difference));
+                continue;
             }
+            lock.pass_to(gauge, Some(named))?;
+            rows.push(write_one(gauge, named, difference)?);
         }
         lock.pass_to(gauge, None)?;
     }
     Ok(())
+}
+
+/// Two settings that never hold together.
+fn moved(named: &Named, difference: &Difference) -> Row {
+    let error = format!("another setting moves it whenever it is {}", difference.order.text);
+    Row { name: named.name.clone(), before: difference.now.text.clone(), after: None, error: Some(error) }
 }
 
 fn write_one(gauge: &mut AnyGauge<'_>, named: &Named, difference: Difference) -> Result<Row, Failure> {
@@ -159,5 +168,118 @@ fn report(arguments: &Arguments, rows: &[Row]) {
             (None, Some(error)) => out(&format!("{}: {} stays: {error}", row.name, row.before)),
             (None, None) => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::model::Via;
+    use profivac_host::client::Gauge;
+    use profivac_host::client::records::{RecordError, Records};
+    use profivac_host::client::settings::File;
+    use profivac_host::instrument::entry;
+    use std::collections::BTreeMap;
+
+    /// A gauge that takes everything, until its cable breaks after so many writes. What is written to relay 3 switches relay 1
+    /// off, so many times.
+    struct Cable {
+        records: BTreeMap<(u8, u8), Vec<u8>>,
+        writes_left: usize,
+        moves: usize,
+    }
+
+    impl Cable {
+        fn gauge(writes_left: usize, moves: usize) -> AnyGauge<'static> {
+            let records: Box<dyn Records> = Box::new(Self { records: BTreeMap::new(), writes_left, moves });
+            Gauge::known(records, 5, entry("img400").unwrap().model)
+        }
+    }
+
+    impl Records for Cable {
+        fn via(&self) -> Via {
+            Via::Class2
+        }
+
+        fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+            match self.writes_left {
+                0 => Err(RecordError::Lost("no answer".to_owned())),
+                _ => Ok(self.records.get(&(slot, index)).cloned().unwrap_or_else(|| vec![0])),
+            }
+        }
+
+        fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+            self.writes_left = self.writes_left.saturating_sub(1);
+            match self.writes_left {
+                0 => Err(RecordError::Lost("no answer".to_owned())),
+                _ => {
+                    self.records.insert((slot, index), octets.to_vec());
+                    if slot == 7 && self.moves > 0 {
+                        self.moves -= 1;
+                        self.records.insert((5, 20), vec![0]);
+                        self.records.insert((7, 20), vec![u8::from(self.moves == 0)]);
+                    }
+                    Ok(())
+                }
+            }
+        }
+    }
+
+    const FILE: &str = r#"
+device = "img400"
+ident = 0x0947
+[settings]
+"relay.1/low-trip-enable" = "true"
+"relay.2/low-trip-enable" = "true"
+"relay.3/low-trip-enable" = "true"
+"device.key-lock" = "full-lock"
+"#;
+
+    fn restored(mut gauge: AnyGauge<'_>) -> (Vec<Row>, Result<(), Failure>) {
+        let text = FILE.replace("\"device.key-lock\" = \"full-lock\"\n", "");
+        let settings = File::parse(&text).unwrap().in_order(&gauge).unwrap();
+        let mut rows = Vec::new();
+        let done = write_all(&mut gauge, &settings, &mut rows);
+        (rows, done)
+    }
+
+    fn names(rows: &[Row]) -> Vec<&str> {
+        rows.iter().map(|row| row.name.as_str()).collect()
+    }
+
+    #[test]
+    fn a_line_that_is_lost_ends_it_and_what_was_written_is_known() {
+        let all = ["relay.1/low-trip-enable", "relay.2/low-trip-enable", "relay.3/low-trip-enable"];
+        let (rows, done) = restored(Cable::gauge(100, 0));
+        assert_eq!(names(&rows), all);
+        done.unwrap();
+        let (rows, done) = restored(Cable::gauge(3, 0));
+        assert_eq!(names(&rows), all[..2]);
+        let said = done.unwrap_err().to_string();
+        let lost =
+            "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing came to nothing: no answer";
+        assert_eq!(said, lost);
+    }
+
+    #[test]
+    fn what_another_setting_moved_is_written_again() {
+        let (rows, done) = restored(Cable::gauge(100, 1));
+        done.unwrap();
+        let expected = [
+            "relay.1/low-trip-enable",
+            "relay.2/low-trip-enable",
+            "relay.3/low-trip-enable",
+            "relay.1/low-trip-enable",
+        ];
+        assert_eq!(names(&rows), expected);
+        assert!(rows.iter().all(|row| row.error.is_none()), "{rows:?}");
+    }
+
+    /// Key Lock is lost with the power: it is no setting, and a file that has it is not of `dump`.
+    #[test]
+    fn what_is_not_kept_is_no_setting() {
+        let gauge = Cable::gauge(1, 0);
+        let error = File::parse(FILE).unwrap().in_order(&gauge).unwrap_err().to_string();
+        assert_eq!(error, "line 8, column 21: device.key-lock is no setting of img400");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::bus::Bus;
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{out, remarks};
 use clap::Args;
 use profivac_host::live::{Seen, SlaveSeen, look};
 use profivac_wire::control::StationType;
@@ -35,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for address in (0..=bus.hsa()).filter(|address| *address != bus.master()) {
         seen.extend(look(&mut tool, address)?);
     }
+    remarks(|| tool.next_remark());
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
         // Texts, numbers and lists always have a JSON form.

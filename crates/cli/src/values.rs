@@ -12,6 +12,33 @@ pub fn baud(text: &str) -> Result<Baud, String> {
     })
 }
 
+/// A transmission rate, or the wish to have it found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rate {
+    /// This one.
+    Known(Baud),
+    /// The one at which somebody is heard.
+    Auto,
+}
+
+impl Rate {
+    /// The rate to begin with: nearly every adapter has the one that stands in for those to be tried.
+    pub const fn known(self) -> Baud {
+        match self {
+            Self::Known(baud) => baud,
+            Self::Auto => Baud::B19200,
+        }
+    }
+}
+
+/// A transmission rate, or `auto`.
+pub fn rate(text: &str) -> Result<Rate, String> {
+    if text == "auto" {
+        return Ok(Rate::Auto);
+    }
+    baud(text).map(Rate::Known).map_err(|error| format!("{error}; or auto"))
+}
+
 /// A probability.
 pub fn probability(text: &str) -> Result<f64, String> {
     let probability = text.parse().ok().filter(|number| (0.0..=1.0).contains(number));
@@ -28,6 +55,12 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
 pub fn slave_address(text: &str) -> Result<u8, String> {
     let address = text.parse().ok().filter(|address| *address <= 125);
     address.ok_or_else(|| format!("expected the address of a slave from 0 to 125, got {text:?}"))
+}
+
+/// The address of a slave, also of one that waits for its address.
+pub fn any_address(text: &str) -> Result<u8, String> {
+    let address = text.parse().ok().filter(|address| *address <= 126);
+    address.ok_or_else(|| format!("expected the address of a slave from 0 to 126, got {text:?}"))
 }
 
 /// How much faster than real time.

@@ -39,6 +39,7 @@ fn options_are_checked_before_anything_is_opened() {
     simulate(&["--pressure", "1e-3", "bcg450@5"], "expected a unit out of mbar, Pa, ");
     simulate(&["--pressure", "-1 mbar", "bcg450@5"], "expected a pressure like '1e-3 mbar', got \"-1 mbar\"");
     simulate(&["--gas", "steam", "bcg450@5"], "expected a gas out of n2, air, ");
+    simulate(&["--scenario", "pump-down.toml", "bcg450@5"], "cannot be used with");
     fails(&["simulate", "bcg450@5"], 2, "--pty <PATH>|--serial <DEV>|--tcp <HOST:PORT>");
     fails(&["simulate", "--pty", "/a", "--serial", "/b", "bcg450@5"], 2, "cannot be used with");
     fails(&["simulate", "--tcp", "nonsense", "bcg450@5"], 2, "expected HOST:PORT, got \"nonsense\"");
@@ -49,14 +50,13 @@ fn options_are_checked_before_anything_is_opened() {
 
 #[test]
 fn what_is_not_built_is_absent_and_refused() {
-    for command in ["sniff", "conform", "address", "dance"] {
+    for command in ["run", "dance"] {
         fails(&[command], 2, "unrecognized subcommand");
         let help = String::from_utf8(run(&["--help"]).stdout).unwrap();
         assert!(!help.contains(&format!("  {command} ")), "{help}");
     }
-    simulate(&["--scenario", "pump-down.toml", "bcg450@5"], "unexpected argument '--scenario'");
     let help = String::from_utf8(run(&["simulate", "--help"]).stdout).unwrap();
-    assert!(help.contains("--pressure") && !help.contains("--scenario"), "{help}");
+    assert!(help.contains("--scenario") && !help.contains("--listen"), "{help}");
 }
 
 #[test]
@@ -88,17 +88,4 @@ fn a_port_in_use_is_not_shared() {
     let tcp = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = tcp.ready();
     fails(&["simulate", "--tcp", &address, "bcg450@6"], 3, &format!("{address} is in use by another program"));
-}
-
-#[test]
-fn a_port_that_is_lost_ends_the_simulation() {
-    let folder = Folder::new();
-    let (a, b) = (folder.name("a"), folder.name("b"));
-    let mut hub = Program::start(&["hub", "--pty", &a, "--pty", &b]);
-    hub.ready();
-    let mut simulation = Program::start(&["simulate", "--serial", &a, "bcg450@5"]);
-    simulation.ready();
-    hub.kill();
-    assert_eq!(simulation.exit_code(), 3);
-    assert_eq!(simulation.complaint(), format!("profivac: lost {a}: it was unplugged, or its other side was closed"));
 }

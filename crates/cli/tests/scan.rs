@@ -116,12 +116,52 @@ fn a_line_that_another_master_keeps_is_left_to_it() {
     assert_eq!(scan.complaint(), "profivac: master 2 is using the line");
 }
 
+/// At this rate the pause between two scans of the GAP is 1 s; the slot time is 200 ms.
+const IN_A_RING: [&str; 4] = ["--baud", "1500000", "--slot-time", "300000"];
+
+#[test]
+fn a_scan_joins_the_ring_of_another_master_and_leaves_it_whole() {
+    let (_program, address) = on_tcp(&["bcg450@6", "--baud", "1500000"]);
+    let port = format!("tcp://{address}");
+    let mut other = Program::start(
+        &[&["monitor", "--port", &port, "--master", "2", "--hsa", "4", "--own", "--json", "6"], &IN_A_RING[..]]
+            .concat(),
+    );
+    assert!(other.line().contains("\"state\":\"DATA\""));
+    let map = output(
+        &[&["scan", "--port", &port, "--master", "3", "--hsa", "6", "--timeout", "60"], &IN_A_RING[..]].concat(),
+    );
+    assert!(map.starts_with("      0 1 2 3 4 5 6 7 8 9\n   0  . . M * . . S"), "{map}");
+    // The monitor goes on when the scan is gone.
+    for _ in 0..3 {
+        assert!(other.line().contains("\"state\":\"DATA\""));
+    }
+    other.terminate();
+    assert_eq!(other.exit_code(), 0);
+}
+
+#[test]
+fn a_second_master_with_the_same_address_is_told() {
+    let (_program, address) = on_tcp(&["bcg450@6", "--baud", "1500000"]);
+    let port = format!("tcp://{address}");
+    let mut other = Program::start(
+        &[&["monitor", "--port", &port, "--master", "2", "--hsa", "4", "--own", "--json", "6"], &IN_A_RING[..]]
+            .concat(),
+    );
+    other.line();
+    let failed = run(&[&["scan", "--port", &port, "--master", "2", "--timeout", "1"], &IN_A_RING[..]].concat());
+    assert_eq!(failed.status.code(), Some(3));
+    assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: another master has the address 2\n");
+    other.terminate();
+    assert_eq!(other.exit_code(), 0);
+}
+
 #[test]
 fn impossible_bus_parameters_are_refused() {
     for (option, value, sentence) in [
         ("--master", "126", "the master's address must be 0 to 125, not 126"),
         ("--slot-time", "10", "the slot time must be at least 75, not 10"),
-        ("--baud", "auto", "expected a PROFIBUS rate out of 9600, "),
+        ("--baud", "fast", "expected a PROFIBUS rate out of 9600, "),
         ("--timeout", "-1", "expected a number of seconds, got \"-1\""),
     ] {
         let failed = run(&["scan", "--port", "/nowhere", option, value]);

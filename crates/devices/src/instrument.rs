@@ -26,6 +26,31 @@ pub struct Part {
     pub principle: Principle,
 }
 
+/// What a measuring part is made for, in Pa.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// The lowest pressure.
+    pub lowest_pa: f64,
+    /// The highest pressure, full scale.
+    pub highest_pa: f64,
+}
+
+/// What a device does to a measuring part. What a real sensor senses depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drive {
+    /// Nothing: heater, emission or high voltage is off.
+    Off,
+    /// It is supplied.
+    On,
+    /// A hot cathode emits.
+    Emission {
+        /// In mA.
+        milliamperes: f64,
+        /// Degas runs.
+        degas: bool,
+    },
+}
+
 /// Something a person does to a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action<'a> {
@@ -145,7 +170,14 @@ pub trait Instrument: Device {
     /// The measuring parts, in the order of their instances.
     fn parts(&self) -> &[Part];
 
-    /// What a part senses now, in Pa: its indicated pressure before the device's own adjustments.
+    /// What a part is made for.
+    fn span(&self, part: usize) -> Span;
+
+    /// What the device does to a part now.
+    fn drive(&self, part: usize) -> Drive;
+
+    /// What a part senses now, in Pa: its indicated pressure before the device's own adjustments. Below zero where the zero
+    /// of the sensor is off; what is no number is nothing.
     fn sense(&mut self, part: usize, pa: f64);
 
     /// Time of the device passes: timers, degas, ignition, run hours.

@@ -72,4 +72,6 @@ pub mod store;
 pub mod tpg;
 pub mod xpg400;
 
-pub use instrument::{Action, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Unknown};
+pub use instrument::{
+    Action, Drive, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Span, Unknown,
+};

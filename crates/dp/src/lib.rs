@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`link`] | bit times, addresses, frame count bits | profibus-wire 1 |
 //! | [`slave`] | the services of a passive DP station | profibus-wire 2 to 5 |
-//! | [`master`] | a class 1 master and its slaves | profibus-wire 2 and 3.10 |
+//! | [`master`] | a master and its slaves, acyclic services of both classes | profibus-wire 2 to 6 |
 //!
 //! Modules depend downwards only: `slave` and `master` use `link`, and neither knows what a parameter is.
 #![no_std]

@@ -7,6 +7,7 @@ use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{
     End, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Notice, Outcome, Phase, Settings, SlaveParameters, What,
+    services,
 };
 use profivac_wire::acyclic::{AbortReason, AlarmAck, Call, ErrorCode, Im0};
 use support::bus;
@@ -148,7 +149,15 @@ fn exchanging() -> Desk<Master<1, 8>> {
     }
     assert_eq!(desk.asks().text(), "68 05 05 68 08 02 7D 00 00 87 16");
     desk.station.user.set_mode(Mode::Stop);
-    desk.hears("68 05 05 68 02 08 08 01 02 15 16");
+    let inputs = "68 05 05 68 02 08 08 01 02 15 16";
+    desk.hears(inputs);
+    if desk.takes_leave(inputs) {
+        // FCB = 0 comes next.
+        desk.station.user.submit(&services::rd_inp(8)).unwrap();
+        desk.asks();
+        desk.hears("E5");
+        desk.station.user.take();
+    }
     desk
 }
 

@@ -114,10 +114,9 @@ impl Bus {
     fn is_pending(&mut self, handle: Handle) -> bool {
         let user = &mut self.station.user;
         if let Some(phase) = user.ms2_phase(handle) {
-            let _gone = user.ms2_close(handle);
+            user.ms2_close(handle).unwrap();
             return phase != Phase::Ended;
         }
-        // A job of MS1 or the channel that was over has its outcome taken here, and a later one is none of this handle.
         !user.is_over(handle)
     }
 }

@@ -7,6 +7,7 @@ use profivac_dp::link::active::{Failure, Mismatch};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{
     Cause, End, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Settings, SlaveParameters, Trouble,
+    services,
 };
 use profivac_wire::{Frame, Telegram};
 use support::bus;
@@ -61,7 +62,15 @@ fn exchanging() -> Station {
     }
     desk.asks();
     desk.station.user.set_mode(Mode::Stop);
-    desk.hears("68 05 05 68 02 08 08 01 02 15 16");
+    let inputs = "68 05 05 68 02 08 08 01 02 15 16";
+    desk.hears(inputs);
+    if desk.takes_leave(inputs) {
+        // FCB = 0 comes next.
+        desk.station.user.submit(&services::rd_inp(8)).unwrap();
+        desk.asks();
+        desk.hears("E5");
+        desk.station.user.take();
+    }
     while desk.station.user.next_event().is_some() {}
     desk
 }
@@ -180,8 +189,8 @@ fn forged_telegrams() {
         // DA, SA, FC, DSAP, SSAP, function, slot, index, length.
         for place in 4..13 {
             for octet in (0..=255u8).filter(|octet| *octet != telegram[place]) {
-                // Which kind of station answers is not looked at.
-                if place == 6 && octet & 0x4F == 0x08 {
+                // Which kind of station answers is not looked at, and a request is the ring's affair.
+                if place == 6 && (octet & 0x4F == 0x08 || octet & 0x40 != 0) {
                     continue;
                 }
                 let mut wrong = telegram.clone();

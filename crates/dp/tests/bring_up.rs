@@ -391,6 +391,26 @@ fn the_events_tell_the_story() {
 }
 
 #[test]
+fn events_that_nobody_takes_are_lost_and_that_is_told() {
+    let mut master = Master::<1, 32, 3>::on(bus(), settings(), BitTime(0));
+    master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
+    master.user.set_mode(Mode::Operate);
+    let mut line = Line::new(master);
+    line.attach(Plain::new(IDENT, &CFG), 8);
+    line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
+    let told: Vec<_> =
+        std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.what.to_string()).collect();
+    assert_eq!(told, ["DIAG1", "new diagnosis", "PRM"], "the oldest are kept");
+    assert!(line.master.user.take_overflow());
+    assert!(!line.master.user.take_overflow(), "told once");
+    // What comes later is told again.
+    line.master.user.release(8);
+    line.run_for(5_000);
+    assert_eq!(line.master.user.next_event().map(|event| event.what), Some(What::Entered(State::Release)));
+    assert!(!line.master.user.take_overflow());
+}
+
+#[test]
 fn a_released_slave_is_free_for_others_and_may_come_back() {
     let mut line = Line::new(operating(&[SlaveParameters::new(8, IDENT, &CFG)]));
     line.attach(Plain::new(IDENT, &CFG), 8);

@@ -325,6 +325,20 @@ fn a_slave_that_falls_silent_is_polled_for_t() {
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
 }
 
+/// 4.2: polls are a Min_Slave_Interval apart, also from the request.
+#[test]
+fn messages_to_a_slave_keep_their_distance() {
+    let (mut desk, connection) = open();
+    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    let mut before = desk.now;
+    for _ in 0..5 {
+        let said = desk.asks();
+        assert!(said.start >= before + BAUD.tbit_of_ms(1), "{} after {before}", said.start);
+        answer(&mut desk, 48, "SC");
+        before = desk.now;
+    }
+}
+
 /// A request is sent once: what got lost is not asked for again, since a write must not be done twice.
 #[test]
 fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
@@ -423,8 +437,11 @@ fn without_the_token_waiting_ends_too() {
 fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
     let (mut desk, connection) = stand(PollManager);
     desk.station.user.ms2_close(connection).unwrap();
+    answer(&mut desk, 49, "SC");
+    let said = desk.asks_within(40_000).expect("SAP 49 is polled on");
+    assert!(said.text().contains(" 31 32 "), "{}", said.text());
     answer(&mut desk, 49, MANAGER);
-    assert_eq!(desk.asks().text()[18..], *"7C 30 32 58 00 20 60 16");
+    assert_eq!(desk.asks().text()[18..], *"5C 30 32 58 00 20 40 16");
     answer(&mut desk, 48, "SC");
     let end = End::Closed(AbortReason::User(0));
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));

@@ -8,6 +8,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station}
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, services};
 use profivac_dp::slave::Slave;
 use profivac_wire::Telegram;
+use profivac_wire::global::ControlCommand;
 use support::plain::Plain;
 use support::{Random, bus};
 
@@ -39,6 +40,22 @@ fn meddle(station: &mut Any, random: &mut Random) {
         11..14 => drop(station.user.take()),
         14 => drop(station.user.next_event()),
         15 => station.listen(BitTime(random.next() % 1_000_000)),
+        16 => {
+            let _ = station.user.control(ControlCommand::from_bits_retain(address), address);
+        }
+        17 => station.user.set_cleared_groups(address),
+        18 => {
+            let _ = station.user.set_group(address & 15, address);
+        }
+        19 => {
+            let _ = station.user.reparameterise(&SlaveParameters::new(address & 15, IDENT, &CFG));
+        }
+        20 if address & 15 != 8 => {
+            let _ = station.user.remove(address & 15);
+        }
+        21 => {
+            let _ = station.user.add(&SlaveParameters::new(address & 15, IDENT, &CFG));
+        }
         _ => {}
     }
 }

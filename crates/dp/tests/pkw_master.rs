@@ -229,6 +229,18 @@ fn a_write_is_answered_in_its_width() {
     assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(wrong))));
 }
 
+/// An exchange that left before the instruction was handed in says nothing about it.
+#[test]
+fn an_exchange_under_way_is_no_rest() {
+    let mut desk = exchanging();
+    desk.station.user.outputs_mut(8).unwrap()[..8].copy_from_slice(&hex("10 01 13 00 00 00 00 00"));
+    assert_eq!(text(&outputs(&desk.asks().octets)[..8]), "10 01 13 00 00 00 00 00", "what the user put there");
+    let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
+    hear(&mut desk, &NOTHING);
+    let (_, outcome) = instructed(&mut desk, handle, "20 01 13 00 42 C8 00 00");
+    assert_eq!(outcome, Outcome::Value(Value::DoubleWord(100f32.to_bits())));
+}
+
 /// A slave that never stops answering is not asked anything new.
 #[test]
 fn a_slave_that_does_not_rest_is_named() {

@@ -149,6 +149,21 @@ fn a_token_nobody_takes_is_sent_three_times_and_then_to_the_next() {
 }
 
 #[test]
+fn a_master_that_is_found_in_the_gap_gets_the_token_if_it_can_take_it() {
+    for (answer, kind, token) in [
+        ("10 05 03 00 08 16", "a slave", "DC 05 05"),
+        ("10 05 03 10 18 16", "not ready", "DC 05 05"),
+        ("10 05 03 20 28 16", "ready", "DC 03 05"),
+        ("10 05 03 30 38 16", "in a ring of its own", "DC 03 05"),
+    ] {
+        let mut desk = listening();
+        while desk.says().text() != "10 03 05 49 51 16" {}
+        desk.hears(answer);
+        assert_eq!(desk.says().text(), token, "{kind}");
+    }
+}
+
+#[test]
 fn whoever_speaks_after_the_token_has_it() {
     for heard in ["DC 0F 09", "10 28 09 49 7A 16", "FF", "10 28"] {
         let mut desk = ready();

@@ -130,7 +130,7 @@ fn build_img(spec: &Spec, setup: Setup, memory: Memory, baud: Baud) -> Made {
     Ok(slave(Img400::new(memory, setup, gauges), baud))
 }
 
-fn slave<I: Instrument + 'static>(instrument: I, baud: Baud) -> Box<dyn Unit> {
+fn slave<I: Instrument + Send + 'static>(instrument: I, baud: Baud) -> Box<dyn Unit> {
     let address = instrument.station_address();
     Box::new(Slave::new(instrument, address, baud))
 }

@@ -94,6 +94,12 @@ impl<C: Stations> Line<C> {
         &mut self.stations
     }
 
+    /// The outside was gone and is back: what was on its way is lost, and `receiver` decodes from here on.
+    pub fn rejoin(&mut self, receiver: Receiver) {
+        self.receiver = receiver;
+        self.queue.clear();
+    }
+
     /// How many telegrams from outside were damaged.
     pub const fn damaged(&self) -> u32 {
         self.receiver.damaged()
@@ -379,5 +385,21 @@ mod tests {
         REQUEST[4..].iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
         assert!(notes(&line, 0).iter().all(|(_, what)| *what == "busy"));
         assert_eq!(line.damaged(), 1);
+    }
+
+    #[test]
+    fn what_was_on_its_way_is_lost_when_the_outside_comes_back() {
+        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        line.rejoin(Receiver::with_idle(BitTime(105), T_SYN_TBIT));
+        let mut out = Vec::new();
+        line.advance(BitTime(200), &mut out);
+        assert_eq!(out, [], "an answer to a request from before");
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(105 + 33), Character::Octet(*octet)));
+        line.advance(BitTime(300), &mut out);
+        assert_eq!(out, [], "an answer before the line was idle");
+        REQUEST.iter().for_each(|octet| line.hear(BitTime(400), Character::Octet(*octet)));
+        line.advance(BitTime(500), &mut out);
+        assert_eq!(out, ANSWER);
     }
 }

@@ -30,7 +30,7 @@ pub struct SlaveSeen {
 }
 
 impl SlaveSeen {
-    fn parse(du: &[u8]) -> Option<Self> {
+    pub(crate) fn parse(du: &[u8]) -> Option<Self> {
         let diag = SlaveDiag::parse(du).ok()?;
         let owner = Some(diag.master_add).filter(|master| *master != NO_MASTER);
         Some(Self { ident: diag.ident, status: diag.status, owner })

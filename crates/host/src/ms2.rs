@@ -173,11 +173,10 @@ impl<'a> Ms2<'a> {
         connection: Handle,
         hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), NotTaken>,
     ) -> Result<Answer, Ms2Error> {
-        // What happened since the last request.
-        let ended = self.tool.master().outcome(connection).map(Answer::of);
-        let answer = match ended {
-            Some(answer) => answer,
-            None => {
+        // What came since the last request: the end of the connection, or what nobody waited for any more.
+        let answer = match self.tool.master().outcome(connection).map(Answer::of) {
+            Some(ended @ Answer::Ended(_)) => ended,
+            Some(_) | None => {
                 hand_in(self.tool.master(), connection)?;
                 self.tool.outcome(connection, Answer::of)?
             }

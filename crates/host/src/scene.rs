@@ -2,13 +2,14 @@
 //!
 //! What one says the other decodes: between them is the real codec and nothing else.
 
-use crate::bench::{Conditions, VirtualDevice};
+use crate::bench::VirtualDevice;
 use crate::line::{Line, Pace};
 use crate::tool::BusMaster;
 use crate::watch::{Reading, Watched};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime, Heard, Listening, Receiver, Station, T_SYN_TBIT, Transmit};
 use profivac_dp::master::{Mode, Rejected, Settings};
+use profivac_vacuum::sensor::Surroundings;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
 
@@ -133,8 +134,9 @@ impl Scene {
     }
 
     /// The vacuum around all devices changes.
-    pub fn surround(&mut self, conditions: Conditions) {
-        self.devices_mut().for_each(|device| device.surround(conditions));
+    pub fn surround(&mut self, around: impl Into<Surroundings>) {
+        let around = around.into();
+        self.devices_mut().for_each(|device| device.surround(around));
     }
 
     /// The devices.
@@ -167,6 +169,14 @@ impl Scene {
         })
     }
 
+    /// The master, to ask it for something.
+    pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
+        self.line.stations_mut().iter_mut().find_map(|member| match member {
+            Member::Master(master) => Some(&mut master.user),
+            Member::Device(_) => None,
+        })
+    }
+
     /// What the master has last read from a slave.
     #[must_use]
     pub fn reading(&self, watched: &Watched) -> Reading {
@@ -189,6 +199,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::Conditions;
     use crate::instrument::Spec;
     use crate::memory::Memory;
     use crate::pressure::Pressure;
@@ -207,9 +218,13 @@ mod tests {
     }
 
     fn scene(baud: Baud) -> Scene {
+        scene_of(baud, |device| device)
+    }
+
+    fn scene_of(baud: Baud, change: impl Fn(VirtualDevice) -> VirtualDevice) -> Scene {
         let devices = [5, 6].map(|place| {
             let spec: Spec = format!("bcg450@{place}").parse().unwrap();
-            VirtualDevice::new(spec.build(Memory::volatile(), baud).unwrap(), place, baud, conditions(1e-3))
+            change(VirtualDevice::new(spec.build(Memory::volatile(), baud).unwrap(), place, baud, conditions(1e-3)))
         });
         let (configuration, unit) = (MODEL.default_configuration, MODEL.unit_named("mbar").unwrap());
         let watched = [5, 6].map(|address| Watched { address, model: &MODEL, configuration, unit });
@@ -233,6 +248,20 @@ mod tests {
             assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1), "at {baud}");
             assert!((scene.seconds() - 4.0).abs() < 1e-3);
         }
+    }
+
+    #[test]
+    fn with_real_sensors_a_seed_is_a_trajectory_however_long_the_pieces_are() {
+        let run = |seed: u64, pieces: u32| {
+            let mut scene = scene_of(Baud::B187500, |device| device.with_real_sensors(seed));
+            (1..=pieces).for_each(|piece| scene.run_until(2.0 * f64::from(piece) / f64::from(pieces)));
+            scene.watched().iter().map(|watched| scene.reading(watched).values[0].pa.unwrap()).collect::<Vec<_>>()
+        };
+        let once = run(7, 1);
+        assert_eq!(run(7, 100), once);
+        assert_ne!(run(8, 1), once);
+        assert_ne!(once[0], once[1], "no two gauges are alike");
+        assert!(once.iter().all(|pa| (pa / 0.1 - 1.0).abs() < 0.3), "{once:?}");
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use crate::clock::{Clock, tbit_of};
 use crate::line::{Line, Pace, Stations};
-use crate::port::{Character, Port, PortError, wait};
+use crate::port::{Character, Opener, Port, PortError, Remark, Reopening, wait};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, T_SYN_TBIT};
 use rustix::fd::BorrowedFd;
 use std::time::Duration;
@@ -23,6 +23,12 @@ pub struct Segment<C> {
     out: Vec<u8>,
     /// When the last character ended.
     last: BitTime,
+    /// The idle time of the receiver.
+    gap_tbit: u64,
+    /// Of the port when it was heard last.
+    generation: u32,
+    /// The port came back and nobody was told yet.
+    rejoined: bool,
 }
 
 impl<C: Stations> Segment<C> {
@@ -36,6 +42,7 @@ impl<C: Stations> Segment<C> {
             (false, true) => Pace::ByLine,
             (false, false) => Pace::Instant,
         };
+        let generation = port.generation();
         Self {
             line: Line::new(stations, Receiver::with_idle(BitTime(0), gap_tbit), pace),
             port,
@@ -43,7 +50,26 @@ impl<C: Stations> Segment<C> {
             heard: Vec::new(),
             out: Vec::new(),
             last: BitTime(0),
+            gap_tbit,
+            generation,
+            rejoined: false,
         }
+    }
+
+    /// The same, and `opener` brings the port back whenever it is lost. Until then it counts as a cable that is not plugged in.
+    #[must_use]
+    pub fn lasting(self, opener: Opener) -> Self {
+        Self { port: Box::new(Reopening::new(self.port, opener)), generation: 0, ..self }
+    }
+
+    /// What somebody should know about the port.
+    pub fn next_remark(&mut self) -> Option<Remark> {
+        self.port.next_remark()
+    }
+
+    /// Whether the port came back since this was asked last. Slaves need not know; a master has to listen first.
+    pub const fn take_rejoined(&mut self) -> bool {
+        std::mem::replace(&mut self.rejoined, false)
     }
 
     /// The port.
@@ -94,6 +120,12 @@ impl<C: Stations> Segment<C> {
         self.heard.clear();
         self.port.receive(&mut self.heard)?;
         let now = self.clock.now();
+        if self.port.generation() != self.generation {
+            self.generation = self.port.generation();
+            self.rejoined = true;
+            // Somebody may be in the middle of a telegram.
+            self.line.rejoin(Receiver::with_idle(now, self.gap_tbit));
+        }
         let timed = self.port.is_timed();
         for (character, after) in self.heard.iter().zip((0..self.heard.len() as u64).rev()) {
             // A UART hands over several characters at once: those before the last one ended earlier.
@@ -102,5 +134,108 @@ impl<C: Stations> Segment<C> {
             self.line.hear(self.last, *character);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_dp::link::{Station, Transmit};
+    use profivac_wire::Telegram;
+    use rustix::fd::AsFd;
+    use std::io::{Read, Write};
+    use std::os::unix::net::UnixStream;
+    use std::sync::{Arc, Mutex};
+    use std::time::Instant;
+
+    const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
+    const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
+
+    /// What the port saw: when it handed over the last characters, and when it was given something to send.
+    #[derive(Debug, Default)]
+    struct Times {
+        handed_over: Option<Instant>,
+        sent: Option<Instant>,
+    }
+
+    /// A UART whose driver hands over what a socket brings.
+    struct Uart {
+        driver: UnixStream,
+        times: Arc<Mutex<Times>>,
+    }
+
+    impl Port for Uart {
+        fn name(&self) -> &str {
+            "uart"
+        }
+
+        fn is_timed(&self) -> bool {
+            true
+        }
+
+        fn watched(&self) -> Vec<BorrowedFd<'_>> {
+            vec![self.driver.as_fd()]
+        }
+
+        fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+            let mut buffer = [0; 16];
+            if let Ok(length) = self.driver.read(&mut buffer) {
+                heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet)));
+                self.times.lock().unwrap().handed_over = Some(Instant::now());
+            }
+            Ok(())
+        }
+
+        fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+            self.times.lock().unwrap().sent = Some(Instant::now());
+            self.driver.write_all(octets).unwrap();
+            Ok(())
+        }
+    }
+
+    /// Answers FDL status after so many bit times.
+    struct Slave(u64);
+
+    impl Station for Slave {
+        fn telegram(&mut self, end: BitTime, _: &Telegram<'_>) -> Option<Transmit<'_>> {
+            Some(Transmit { not_before: end + self.0, octets: &ANSWER })
+        }
+
+        fn poll(&mut self, _: BitTime) -> Option<Transmit<'_>> {
+            None
+        }
+
+        fn wake_at(&self) -> Option<BitTime> {
+            None
+        }
+    }
+
+    /// The answer window counts from the moment the driver handed over the last character: later than the line, never earlier.
+    #[test]
+    fn an_answer_on_a_uart_waits_for_its_time_after_the_last_character() {
+        for (baud, min_tsdr) in [(Baud::B9600, 11), (Baud::B19200, 60), (Baud::B93750, 1000)] {
+            let (mut line, driver) = UnixStream::pair().unwrap();
+            driver.set_nonblocking(true).unwrap();
+            let times = Arc::new(Mutex::new(Times::default()));
+            let uart = Uart { driver, times: Arc::clone(&times) };
+            let mut segment = Segment::new(Box::new(uart), baud, false, [Slave(min_tsdr)]);
+            // A real line has to be silent first.
+            while segment.now() < BitTime(0) + T_SYN_TBIT.max(tbit_of(baud, PLATFORM_GAP)) + CHARACTER_TBIT * 7 {
+                segment.serve(&[], PLATFORM_GAP).unwrap();
+            }
+            line.write_all(&REQUEST).unwrap();
+            let deadline = Instant::now() + Duration::from_secs(10);
+            while times.lock().unwrap().sent.is_none() && Instant::now() < deadline {
+                segment.serve(&[], Duration::from_millis(100)).unwrap();
+            }
+            let Times { handed_over: Some(heard), sent: Some(sent) } = *times.lock().unwrap() else {
+                panic!("nothing")
+            };
+            let window = crate::clock::duration_of(baud, min_tsdr);
+            assert!(sent - heard >= window, "{:?} of {window:?} at {baud}", sent - heard);
+            let mut answer = [0; 6];
+            line.read_exact(&mut answer).unwrap();
+            assert_eq!(answer, ANSWER);
+        }
     }
 }

@@ -4,13 +4,13 @@
 //! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
 
 use crate::clock::tbit_of;
-use crate::port::{Port, PortError};
+use crate::port::{Opener, Port, PortError, Remark};
 use crate::segment::Segment;
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, Standing};
-use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings};
-use profivac_wire::MAX_DU;
 use profivac_wire::control::{StationType, Status};
+use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
 use std::time::{Duration, Instant};
 
@@ -21,8 +21,9 @@ pub type BusMaster = Master<125, MAX_DU>;
 /// (profibus-wire 9.4, point 36), and some more.
 const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 
-/// One absent address is asked for in so many token visits: each costs a slot time that is long on such a port.
-const GAP_FACTOR: u8 = 100;
+/// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
+/// waits longer until it is let into the ring. free choice.
+const GAP_FACTOR: u8 = 5;
 
 /// The shortest time the line is waited for.
 const LEAST_WAIT: Duration = Duration::from_millis(1);
@@ -44,9 +45,12 @@ pub enum ToolError {
     /// No bus can have such parameters.
     #[error("{0}")]
     Parameters(OutOfRange),
-    /// Another master has the line and keeps it.
+    /// Another master has the line and does not let this one into its ring.
     #[error("master {0} is using the line")]
     Taken(u8),
+    /// Another master with the address of this one is on the line.
+    #[error("another master has the address {0}")]
+    AddressTaken(u8),
     /// The line is never quiet.
     #[error("the line is never quiet")]
     Babble,
@@ -68,9 +72,46 @@ pub enum Reply {
     Nothing(Failure),
 }
 
+/// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
+struct Boxed(Box<Active<BusMaster>>);
+
+impl Boxed {
+    /// Never part of its caller's stack.
+    #[inline(never)]
+    fn new(bus: BusParameters, baud: Baud) -> Self {
+        Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
+    }
+}
+
+impl Station for Boxed {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.0.telegram(end, telegram)
+    }
+
+    fn activity(&mut self, end: BitTime) {
+        self.0.activity(end);
+    }
+
+    fn sent(&mut self, end: BitTime) {
+        self.0.sent(end);
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.0.poll(now)
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.0.wake_at()
+    }
+
+    fn listening(&self) -> Listening {
+        self.0.listening()
+    }
+}
+
 /// A master on a port.
 pub struct Tool {
-    segment: Segment<[Active<BusMaster>; 1]>,
+    segment: Segment<[Boxed; 1]>,
     baud: Baud,
     patience: Duration,
 }
@@ -82,7 +123,8 @@ impl Tool {
     /// [`ToolError::Parameters`] when `bus` cannot be.
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
         bus.check().map_err(ToolError::Parameters)?;
-        let station = BusMaster::on(bus, Settings::new(baud), BitTime(0));
+        let mut station = Boxed::new(bus, baud);
+        station.0.search_later();
         let segment = Segment::new(port, baud, false, [station]);
         Ok(Self { segment, baud, patience })
     }
@@ -90,6 +132,28 @@ impl Tool {
     /// The master.
     pub fn master(&mut self) -> &mut BusMaster {
         &mut self.station().user
+    }
+
+    /// Where this master stands to the ring.
+    pub fn standing(&mut self) -> Standing {
+        self.station().standing()
+    }
+
+    /// The slaves that were heard of, by the GAP or because they were asked.
+    pub fn slaves(&mut self) -> Vec<u8> {
+        let live = self.station().live();
+        live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
+    }
+
+    /// How many telegrams arrived damaged.
+    #[must_use]
+    pub const fn damaged(&self) -> u32 {
+        self.segment.damaged()
+    }
+
+    /// The masters of the ring, this one included once it is in.
+    pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
+        self.station().masters()
     }
 
     /// How long it waits for the line, and for somebody to answer.
@@ -129,7 +193,23 @@ impl Tool {
     /// # Errors
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-        self.segment.serve(others, at_most)
+        let readable = self.segment.serve(others, at_most)?;
+        if self.segment.take_rejoined() {
+            let now = self.segment.now();
+            self.station().listen(now);
+        }
+        Ok(readable)
+    }
+
+    /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
+    #[must_use]
+    pub fn lasting(self, opener: Opener) -> Self {
+        Self { segment: self.segment.lasting(opener), ..self }
+    }
+
+    /// What somebody should know about the port.
+    pub fn next_remark(&mut self) -> Option<Remark> {
+        self.segment.next_remark()
     }
 
     /// Asks once and waits for what comes of it.
@@ -167,37 +247,71 @@ impl Tool {
         // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
         self.serve(&[], left.max(LEAST_WAIT))?;
         let station = self.station();
-        match (left.is_zero() && !station.has_token(), station.other_master()) {
-            (true, Some(master)) => Err(ToolError::Taken(master)),
-            (true, None) => Err(ToolError::Babble),
-            (false, _) => Ok(()),
+        if !left.is_zero() || station.has_token() {
+            return Ok(());
         }
-    }
-
-    /// Where this master stands to the ring.
-    pub fn standing(&mut self) -> Standing {
-        self.station().standing()
-    }
-
-    /// The masters in the ring, as far as this one knows.
-    pub fn masters(&mut self) -> Vec<u8> {
-        self.station().masters().collect()
-    }
-
-    /// The slaves that were heard of, by the GAP or because they were asked.
-    pub fn slaves(&mut self) -> Vec<u8> {
-        let live = self.station().live();
-        live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
-    }
-
-    /// How many telegrams arrived damaged.
-    #[must_use]
-    pub const fn damaged(&self) -> u32 {
-        self.segment.damaged()
+        Err(match (station.standing(), station.other_master()) {
+            (Standing::AddressTaken, _) => ToolError::AddressTaken(station.bus().address),
+            (_, Some(master)) => ToolError::Taken(master),
+            (_, None) => ToolError::Babble,
+        })
     }
 
     fn station(&mut self) -> &mut Active<BusMaster> {
         let [station] = self.segment.stations_mut();
-        station
+        &mut station.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::port::Character;
+    use rustix::fd::AsFd;
+    use std::os::unix::net::UnixStream;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// A port on which nobody else is, and that was lost as often as the number says.
+    struct Quiet(UnixStream, Arc<AtomicU32>);
+
+    impl Port for Quiet {
+        fn name(&self) -> &str {
+            "quiet"
+        }
+
+        fn watched(&self) -> Vec<BorrowedFd<'_>> {
+            vec![self.0.as_fd()]
+        }
+
+        fn receive(&mut self, _heard: &mut Vec<Character>) -> Result<(), PortError> {
+            Ok(())
+        }
+
+        fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
+            Ok(())
+        }
+
+        fn generation(&self) -> u32 {
+            self.1.load(Ordering::Relaxed)
+        }
+    }
+
+    /// On the line it comes back to there may be another master by now.
+    #[test]
+    fn a_master_whose_port_is_back_has_no_token() {
+        let (ours, _theirs) = UnixStream::pair().unwrap();
+        let lost = Arc::new(AtomicU32::new(0));
+        let port = Quiet(ours, Arc::clone(&lost));
+        let (baud, patience) = (Baud::B19200, Duration::from_secs(30));
+        let mut tool = Tool::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
+        for _ in 0..2 {
+            while !tool.station().has_token() {
+                tool.serve(&[], patience).unwrap();
+            }
+            lost.fetch_add(1, Ordering::Relaxed);
+            tool.serve(&[], Duration::ZERO).unwrap();
+            assert!(!tool.station().has_token());
+        }
     }
 }

@@ -106,9 +106,11 @@ impl Watched {
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
+            // IF300P/IF301P manual 3.2.4.1: anything but 0 is no value.
+            let measured = fields.octet(Field::MeasurementStatus(instance)).is_none_or(|status| status == 0);
             // What does not travel says nothing against the value.
             let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
-            let valid = !status.contains(StatusExtension::INVALID);
+            let valid = measured && !status.contains(StatusExtension::INVALID);
             Some(Value { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
         });
         Reading { values: values.collect(), exception: ExceptionStatus::from_bits_retain(exception) }
@@ -204,8 +206,20 @@ impl Value {
     /// The status, in words.
     #[must_use]
     pub fn words(&self) -> Vec<&'static str> {
-        EXTENSIONS.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word).collect()
+        extension_words(self.status)
     }
+}
+
+/// A status extension, in words.
+#[must_use]
+pub fn extension_words(status: StatusExtension) -> Vec<&'static str> {
+    EXTENSIONS.into_iter().filter(|(bit, _)| status.contains(*bit)).map(|(_, word)| word).collect()
+}
+
+/// An Exception Status, in words.
+#[must_use]
+pub fn exception_words(exception: ExceptionStatus) -> Vec<&'static str> {
+    EXCEPTIONS.into_iter().filter(|(bit, _)| exception.contains(*bit)).map(|(_, word)| word).collect()
 }
 
 impl Default for Reading {
@@ -219,7 +233,7 @@ impl Reading {
     /// The exceptions, in words.
     #[must_use]
     pub fn exceptions(&self) -> Vec<&'static str> {
-        EXCEPTIONS.into_iter().filter(|(bit, _)| self.exception.contains(*bit)).map(|(_, word)| word).collect()
+        exception_words(self.exception)
     }
 }
 

@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_dp::link::Baud;
-use profivac_host::port::{self, Character, Port, PortError, Pty, Serial, TcpClient, TcpServer};
+use profivac_host::open;
+use profivac_host::port::{Character, Port, PortError, Pty, Serial, TcpClient, TcpServer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::termios::{LocalModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcsetattr};
 use std::fs;
@@ -182,8 +183,8 @@ fn what_is_no_serial_port_is_refused_by_what_it_is() {
 fn tcp_clients_share_one_line() {
     let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
     let name = format!("tcp://{}", server.name());
-    let mut first = port::open(&name, BAUD).unwrap();
-    let mut second = port::open(&name, BAUD).unwrap();
+    let mut first = open::port(&name, BAUD).unwrap();
+    let mut second = open::port(&name, BAUD).unwrap();
     second.send(b"I am here").unwrap();
     assert_eq!(hear(&mut server, 9), b"I am here");
     assert_eq!(hear(&mut *first, 9), b"I am here");

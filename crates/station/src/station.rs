@@ -6,6 +6,17 @@ use crate::recorder::{EventKind, Recorder, Settings, StoreError};
 use crate::segment::Running;
 use std::sync::Arc;
 
+/// Why a station does not begin.
+#[derive(Debug, thiserror::Error)]
+pub enum StationError {
+    /// The record.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The system.
+    #[error("the system gives no thread: {0}")]
+    Thread(#[from] std::io::Error),
+}
+
 /// A station that runs.
 pub struct Station {
     plant: Arc<Plant>,
@@ -16,12 +27,13 @@ impl Station {
     /// Begins to record and to watch.
     ///
     /// # Errors
-    /// [`StoreError`] when the record cannot be kept.
-    pub fn start(config: Config) -> Result<Self, StoreError> {
+    /// [`StationError`] when the record cannot be kept, or the system gives no threads.
+    pub fn start(config: Config) -> Result<Self, StationError> {
         let recorder = Recorder::start(&config.record, Settings::default())?;
         let plant = Arc::new(Plant::new(config.name, config.record, recorder));
         plant.note(None, EventKind::Station, "the station begins");
-        let segments = config.segments.into_iter().map(|segment| Running::start(segment, Arc::clone(&plant))).collect();
+        let start = |segment| Running::start(segment, Arc::clone(&plant));
+        let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
         Ok(Self { plant, segments })
     }
 
@@ -33,7 +45,10 @@ impl Station {
 
     /// Becomes what a changed file says. What did not change goes on; the record and the address of the dashboard stay as
     /// they are until the station is started again.
-    pub fn become_like(&mut self, config: Config) {
+    ///
+    /// # Errors
+    /// When the system gives no threads.
+    pub fn become_like(&mut self, config: Config) -> std::io::Result<()> {
         let mut old = std::mem::take(&mut self.segments);
         for new in config.segments {
             let place = old.iter().position(|segment| segment.config().name == new.name && segment.can_become(&new));
@@ -47,16 +62,20 @@ impl Station {
                     if let Some(place) = old.iter().position(|segment| segment.config().port == new.port) {
                         old.remove(place).stop();
                     }
-                    Running::start(new, Arc::clone(&self.plant))
+                    Running::start(new, Arc::clone(&self.plant))?
                 }
             });
         }
         old.into_iter().for_each(Running::stop);
         self.plant.note(None, EventKind::Station, "the file was read again");
+        Ok(())
     }
 
     /// Starts segments again whose thread has died. To be called every now and then.
-    pub fn watch(&mut self) {
+    ///
+    /// # Errors
+    /// When the system gives no threads.
+    pub fn watch(&mut self) -> std::io::Result<()> {
         for segment in &mut self.segments {
             if segment.has_ended() {
                 let config = segment.config().clone();
@@ -65,9 +84,10 @@ impl Station {
                     EventKind::Station,
                     format!("segment {} has died and is started again", config.name),
                 );
-                *segment = Running::start(config, Arc::clone(&self.plant));
+                *segment = Running::start(config, Arc::clone(&self.plant))?;
             }
         }
+        Ok(())
     }
 
     /// Gives all slaves back and ends.

@@ -1,7 +1,8 @@
 //! Gases, mixtures of them, and what a sensor that was calibrated for nitrogen makes of each.
 //!
 //! The factors are those of the BCG450 operating manual, page 54: true pressure = factor x indicated pressure, for a Pirani
-//! between 1e-2 and 1 mbar and for an ion gauge below 1e-3 mbar.
+//! between 1e-2 and 1 mbar and for an ion gauge below 1e-3 mbar. Molar masses are those of the periodic table (general
+//! knowledge).
 
 use std::fmt;
 use std::ops::{Index, IndexMut};
@@ -42,24 +43,24 @@ pub enum Gas {
     Freon12,
 }
 
-/// Gas, name, factor of a Pirani, factor of an ion gauge.
+/// Gas, name, factor of a Pirani, factor of an ion gauge, molar mass in kg/mol.
 ///
 /// free choice: the manual prints no ion gauge factor for CO2, H2O and Freon 12; these three follow from the relative
 /// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes take the factors of hot ones. All hold at every pressure.
-const GASES: [(Gas, &str, f64, f64); GAS_COUNT] = [
-    (Gas::N2, "n2", 1.0, 1.0),
-    (Gas::Air, "air", 1.0, 1.0),
-    (Gas::O2, "o2", 1.0, 1.0),
-    (Gas::Co, "co", 1.0, 1.0),
-    (Gas::Co2, "co2", 0.9, 0.7),
-    (Gas::H2o, "h2o", 0.5, 0.9),
-    (Gas::He, "he", 0.8, 5.9),
-    (Gas::Ne, "ne", 1.4, 4.1),
-    (Gas::Ar, "ar", 1.7, 0.8),
-    (Gas::Kr, "kr", 2.4, 0.5),
-    (Gas::Xe, "xe", 3.0, 0.4),
-    (Gas::H2, "h2", 0.5, 2.4),
-    (Gas::Freon12, "freon12", 0.7, 0.37),
+const GASES: [(Gas, &str, f64, f64, f64); GAS_COUNT] = [
+    (Gas::N2, "n2", 1.0, 1.0, 28.0134e-3),
+    (Gas::Air, "air", 1.0, 1.0, 28.965e-3),
+    (Gas::O2, "o2", 1.0, 1.0, 31.998e-3),
+    (Gas::Co, "co", 1.0, 1.0, 28.010e-3),
+    (Gas::Co2, "co2", 0.9, 0.7, 44.009e-3),
+    (Gas::H2o, "h2o", 0.5, 0.9, 18.015e-3),
+    (Gas::He, "he", 0.8, 5.9, 4.0026e-3),
+    (Gas::Ne, "ne", 1.4, 4.1, 20.180e-3),
+    (Gas::Ar, "ar", 1.7, 0.8, 39.948e-3),
+    (Gas::Kr, "kr", 2.4, 0.5, 83.798e-3),
+    (Gas::Xe, "xe", 3.0, 0.4, 131.29e-3),
+    (Gas::H2, "h2", 0.5, 2.4, 2.016e-3),
+    (Gas::Freon12, "freon12", 0.7, 0.37, 120.91e-3),
 ];
 
 impl Gas {
@@ -81,7 +82,14 @@ impl Gas {
     }
 
     fn factors(self) -> (f64, f64) {
-        GASES.into_iter().find(|(gas, ..)| *gas == self).map_or((1.0, 1.0), |(_, _, pirani, ion)| (pirani, ion))
+        let (_, _, pirani, ion, _) = GASES[self as usize];
+        (pirani, ion)
+    }
+
+    /// Molar mass, in kg/mol.
+    #[must_use]
+    pub const fn molar_mass(self) -> f64 {
+        GASES[self as usize].4
     }
 }
 
@@ -104,9 +112,27 @@ impl Mixture {
         self.0.iter().sum()
     }
 
+    /// The same gases at `factor` times the pressure.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self(self.0.map(|pa| pa * factor))
+    }
+
+    /// The partial pressures in the order of [`Gas::all`], in Pa.
+    pub(crate) const fn lanes(&self) -> &[f64; GAS_COUNT] {
+        &self.0
+    }
+
     /// The gases with their partial pressures in Pa, also those that are not there.
     pub fn iter(&self) -> impl Iterator<Item = (Gas, f64)> {
         Gas::all().zip(self.0)
+    }
+}
+
+impl From<[f64; GAS_COUNT]> for Mixture {
+    /// Partial pressures in the order of [`Gas::all`], in Pa.
+    fn from(pa: [f64; GAS_COUNT]) -> Self {
+        Self(pa)
     }
 }
 

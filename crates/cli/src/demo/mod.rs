@@ -1,7 +1,8 @@
-//! `profivac demo`: a chamber is pumped down, a gauge measures, a master reads it over PROFIBUS. All of it in memory.
+//! `profivac demo`: a small vacuum plant with all its gauges, which a master reads over PROFIBUS. All of it in memory.
 
+mod dashboard;
 mod picture;
-mod pump_down;
+mod trend;
 
 use crate::console::Signals;
 use crate::failure::Failure;
@@ -9,26 +10,34 @@ use crate::output::out;
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
-use picture::Trend;
+use dashboard::Dashboard;
 use profivac_dp::link::Baud;
-use profivac_host::bench::{Conditions, VirtualDevice};
-use profivac_host::instrument::{Spec, entry};
-use profivac_host::memory::Memory;
 use profivac_host::port::wait;
-use profivac_host::pressure::Pressure;
+use profivac_host::scenario::{Bus, Run, Scenario};
 use profivac_host::scene::Scene;
-use profivac_host::watch::Watched;
-use profivac_vacuum::Gas;
 use rustix::fd::AsFd;
 use serde::Serialize;
+use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use trend::Trend;
 
-/// A pump-down in memory: a gauge and a master on a PROFIBUS segment, with nothing attached and nothing installed.
+/// A vacuum plant in memory: gauges and a master on a PROFIBUS segment, with nothing attached and nothing installed.
 ///
-/// The pressure on the right is what the master reads: every octet goes through the real codec and both state machines.
+/// What is read is what the master reads: every octet goes through the real codec and both state machines. With --headless it
+/// ends when the scenario is over, and fails if something was not as the scenario expects it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
+    /// Another plant, and what happens to it, instead of the small one with all devices
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Where the dashboard is: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
+    #[arg(long, value_name = "HOST:PORT")]
+    listen: Option<SocketAddr>,
+    /// Let other computers see the dashboard, if it listens at an address they reach
+    #[arg(long, requires = "listen")]
+    public: bool,
     /// How much faster than real time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
@@ -47,11 +56,15 @@ const EXAMPLES: &str = "\
 Examples:
   profivac demo
   profivac demo --speed 60
+  profivac demo --headless --listen 127.0.0.1:0
+  profivac demo --scenario scenarios/vent.toml --speed 30
   profivac demo --headless --for 5";
 
-/// The gauge, its address, and that of the master.
-const DEVICE: &str = "bcg450";
-const GAUGE: u8 = 5;
+/// The plant there is without a file.
+const SCENARIO: &str = include_str!("../../../../scenarios/demo.toml");
+const SCENARIO_NAME: &str = "scenarios/demo.toml";
+
+/// The address of the master.
 const MASTER: u8 = 1;
 
 /// free choice: quick enough for some hundred exchanges a second.
@@ -66,9 +79,6 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// The longest time made up for when the computer was busy with something else.
 const MAX_LAG: Duration = Duration::from_millis(200);
 
-/// The pressure follows the formula in steps of so many seconds.
-const STEP: f64 = 0.01;
-
 /// Runs until somebody wants it to end, or its time is over.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
@@ -76,6 +86,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         eprintln!("profivac: there is no terminal to draw on: rows as with --headless");
     }
     let mut demo = Demo::new(arguments)?;
+    if let Some(dashboard) = demo.dashboard.as_ref().filter(|_| headless) {
+        eprintln!("profivac: the dashboard is at {}", dashboard.url());
+    }
     if headless {
         demo.in_rows(arguments.json)?
     } else {
@@ -86,12 +99,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The plant, and the clock it runs by.
 struct Demo {
+    title: String,
+    run: Run,
     scene: Scene,
+    dashboard: Option<Dashboard>,
     speed: f64,
     signals: Signals,
     end: Option<Instant>,
     /// Up to when the plant has lived.
     lived: Instant,
+    /// Seconds of the plant that have passed outside and not inside.
+    owed: f64,
 }
 
 /// One moment, as a row.
@@ -108,16 +126,29 @@ struct Row {
 
 impl Demo {
     fn new(arguments: &Arguments) -> Result<Self, Failure> {
-        let spec: Spec = format!("{DEVICE}@{GAUGE}").parse()?;
-        let gauge = VirtualDevice::new(spec.build(Memory::volatile(), BAUD)?, GAUGE, BAUD, conditions(0.0));
-        let model = entry(DEVICE)?.model;
-        let unit = model.unit_named("mbar").ok_or_else(|| Failure::usage("the gauge does not know mbar"))?;
-        let watched = Watched { address: GAUGE, model, configuration: model.default_configuration, unit };
-        let scene =
-            Scene::new(vec![gauge], vec![watched], MASTER, BAUD).map_err(|error| Failure::usage(error.to_string()))?;
+        let scenario = match &arguments.scenario {
+            Some(path) => Scenario::read(path)?,
+            None => Scenario::parse(SCENARIO, SCENARIO_NAME)?,
+        };
+        let scene = scenario.scene(MASTER, BAUD)?;
+        let run = scenario.start(Bus::There);
+        let Arguments { listen, public, headless, .. } = *arguments;
+        let wanted = !headless || listen.is_some();
+        let dashboard = wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, listen, public)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
-        Ok(Self { scene, speed: arguments.speed, signals: Signals::catch()?, end, lived })
+        let signals = Signals::catch()?;
+        Ok(Self {
+            title: scenario.title,
+            run,
+            scene,
+            dashboard,
+            speed: arguments.speed,
+            signals,
+            end,
+            lived,
+            owed: 0.0,
+        })
     }
 
     /// Waits until `moment` and lets the plant live up to it. False when it is time to end.
@@ -128,28 +159,35 @@ impl Demo {
         let lag = now.duration_since(self.lived).min(MAX_LAG);
         self.lived = now;
         self.pass(lag.as_secs_f64() * self.speed);
+        if let Some(dashboard) = &mut self.dashboard {
+            dashboard.look(&mut self.scene);
+        }
         Ok(readable != [true] && self.end.is_none_or(|end| now < end))
     }
 
     /// Time of the plant passes, as much of it as the computer can do in the same time.
     fn pass(&mut self, seconds: f64) {
         let begun = Instant::now();
-        let mut at = self.scene.seconds();
-        let end = at + seconds;
-        while at < end && begun.elapsed() < MAX_LAG {
-            at = (at + STEP).min(end);
-            self.scene.surround(conditions(at));
-            self.scene.run_until(at);
+        self.owed += seconds;
+        while self.owed >= self.run.step_s() && begun.elapsed() < MAX_LAG {
+            self.owed -= self.run.step_s();
+            self.run.step(self.scene.devices_mut());
+            self.scene.run_until(self.run.seconds());
         }
+        // What the computer could not do in time is not made up for.
+        self.owed = self.owed.min(self.run.step_s());
     }
 
+    /// The gauge at the lowest address.
     fn row(&self) -> Row {
-        let reading = self.scene.watched().first().map(|watched| self.scene.reading(watched)).unwrap_or_default();
+        let watched = self.scene.watched().first();
+        let reading = watched.map(|watched| self.scene.reading(watched)).unwrap_or_default();
         let value = reading.values.first();
-        let counters = self.scene.master().and_then(|master| master.counters(GAUGE)).copied().unwrap_or_default();
+        let counters = watched.and_then(|watched| self.scene.master()?.counters(watched.address)).copied();
+        let counters = counters.unwrap_or_default();
         Row {
             seconds: self.scene.seconds(),
-            true_mbar: pump_down::pressure(self.scene.seconds()).mbar(),
+            true_mbar: self.scene.devices().next().map_or(0.0, |device| device.around().gas.total() / 100.0),
             read_mbar: value.and_then(|value| value.pa).map(|pa| pa / 100.0),
             instance: value.map_or(0, |value| value.instance),
             exchanges: counters.exchanges,
@@ -173,7 +211,7 @@ impl Demo {
             next += PERIOD;
             // Texts and numbers always have a JSON form.
             out(&if json { serde_json::to_string(&self.row()).unwrap_or_default() } else { self.row().line() });
-            if !going {
+            if !going || self.run.is_over() {
                 return Ok(());
             }
         }
@@ -183,19 +221,25 @@ impl Demo {
         let mut screen = Screen::open()?;
         let mut trend = Trend::default();
         while self.live_until(Instant::now() + FRAME)? && !screen.wants_to_leave()? {
-            trend.add(&self.row());
-            screen.draw(|frame| picture::draw(frame, &self.scene, &trend, self.speed))?;
+            trend.add(self.run.seconds(), &self.run, &self.row());
+            screen.draw(|frame| picture::draw(frame, self, &trend))?;
         }
         Ok(())
     }
 
-    /// A lost exchange is a failure where nobody sees it.
+    /// What was not as expected, and a lost exchange, are failures where nobody sees them.
     fn verdict(&self, headless: bool) -> Result<(), Failure> {
         let Row { exchanges, lost, .. } = self.row();
-        if headless && (exchanges == 0 || lost > 0) {
-            return Err(Failure::no_answer(format!("{exchanges} exchanges, {lost} lost")));
+        self.run.findings().iter().for_each(|finding| eprintln!("profivac: {finding}"));
+        if !headless {
+            return Ok(());
         }
-        Ok(())
+        match self.run.findings().len() {
+            0 if exchanges == 0 || lost > 0 => Err(Failure::no_answer(format!("{exchanges} exchanges, {lost} lost"))),
+            0 => Ok(()),
+            1 => Err(Failure::refused("one expectation of the scenario does not hold")),
+            several => Err(Failure::refused(format!("{several} expectations of the scenario do not hold"))),
+        }
     }
 }
 
@@ -207,9 +251,4 @@ impl Row {
             self.seconds, self.true_mbar, self.instance, self.exchanges, self.lost
         )
     }
-}
-
-/// What surrounds the gauge after so many seconds.
-fn conditions(seconds: f64) -> Conditions {
-    Conditions { pressure: pump_down::pressure(seconds), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 }
 }

@@ -6,7 +6,7 @@ mod table;
 use crate::bus::Bus;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{out, remark, remarks};
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
@@ -20,7 +20,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// The pressures of slaves, exchanged cyclically: a live table on a terminal, rows once a second otherwise.
 ///
 /// This takes the slaves over: they are parameterised, with the unit they have, and unlocked at the end. A slave that
-/// belongs to another master is left alone.
+/// belongs to another master is left alone. A port that is lost is looked for until it is back.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -62,12 +62,15 @@ const FAREWELL: Duration = Duration::from_secs(1);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
     let signals = Signals::catch()?;
-    let mut tool = bus.open()?;
+    let mut tool = bus.open_lasting()?;
     let screen = Screen::is_possible() && !arguments.csv && !arguments.json;
     announce(arguments, screen)?;
     let mut slaves = Vec::new();
     for address in &arguments.addresses {
-        slaves.push(Watched::find(&mut tool, *address, bus.master())?);
+        let found = Watched::find(&mut tool, *address, bus.master());
+        // If the port went meanwhile, that is why nobody answers.
+        remarks(|| tool.next_remark());
+        slaves.push(found?);
     }
     for slave in &slaves {
         let master = tool.master();
@@ -78,8 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     tool.master().set_mode(Mode::Operate);
-    let mut monitor =
-        Monitor { tool, slaves, signals, end: arguments.time.and_then(|time| Instant::now().checked_add(time)) };
+    let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
+    let mut monitor = Monitor { tool, slaves, signals, end, title: screen.then(|| bus.port().to_owned()) };
     let shown = if screen { monitor.on_screen() } else { monitor.in_rows(arguments) };
     let verdict = monitor.verdict();
     monitor.give_back()?;
@@ -104,9 +107,21 @@ struct Monitor {
     slaves: Vec<Watched>,
     signals: Signals,
     end: Option<Instant>,
+    /// What stands above the table, if there is a screen.
+    title: Option<String>,
 }
 
 impl Monitor {
+    /// What there is to remark is said: on a screen in its title.
+    fn listen_to_port(&mut self) {
+        while let Some(said) = self.tool.next_remark() {
+            match &mut self.title {
+                Some(title) => *title = said.to_string(),
+                None => remark(&said),
+            }
+        }
+    }
+
     /// Serves the line until `moment`. False when it is time to end.
     fn serve_until(&mut self, moment: Instant) -> Result<bool, Failure> {
         loop {
@@ -116,6 +131,7 @@ impl Monitor {
             }
             let wait = self.end.unwrap_or(moment).min(moment).saturating_duration_since(now);
             let readable = self.tool.serve(&[self.signals.as_fd()], wait)?;
+            self.listen_to_port();
             while self.tool.master().next_event().is_some() {}
             match readable.first() {
                 Some(true) => return Ok(false),
@@ -156,8 +172,8 @@ impl Monitor {
         let mut screen = Screen::open()?;
         while self.serve_until(Instant::now() + FRAME)? && !screen.wants_to_leave()? {
             let rows = self.rows();
-            let title = self.tool.port_name().to_owned();
-            screen.draw(|frame| table::draw(frame, &title, &rows))?;
+            let title = self.title.as_deref().unwrap_or_default();
+            screen.draw(|frame| table::draw(frame, title, &rows))?;
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ mod state;
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{out, remarks};
 use crate::values;
 use clap::{ArgGroup, Args};
 use order::{DeviceOrder, Order};
@@ -14,13 +14,15 @@ use profivac_dp::link::Baud;
 use profivac_host::bench::{Conditions, VirtualDevice};
 use profivac_host::instrument::{Spec, check_places};
 use profivac_host::memory::Memory;
+use profivac_host::open;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::pressure::Pressure;
+use profivac_host::scenario::{Bus, Run, Scenario};
 use profivac_host::segment::Segment;
 use profivac_vacuum::Gas;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Virtual devices on a pty, a serial device or TCP, which any PROFIBUS master takes for real ones.
 ///
@@ -32,7 +34,7 @@ pub struct Arguments {
     /// Make a pty and link PATH to it: the serial port of a master
     #[arg(long, value_name = "PATH", group = "port")]
     pty: Option<PathBuf>,
-    /// Use a serial device, or the pty of a hub
+    /// Use a serial device, or the pty of a hub; it may go and come back
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
     /// Listen for masters; port 0 takes a free one
@@ -47,6 +49,9 @@ pub struct Arguments {
     /// The true pressure, with its unit
     #[arg(long, value_name = "PRESSURE", default_value = "1e-3 mbar", allow_hyphen_values = true)]
     pressure: Pressure,
+    /// A plant with its gauges and what happens to them, in real time
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pressure", "atmosphere", "gas", "devices"])]
+    scenario: Option<PathBuf>,
     /// The pressure outside of the chamber
     #[arg(long, value_name = "PRESSURE", default_value = "1013.25 mbar", allow_hyphen_values = true)]
     atmosphere: Pressure,
@@ -57,7 +62,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
     /// A device and the setting of its address switch; 126 is a setting outside 0 to 125
-    #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required = true)]
+    #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required_unless_present = "scenario")]
     devices: Vec<Spec>,
 }
 
@@ -80,29 +85,43 @@ Examples:
   profivac simulate --pty /tmp/gauge bcg450@5
   profivac simulate --pty /tmp/line --pressure '5e-6 mbar' --gas ar bcg450@5 bcg450@6:unit=torr
   profivac simulate --pty /tmp/gauge --state ~/gauges bcg450@126:serial=4711
-  profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5";
+  profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5
+  profivac simulate --pty /tmp/line --scenario scenarios/pump-down.toml";
 
 /// Serves until somebody wants it to end.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    check_places(&arguments.devices)?;
+    let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
     let conditions = Conditions { pressure: arguments.pressure, atmosphere: arguments.atmosphere, gas: arguments.gas };
-    let mut devices = Vec::new();
-    for spec in &arguments.devices {
-        let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
-        devices.push(VirtualDevice::new(unit, spec.place, arguments.baud, conditions));
-    }
+    let devices = match &scenario {
+        Some(scenario) => scenario.devices(arguments.baud, |spec| memory(spec, arguments.state.as_deref()))?,
+        None => devices(arguments, conditions)?,
+    };
     let mut console = Console::open()?;
-    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
-    let mut simulation = Simulation { segment, conditions };
+    let segment = segment(arguments, devices)?;
+    let playing = scenario.map(|scenario| Playing { run: scenario.start(Bus::There), told: 0 });
+    let mut simulation = Simulation { segment, conditions, playing };
     out(&format!("ready {}", simulation.segment.port().name()));
+    let begun = Instant::now();
     loop {
-        let readable = simulation.segment.serve(&console.watched(), Duration::MAX)?;
+        let readable = simulation.segment.serve(&console.watched(), simulation.until_step(begun))?;
+        remarks(|| simulation.segment.next_remark());
+        simulation.play(begun);
         for said in console.said(&readable) {
             if simulation.hear(&said).is_break() {
                 return Ok(());
             }
         }
     }
+}
+
+/// The devices of the command line.
+fn devices(arguments: &Arguments, conditions: Conditions) -> Result<Vec<VirtualDevice>, Failure> {
+    check_places(&arguments.devices)?;
+    let device = |spec: &Spec| {
+        let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
+        Ok(VirtualDevice::new(unit, spec.place, arguments.baud, conditions))
+    };
+    arguments.devices.iter().map(device).collect()
 }
 
 /// The memory of a device: as it was left in the folder, or as from the box.
@@ -120,6 +139,15 @@ fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
     Ok(opened.memory)
 }
 
+/// The devices on the port. Only a serial device can be lost, and then it is looked for.
+fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
+    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
+    Ok(match &arguments.serial {
+        Some(device) => segment.lasting(open::again(device, arguments.baud)),
+        None => segment,
+    })
+}
+
 fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
     Ok(match (&arguments.pty, &arguments.serial, &arguments.tcp) {
         (Some(path), ..) => Box::new(Pty::create(path)?),
@@ -132,9 +160,40 @@ fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
 struct Simulation {
     segment: Segment<Vec<VirtualDevice>>,
     conditions: Conditions,
+    /// Instead of constant conditions.
+    playing: Option<Playing>,
 }
 
+/// A scenario that runs in real time.
+struct Playing {
+    run: Run,
+    /// So many findings have been told.
+    told: usize,
+}
+
+/// The conditions are not to be changed by hand.
+const PLAYING: &str = "a scenario decides what is in the chamber";
+
 impl Simulation {
+    /// How long until the scenario has its next step.
+    fn until_step(&self, begun: Instant) -> Duration {
+        let Some(Playing { run, .. }) = &self.playing else { return Duration::MAX };
+        let next = Duration::try_from_secs_f64(run.seconds() + run.step_s()).unwrap_or(Duration::MAX);
+        next.saturating_sub(begun.elapsed())
+    }
+
+    /// The scenario makes the steps that are due, and says what was not as expected.
+    fn play(&mut self, begun: Instant) {
+        let Some(Playing { run, told }) = &mut self.playing else { return };
+        while run.seconds() + run.step_s() <= begun.elapsed().as_secs_f64() {
+            run.step(self.segment.stations_mut());
+        }
+        for finding in run.findings().iter().skip(*told) {
+            eprintln!("profivac: {finding}");
+        }
+        *told = run.findings().len();
+    }
+
     /// Does what was said and answers.
     fn hear(&mut self, said: &Said) -> ControlFlow<()> {
         let Said::Line(line) = said else { return ControlFlow::Break(()) };
@@ -150,6 +209,9 @@ impl Simulation {
 
     fn obey(&mut self, order: &Order<'_>) -> Result<Option<String>, String> {
         match order {
+            Order::Pressure(_) | Order::Atmosphere(_) | Order::Gas(_) | Order::Advance(_) if self.playing.is_some() => {
+                return Err(PLAYING.to_owned());
+            }
             Order::Pressure(pressure) => self.expose(Conditions { pressure: *pressure, ..self.conditions }),
             Order::Atmosphere(atmosphere) => self.expose(Conditions { atmosphere: *atmosphere, ..self.conditions }),
             Order::Gas(gas) => self.expose(Conditions { gas: *gas, ..self.conditions }),
@@ -168,8 +230,9 @@ impl Simulation {
     }
 
     fn obey_at(&mut self, place: u8, order: &DeviceOrder<'_>) -> Result<Option<String>, String> {
-        let true_mbar = self.conditions.pressure.mbar();
+        let constant = self.playing.is_none().then(|| self.conditions.pressure.mbar());
         let device = self.device(place)?;
+        let true_mbar = constant.unwrap_or_else(|| device.around().gas.total() / 100.0);
         match order {
             DeviceOrder::Power(on) => device.power(*on),
             DeviceOrder::State => return Ok(Some(state::json(device, true_mbar))),

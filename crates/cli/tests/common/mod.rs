@@ -50,6 +50,28 @@ pub fn run(arguments: &[&str]) -> Output {
     command(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
+/// Runs a command whose standard input and standard error are a terminal where somebody types `typed` at the end of `prompt`.
+/// Returns the exit code, standard output, and what the terminal shows.
+pub fn run_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, String, String) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&ours).unwrap();
+    unlockpt(&ours).unwrap();
+    let name = ptsname(&ours, Vec::new()).unwrap();
+    let flags = rustix::fs::OFlags::NOCTTY.bits() as i32;
+    let open = || OpenOptions::new().read(true).write(true).custom_flags(flags).open(name.to_str().unwrap()).unwrap();
+    let child = command(arguments).stdin(open()).stderr(open()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut terminal = File::from(ours);
+    let (mut shown, mut octet) = (String::new(), [0]);
+    while !shown.ends_with(prompt) && terminal.read_exact(&mut octet).is_ok() {
+        shown.push(char::from(octet[0]));
+    }
+    terminal.write_all(typed.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let out = String::from_utf8(output.stdout).unwrap();
+    (output.status.code().unwrap(), out, shown)
+}
+
 /// A command that serves.
 pub struct Program {
     child: Child,
@@ -99,6 +121,18 @@ impl Program {
     pub fn terminate(&self) {
         let id = rustix::process::Pid::from_child(&self.child);
         rustix::process::kill_process(id, rustix::process::Signal::TERM).unwrap();
+    }
+
+    /// Tells it to read its file again.
+    pub fn hang_up(&self) {
+        let id = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(id, rustix::process::Signal::HUP).unwrap();
+    }
+
+    /// Ctrl-C.
+    pub fn interrupt(&self) {
+        let id = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
     }
 
     pub fn kill(&mut self) {

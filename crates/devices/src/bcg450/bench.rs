@@ -3,7 +3,7 @@
 use super::relay::Relay;
 use super::table::{MODEL, PARTS};
 use super::{Gauge, table};
-use crate::instrument::{Action, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Part, Report, Span, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, faults};
 use crate::profile::Behaviour;
 
@@ -85,10 +85,21 @@ impl Behaviour for Gauge {
         &PARTS
     }
 
+    fn span(&self, part: usize) -> Span {
+        [&self.pirani, &self.ba, &self.cdg].get(part).map_or(table::ATMOSPHERE, |part| part.span())
+    }
+
+    fn drive(&self, part: usize) -> Drive {
+        match part {
+            1 => self.cathode.current().drive(),
+            _ => Drive::On,
+        }
+    }
+
     fn sense(&mut self, part: usize, pa: f64) {
         let sensors = [&mut self.pirani.sensor, &mut self.ba.sensor, &mut self.cdg.sensor, &mut self.atmosphere];
         if let Some(sensor) = sensors.into_iter().nth(part) {
-            sensor.sensed_pa = pa.max(0.0);
+            sensor.sensed_pa = pa;
         }
     }
 

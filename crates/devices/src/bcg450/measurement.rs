@@ -1,7 +1,7 @@
 //! Which instance measures, and what. tira41d1 3.2.1.3, errata-bpg-bcg-tpg 77 to 80.
 
 use super::table::{BA, CDG, PIRANI};
-use crate::model::mbar;
+use crate::model::{Facts, mbar};
 
 /// What the gauge measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,21 +44,25 @@ pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
     let pirani = Measurement { active: PIRANI.part.instance, pa: pirani_pa };
     let cdg = Measurement { active: CDG.part.instance, pa: cdg_pa };
     let upper = PIRANI_AND_CDG.weight(pirani_pa);
-    let Some(ba_pa) = ba_pa.filter(|_| upper == 0.0) else { return join(pirani, cdg, upper) };
+    let Some(ba_pa) = ba_pa.filter(|_| upper == 0.0) else { return join(pirani, cdg, &CDG, upper) };
     let ba = Measurement { active: BA.part.instance, pa: ba_pa };
-    join(ba, pirani, BA_AND_PIRANI.weight(pirani_pa))
+    join(ba, pirani, &PIRANI, BA_AND_PIRANI.weight(pirani_pa))
 }
 
 /// The lower part, the upper one, or their mean; in the middle of the overlap the active instance changes (79).
-fn join(low: Measurement, high: Measurement, weight: f64) -> Measurement {
-    match weight {
-        0.0 => low,
-        1.0 => high,
-        _ => Measurement {
-            active: if weight < 0.5 { low.active } else { high.active },
-            pa: blend(low.pa, high.pa, weight),
-        },
+///
+/// free choice: but not before the mean lies in the range of the upper part, which could not show it. That is so in
+/// helium, of which the two have quite different ideas.
+fn join(low: Measurement, high: Measurement, upper: &Facts, weight: f64) -> Measurement {
+    if weight == 0.0 {
+        return low;
     }
+    if weight == 1.0 {
+        return high;
+    }
+    let pa = blend(low.pa, high.pa, weight);
+    let shows = weight >= 0.5 && pa >= upper.limits.under_pa;
+    Measurement { active: if shows { high.active } else { low.active }, pa }
 }
 
 #[cfg(test)]
@@ -105,6 +109,17 @@ mod tests {
         assert!((read(mbar(10.0f64.sqrt())) - 2.0f64.sqrt()).abs() < 1e-9);
         assert!(read(mbar(9.999)) > 1.999);
         assert_eq!(read(mbar(10.0)), 2.0);
+    }
+
+    #[test]
+    fn the_upper_part_does_not_show_what_is_below_its_range() {
+        // Helium: the Pirani reads 7 times what the ionisation part reads.
+        for (pirani_mbar, active) in [(1.04e-2, 2), (1.06e-2, 2), (1.15e-2, 2), (1.3e-2, 1)] {
+            let ba_pa = mbar(pirani_mbar) / 7.0;
+            let measured = measure(mbar(pirani_mbar), Some(ba_pa), ba_pa);
+            assert_eq!(measured.active, active, "{pirani_mbar} mbar");
+            assert_eq!(active == 1, measured.pa >= mbar(5.5e-3), "{measured:?}");
+        }
     }
 
     #[test]

@@ -207,7 +207,7 @@ impl Gauge {
         self.cdg.failed = self.faults.sensor_3 || self.faults.electronics_3;
         self.cathode.switch(&self.conditions());
         self.measure();
-        self.cathode.forget_refused_degas(self.reading_pa());
+        self.cathode.follow(self.reading_pa());
         self.follow_relays();
         self.judge();
         let condition = self.condition;

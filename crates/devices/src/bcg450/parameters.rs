@@ -192,7 +192,7 @@ impl Gauge {
     }
 
     fn get_hot_cathode(&self, row: HotCathode) -> Value {
-        let current = self.cathode.current(self.reading_pa());
+        let current = self.cathode.current();
         match row {
             HotCathode::StateCommand => Value::octets(&[0, 0]),
             HotCathode::BlockType => Value::octets(&HotCathode::BLOCK.type_octets()),

@@ -5,7 +5,7 @@ use super::bench::Faults;
 use super::codes::{
     ATMOSPHERE_COMMAND, DEGAS_STATUS, EMISSION_STATUS, HOT_CATHODE_COMMAND, PERCENTAGE, SELECTOR, SETPOINT_FUNCTION,
 };
-use crate::instrument::{Part, Principle};
+use crate::instrument::{Part, Principle, Span};
 use crate::model::block::{block, blocks};
 use crate::model::{
     Configuration, Counts, Dialect, Facts, Field, Gsd, Instruction, Limits, Model, NumberType, Parameters, Scale,
@@ -227,6 +227,9 @@ pub static CDG: Facts = Facts {
 
 /// The measuring parts; the last one is no measuring part of the chamber and has no range (3.3.5).
 pub static PARTS: [Part; 4] = [PIRANI.part, BA.part, CDG.part, Part { instance: 4, principle: Principle::Atmosphere }];
+
+/// free choice: nobody says what the ambient pressure sensor is made for (3.3.5); as in the gauges of tira56e1.
+pub const ATMOSPHERE: Span = Span { lowest_pa: mbar(300.0), highest_pa: mbar(1200.0) };
 
 /// 3.3.1.1: the whole gauge (58).
 pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) };

@@ -3,7 +3,7 @@
 use super::ion::Ion;
 use super::table::{Faults, MODEL};
 use super::{Channel, Controller, StatusExtension};
-use crate::instrument::{Action, Indicated, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Indicated, Part, Report, Span, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit};
 use crate::profile::Behaviour;
 
@@ -65,9 +65,23 @@ impl Behaviour for Controller {
         self.fitted.parts()
     }
 
+    fn span(&self, part: usize) -> Span {
+        let channel = self.fitted.channel(part).and_then(|channel| self.channels.get(channel));
+        channel.unwrap_or(&self.channels[0]).part.span()
+    }
+
+    fn drive(&self, part: usize) -> Drive {
+        let channel = self.fitted.channel(part).unwrap_or_default();
+        match self.ions.get(channel) {
+            Some(ion) => ion.drive(),
+            None if self.errors.channels_off => Drive::Off,
+            None => Drive::On,
+        }
+    }
+
     fn sense(&mut self, part: usize, pa: f64) {
         if let Some(channel) = self.fitted.channel(part).and_then(|channel| self.channels.get_mut(channel)) {
-            channel.part.sensor.sensed_pa = pa.max(0.0);
+            channel.part.sensor.sensed_pa = pa;
         }
     }
 

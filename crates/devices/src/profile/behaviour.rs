@@ -1,7 +1,7 @@
 //! What a device adds to what all block devices share.
 
 use super::blocks::Blocks;
-use crate::instrument::{Action, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Part, Report, Span, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm};
 use profivac_wire::acyclic::call::IM_RECORD;
 
@@ -54,6 +54,12 @@ pub trait Behaviour: Blocks {
 
     /// As [`Instrument::parts`](crate::Instrument::parts).
     fn parts(&self) -> &[Part];
+
+    /// As [`Instrument::span`](crate::Instrument::span).
+    fn span(&self, part: usize) -> Span;
+
+    /// As [`Instrument::drive`](crate::Instrument::drive), with the power on.
+    fn drive(&self, part: usize) -> Drive;
 
     /// As [`Instrument::sense`](crate::Instrument::sense).
     fn sense(&mut self, part: usize, pa: f64);

@@ -2,7 +2,7 @@
 
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;
-use crate::instrument::{Action, Instrument, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Instrument, Part, Report, Span, Unknown};
 use crate::store::Store;
 
 impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
@@ -18,8 +18,16 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
         self.behaviour.parts()
     }
 
+    fn span(&self, part: usize) -> Span {
+        self.behaviour.span(part)
+    }
+
+    fn drive(&self, part: usize) -> Drive {
+        if self.powered { self.behaviour.drive(part) } else { Drive::Off }
+    }
+
     fn sense(&mut self, part: usize, pa: f64) {
-        self.behaviour.sense(part, pa);
+        self.behaviour.sense(part, if pa.is_nan() { 0.0 } else { pa });
         self.behaviour.update();
     }
 

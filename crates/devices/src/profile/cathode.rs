@@ -1,5 +1,7 @@
 //! A hot cathode: emission, its automatic, degas. tira41d1 3.3.3.5 to 3.3.3.9, errata-bpg-bcg-tpg 95 to 102.
 
+use super::hysteresis::switched;
+use crate::instrument::Drive;
 use crate::model::Refusal;
 
 /// The pressures at which a hot cathode is switched, in Pa.
@@ -42,6 +44,14 @@ impl Current {
             Self::Degas => 20.0,
         }
     }
+
+    /// What it does to the sensor.
+    pub fn drive(self) -> Drive {
+        match self {
+            Self::Off => Drive::Off,
+            current => Drive::Emission { milliamperes: current.milliamperes().into(), degas: current == Self::Degas },
+        }
+    }
 }
 
 /// What the emission depends on.
@@ -60,6 +70,8 @@ pub struct Conditions {
 pub struct Cathode {
     thresholds: &'static Thresholds,
     on: bool,
+    /// The pressure is low enough for the high current.
+    high: bool,
     automatic: bool,
     /// Switched off by hand in automatic mode; holds until the pressure was too high once (102).
     held_off: bool,
@@ -73,7 +85,15 @@ impl Cathode {
     /// After power-up: off, automatic mode (100).
     #[must_use]
     pub const fn new(thresholds: &'static Thresholds) -> Self {
-        Self { thresholds, on: false, automatic: true, held_off: false, degas_s: 0.0, degas_refused: false }
+        Self {
+            thresholds,
+            on: false,
+            high: false,
+            automatic: true,
+            held_off: false,
+            degas_s: 0.0,
+            degas_refused: false,
+        }
     }
 
     /// Somebody has moved a switch on the gauge.
@@ -99,13 +119,13 @@ impl Cathode {
         self.degas_s > 0.0
     }
 
-    /// The current at this pressure of the gauge.
+    /// The current now.
     #[must_use]
-    pub const fn current(&self, gauge_pa: f64) -> Current {
+    pub const fn current(&self) -> Current {
         match self.on {
             false => Current::Off,
             true if self.is_degassing() => Current::Degas,
-            true if gauge_pa < self.thresholds.degas_pa => Current::High,
+            true if self.high => Current::High,
             true => Current::Low,
         }
     }
@@ -132,9 +152,13 @@ impl Cathode {
         }
     }
 
-    /// The pressure of the gauge may have changed.
-    pub fn forget_refused_degas(&mut self, gauge_pa: f64) {
-        self.degas_refused &= gauge_pa >= self.thresholds.degas_pa;
+    /// The pressure of the gauge may have changed: a refused degas is forgotten, and the current follows.
+    ///
+    /// free choice: the manuals have one limit for the current. Once high it stays so a tenth above, or noise would switch it.
+    pub fn follow(&mut self, gauge_pa: f64) {
+        let limit_pa = self.thresholds.degas_pa;
+        self.degas_refused &= gauge_pa >= limit_pa;
+        self.high = self.on && switched(Some(gauge_pa), limit_pa, 1.1 * limit_pa, self.high);
     }
 
     /// Time passes.

@@ -1,6 +1,6 @@
 //! One measuring part: what it senses, what it may say, and what it says instead.
 
-use crate::instrument::{Indicated, Part};
+use crate::instrument::{Indicated, Part, Span};
 use crate::model::{Facts, Range, Refusal, Value};
 
 bitflags::bitflags! {
@@ -155,6 +155,13 @@ impl MeasuringPart {
     #[must_use]
     pub const fn part(&self) -> Part {
         self.facts.part
+    }
+
+    /// What the part is made for.
+    #[must_use]
+    pub const fn span(&self) -> Span {
+        let limits = &self.facts.limits;
+        Span { lowest_pa: limits.under_pa, highest_pa: limits.full_scale_pa }
     }
 
     /// Where the reading lies; on the high side while the part does not measure (errata-bpg-bcg-tpg 81).

@@ -2,7 +2,7 @@
 
 use super::trip::TripPoint;
 use super::{Gauge, table, ttr};
-use crate::instrument::{Action, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Part, Principle, Report, Span, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm, faults};
 use crate::profile::Behaviour;
 use profivac_wire::acyclic::Im0;
@@ -93,9 +93,20 @@ impl Behaviour for Gauge {
         self.version.family.parts
     }
 
+    fn span(&self, part: usize) -> Span {
+        self.measuring_parts().nth(part).unwrap_or(&self.pirani).span()
+    }
+
+    fn drive(&self, part: usize) -> Drive {
+        match self.parts().get(part).map(|part| part.principle) {
+            Some(Principle::Pirani) if !self.heating.is_on() => Drive::Off,
+            _ => Drive::On,
+        }
+    }
+
     fn sense(&mut self, part: usize, pa: f64) {
         if let Some(part) = self.measuring_parts_mut().nth(part) {
-            part.sensor.sensed_pa = pa.max(0.0);
+            part.sensor.sensed_pa = pa;
         }
     }
 

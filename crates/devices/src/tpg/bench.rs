@@ -5,7 +5,7 @@ use super::channel::{Channel, Gauge, REFRESH_S, Status};
 use super::control::RELAYS;
 use super::table::{self, Faults};
 use super::threshold::Limits;
-use crate::instrument::{Action, Indicated, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Indicated, Part, Report, Span, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit};
 use crate::profile::Behaviour;
 
@@ -62,6 +62,16 @@ impl Behaviour for Controller {
 
     fn parts(&self) -> &[Part] {
         self.fitted.parts()
+    }
+
+    fn span(&self, part: usize) -> Span {
+        let channel = self.fitted.channel(part).and_then(|channel| self.channels.get(channel));
+        channel.and_then(Channel::gauge).unwrap_or(Gauge::Pirani).span()
+    }
+
+    fn drive(&self, part: usize) -> Drive {
+        let channel = self.fitted.channel(part).and_then(|channel| self.channels.get(channel));
+        if channel.is_some_and(Channel::is_on) { Drive::On } else { Drive::Off }
     }
 
     fn sense(&mut self, part: usize, pa: f64) {

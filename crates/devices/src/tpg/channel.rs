@@ -1,7 +1,7 @@
 //! One measuring channel: the gauge on it, whether it is switched on, and what it shows.
 
 use super::table::{Filter, Switch};
-use crate::instrument::Principle;
+use crate::instrument::{Principle, Span};
 
 /// The controller renews its measured values in this time, in seconds. IF300P/IF301P manual 3.2.1.1.
 pub(super) const REFRESH_S: f64 = 0.1;
@@ -34,10 +34,10 @@ impl Gauge {
 
     /// The lowest and the highest pressure it measures, in Pa.
     // free choice: the manual leaves them to the gauges; a standard Pirani gauge and a cold cathode gauge
-    const fn range_pa(self) -> (f64, f64) {
+    pub(super) const fn span(self) -> Span {
         match self {
-            Self::Pirani => (8e-2, 1e5),
-            Self::ColdCathode => (1e-7, 1.0),
+            Self::Pirani => Span { lowest_pa: 8e-2, highest_pa: 1e5 },
+            Self::ColdCathode => Span { lowest_pa: 1e-7, highest_pa: 1.0 },
         }
     }
 }
@@ -159,10 +159,10 @@ impl Channel {
         if self.failed {
             return Status::Error;
         }
-        let (low, high) = gauge.range_pa();
+        let Span { lowest_pa, highest_pa } = gauge.span();
         match self.filtered_pa {
-            pa if pa < low => Status::Underrange,
-            pa if pa > high => Status::Overrange,
+            pa if pa < lowest_pa => Status::Underrange,
+            pa if pa > highest_pa => Status::Overrange,
             _ => Status::Ok,
         }
     }
@@ -172,8 +172,8 @@ impl Channel {
     pub fn measured_pa(&self) -> f64 {
         match (self.status(), self.gauge) {
             (Status::Ok | Status::Underrange | Status::Overrange, Some(gauge)) => {
-                let (low, high) = gauge.range_pa();
-                self.filtered_pa.max(low).min(high)
+                let Span { lowest_pa, highest_pa } = gauge.span();
+                self.filtered_pa.max(lowest_pa).min(highest_pa)
             }
             _ => 0.0,
         }

@@ -55,10 +55,10 @@ impl Gauge {
         }
     }
 
-    /// A Pirani that reads nothing cannot be stretched.
+    /// A Pirani that reads nothing, or less, cannot be stretched.
     fn stretch_pirani(&mut self) {
         let gain = self.pirani.facts.limits.full_scale_pa / self.pirani.sensor.sensed_pa;
-        if gain.is_finite() {
+        if gain > 0.0 && gain.is_finite() {
             self.pirani.sensor.gain = gain;
         }
     }

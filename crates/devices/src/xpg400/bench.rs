@@ -2,7 +2,7 @@
 
 use super::table::PARTS;
 use super::{Gauge, Kind};
-use crate::instrument::{Action, Part, Report, Unknown};
+use crate::instrument::{Action, Drive, Part, Report, Span, Unknown};
 use crate::model::{Configuration, Field, Model, Octets, Unit, faults};
 use crate::profile::Behaviour;
 
@@ -75,10 +75,18 @@ impl Behaviour for Gauge {
         &PARTS
     }
 
+    fn span(&self, part: usize) -> Span {
+        if part == 0 { self.pirani.span() } else { self.ion.span() }
+    }
+
+    fn drive(&self, part: usize) -> Drive {
+        if part == 0 { Drive::On } else { self.current().drive() }
+    }
+
     fn sense(&mut self, part: usize, pa: f64) {
         let sensors = [&mut self.pirani.sensor, &mut self.ion.sensor];
         if let Some(sensor) = sensors.into_iter().nth(part) {
-            sensor.sensed_pa = pa.max(0.0);
+            sensor.sensed_pa = pa;
         }
     }
 

@@ -1,6 +1,6 @@
 //! BPG400-SP and HPG400-SP: a Pirani with a Bayard-Alpert or a High Pressure ionisation gauge. tira36e1.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `adjust` moves the Pirani, `parameters` leads every row to its
+//! [`table`] is the manual's tables; the rest is what they do: `adjust` moves the Pirani, CAL ADJ the ionisation part, `parameters` leads every row to its
 //! value, `bench` has bus and people. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 mod adjust;
@@ -88,13 +88,22 @@ pub struct Gauge {
 struct SideSwitches {
     /// LOW-HIGH: the switchover.
     low_high: u8,
-    /// CAL ADJ: the sensitivity. free choice: the manual gives no factors, and an ideal gauge needs none.
+    /// CAL ADJ: the sensitivity (3.1.1.14).
     cal_adj: u8,
 }
 
 impl SideSwitches {
     /// 0 for LOW-HIGH (82). free choice: 0 for CAL ADJ too.
     const FACTORY: Self = Self { low_high: 0, cal_adj: 0 };
+
+    /// What CAL ADJ multiplies the reading of the ionisation part by.
+    ///
+    /// free choice: the manual gives no factors. As delivered it is 1; each position one way raises it by 5 %, as far as 5,
+    /// and each position the other way, from 9 down to 6, lowers it by 5 %.
+    fn gain(&self) -> f64 {
+        let steps = if self.cal_adj <= 5 { f64::from(self.cal_adj) } else { f64::from(self.cal_adj) - 10.0 };
+        1.0 + 0.05 * steps
+    }
 }
 
 impl Gauge {
@@ -240,6 +249,7 @@ impl Gauge {
         self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
         self.ion.failed = self.faults.sensor_2 || self.faults.electronics_2;
         self.follow_adjustment();
+        self.ion.sensor.gain = self.side.gain();
         self.cathode.set_thresholds(&self.switchover().emission);
         self.cathode.switch(&self.conditions());
         self.measure();
@@ -255,7 +265,7 @@ impl Gauge {
         self.pirani.reading_pa = Some(pirani_pa);
         self.ion.reading_pa = self.cathode.is_on().then(|| self.ion.sensor.indicated_pa());
         self.ion_is_active = self.cathode.is_on() && pirani_pa < self.switchover().pa;
-        self.cathode.forget_refused_degas(self.active().indicated_pa());
+        self.cathode.follow(self.active().indicated_pa());
     }
 
     /// free choice: as on the sister gauge, only in EXECUTING and not with any sensor alarm (112).

@@ -193,9 +193,9 @@ impl Gauge {
     }
 
     /// The HPG400-SP has one current, and its code is 1 (97).
-    fn current(&self) -> Current {
+    pub(super) fn current(&self) -> Current {
         match self.kind {
-            Kind::Bpg => self.cathode.current(self.active().indicated_pa()),
+            Kind::Bpg => self.cathode.current(),
             Kind::Hpg if self.cathode.is_on() => Current::Low,
             Kind::Hpg => Current::Off,
         }

@@ -34,6 +34,10 @@ fn the_automatic_mode_has_two_thresholds() {
         (1e-5, LOW),
         (7.1e-6, HIGH),
         (1e-10, HIGH),
+        // A hysteresis, so that noise does not switch the current.
+        (7.8e-6, HIGH),
+        (8.0e-6, LOW),
+        (7.3e-6, LOW),
     ] {
         desk.pressure_mbar(mbar);
         assert_eq!(status(&mut desk), expected, "{mbar} mbar");

@@ -93,10 +93,14 @@ fn an_adjustment_that_is_broken_off_changes_nothing() {
 
 #[test]
 fn a_pirani_that_reads_nothing_stays_as_it_is() {
-    let mut desk = exchanging(KINDS[0], FLOATS, 0.0);
-    adjust(&mut desk, 1).unwrap();
-    desk.device().advance(10.0);
-    assert_eq!(state(&mut desk), 0);
-    desk.pressure_mbar(900.0);
-    assert!(close(float(&mut desk, 1, 19), 900.0));
+    // Nothing, and less: a zero that is off.
+    for sensed_pa in [0.0, -0.5] {
+        let mut desk = exchanging(KINDS[0], FLOATS, 1e-3);
+        desk.device().sense(0, sensed_pa);
+        adjust(&mut desk, 1).unwrap();
+        desk.device().advance(10.0);
+        assert_eq!(state(&mut desk), 0);
+        desk.pressure_mbar(900.0);
+        assert!(close(float(&mut desk, 1, 19), 900.0), "{sensed_pa} Pa");
+    }
 }

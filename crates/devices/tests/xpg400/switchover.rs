@@ -62,15 +62,22 @@ fn the_emission_follows_the_switch() {
 }
 
 #[test]
-fn cal_adj_reads_as_its_marking() {
+fn cal_adj_reads_as_its_marking_and_moves_the_ionisation_part() {
     let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-3);
     assert_eq!(desk.get(0, 203), [0]);
-    let inputs = desk.exchange(&[]);
-    for position in 0..=9u8 {
+    let factors = [1.0f32, 1.05, 1.1, 1.15, 1.2, 1.25, 0.8, 0.85, 0.9, 0.95];
+    for (position, factor) in (0..=9u8).zip(factors) {
         switch(&mut desk, "cal-adj", &position.to_string()).unwrap();
         assert_eq!(desk.get(0, 203), [position]);
-        assert_eq!(desk.exchange(&[]), inputs, "an ideal gauge needs no adjustment");
+        let read = float_of(&desk.exchange(&[])[3..]);
+        assert!((read / 1e-3 / factor - 1.0).abs() < 1e-6, "position {position}: {read} mbar");
     }
+    // A switch stays where it is when power goes, and the Pirani does not look at it.
+    restart(&mut desk);
+    desk.command(4).unwrap();
+    assert!((float_of(&of_instance(&mut desk, 2, 19)) / 9.5e-4 - 1.0).abs() < 1e-6);
+    desk.pressure_mbar(10.0);
+    assert!((float_of(&of_instance(&mut desk, 1, 19)) / 10.0 - 1.0).abs() < 1e-6);
 }
 
 /// Switches stay where they are when power goes.

@@ -41,7 +41,8 @@ impl fmt::Display for What {
             Self::Entered(state) => state.fmt(f),
             Self::Trouble(trouble) => trouble.fmt(f),
             Self::Diagnosis => f.write_str("new diagnosis"),
-            Self::Acyclic(handle, notice) => write!(f, "{handle:?}: {notice:?}"),
+            Self::Acyclic(handle, Notice::Done) => write!(f, "there is an outcome of {}", handle.service()),
+            Self::Acyclic(_, Notice::Ended(end)) => end.fmt(f),
             Self::AutoClear => f.write_str("it fell out of data exchange, and the master went to CLEAR"),
         }
     }

@@ -3,7 +3,8 @@
 //! [`Master`] is the layer above an [`Active`] station. Each of its cycles gives every slave one message, in the order in
 //! which they were added: whatever its handler needs next. A tool beside the cycle hands over one request at a time
 //! ([`Master::submit`]) and takes its result ([`Master::take`]); a master without slaves, or in [`Mode::Stop`], sends
-//! nothing but those.
+//! nothing but those. MS2, MS1 and the parameter channel have handles: [`Master::ms2_open`], [`Master::ms1_read`],
+//! [`Master::pkw_read`] and [`Master::outcome`].
 //!
 //! ```
 //! use profivac_dp::link::active::BusParameters;
@@ -335,6 +336,15 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         context.change
     }
 
+    /// Whatever became of a message to a slave.
+    #[inline(never)]
+    fn confirm_slave(&mut self, place: usize, ask: Ask, confirmation: Confirmation<'_>) {
+        let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+        if change != Change::Nothing {
+            self.changed(place, change);
+        }
+    }
+
     /// The next message of the cycle, nothing at its end.
     #[inline]
     fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
@@ -426,7 +436,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The next message beside the cycle: the raw request and the acyclic ones in turn.
+    #[inline(never)]
     fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
+        self.elapse(now);
         let job = self.job.is_waiting().then_some(Pending::Job);
         let next = match job.filter(|_| !self.job_was_last) {
             Some(job) => Some(job),
@@ -437,7 +449,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The parameter channel of a slave that has just been exchanged with.
-    #[inline]
+    #[inline(never)]
     fn channel_exchanged(&mut self, place: usize, ask: Ask) {
         let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
         if let (Ask::DataExch, Some(inputs)) = (ask, slave.inputs()) {
@@ -454,11 +466,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             Ask::DataExch => services::data_exchange(
                 da,
                 match self.mode {
+                    Mode::Operate if !self.controls.is_cleared(slave.group) && self.acyclic.is_idle() => {
+                        slave.outputs()
+                    }
                     Mode::Operate if !self.controls.is_cleared(slave.group) => {
-                        match self.acyclic.with_channel(da, slave.outputs(), &mut self.du) {
-                            None => slave.outputs(),
-                            Some(length) => self.du.get(..length)?,
-                        }
+                        self.acyclic.with_channel(da, slave.outputs(), &mut self.du)
                     }
                     Mode::Operate | Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
                 },
@@ -494,7 +506,6 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                 }
             }
             Priority::Low => {
-                self.elapse(now);
                 self.pending = self.next_beside(now)?;
                 match self.pending {
                     Pending::Job => self.job.start(),
@@ -510,11 +521,15 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.now = now;
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
             Pending::Slave(place, ask) => {
-                let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
-                if change != Change::Nothing {
-                    self.changed(place, change);
+                let asked = self.asked_at;
+                let usual =
+                    self.slaves.get_mut(place).is_some_and(|slave| slave.took_inputs(ask, &confirmation, now, asked));
+                if !usual {
+                    self.confirm_slave(place, ask, confirmation);
                 }
-                self.channel_exchanged(place, ask);
+                if !self.acyclic.is_idle() {
+                    self.channel_exchanged(place, ask);
+                }
             }
             Pending::Control(tell) => self.controls.told(tell, confirmation == Confirmation::Sent),
             Pending::Job => self.job.finish(confirmation),

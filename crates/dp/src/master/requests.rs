@@ -27,7 +27,7 @@
 //! # Ok::<(), profivac_dp::master::NotTaken>(())
 //! ```
 
-use super::acyclic::{Expected, Handle, NotTaken, Outcome};
+use super::acyclic::{Expected, Handle, NotTaken, Outcome, Stands};
 use super::ms1::{self, Ms1Parameters};
 use super::ms2::{self, Ms2Parameters, Phase};
 use super::pkw::{self, PkwParameters};
@@ -219,10 +219,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// Whether there is a parameter channel that can be used now.
     fn channel(&self, address: u8, parameters: &PkwParameters) -> Result<(u8, u32), NotTaken> {
         let starts = self.starts(address).ok_or(NotTaken::NotExchanging(address))?;
-        if self.mode != Mode::Operate {
+        let slave = self.slave(address).ok_or(NotTaken::NotExchanging(address))?;
+        if self.mode != Mode::Operate || self.controls.is_cleared(slave.group) {
             return Err(NotTaken::NotOperating);
         }
-        let slave = self.slave(address).ok_or(NotTaken::NotExchanging(address))?;
         let outputs = pkw::part(slave.outputs(), parameters.outputs_at);
         let inputs = slave.inputs().and_then(|inputs| pkw::part(inputs, parameters.inputs_at));
         outputs.and(inputs).map(|_| (address, starts)).ok_or(NotTaken::NoChannel)
@@ -247,11 +247,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             return;
         }
         let (slaves, places) = (&self.slaves, &self.places);
-        let starts = |address: u8| {
+        let (operate, controls) = (self.mode == Mode::Operate, &self.controls);
+        let stands = |address: u8| {
             let slave = slaves.get(usize::from(*places.get(usize::from(address))?))?;
-            matches!(slave.state(), State::Data { .. }).then_some(slave.counters().starts)
+            let operating = operate && !controls.is_cleared(slave.group);
+            matches!(slave.state(), State::Data { .. }).then_some(Stands { starts: slave.counters().starts, operating })
         };
-        self.acyclic.elapse(now, self.mode == Mode::Operate, starts, &mut self.events.sink());
+        self.acyclic.elapse(now, stands, &mut self.events.sink());
         if let Some(address) = self.acyclic.take_late() {
             self.with(address, |slave, context| slave.restart(super::Trouble::Ms1, context));
         }

@@ -174,3 +174,39 @@ const fn data<'a>(confirmation: &Confirmation<'a>) -> Result<&'a [u8], NoResult>
         Err(reason) => Err(reason),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::string::ToString;
+
+    fn answer(status: Status, du: &[u8]) -> Confirmation<'_> {
+        Confirmation::Answer(Answer { station: StationType::Slave, status, du, retries: 0 })
+    }
+
+    #[test]
+    fn an_image_of_nothing_is_acknowledged_and_has_a_length_too() {
+        assert_eq!(image(&answer(Status::NoReply, &[]), None), Ok(&[][..]));
+        assert_eq!(image(&answer(Status::NoReply, &[]), Some(0)), Ok(&[][..]));
+        assert_eq!(image(&answer(Status::NoReply, &[]), Some(2)), Err(NoResult::Length { expected: 2, received: 0 }));
+        assert_eq!(image(&answer(Status::DataHigh, &[1, 2]), None), Ok(&[1, 2][..]));
+    }
+
+    #[test]
+    fn what_an_answer_says_instead_is_told_in_words() {
+        for (status, words) in [
+            (Status::ServiceNotActivated, "the service is closed now (RS)"),
+            (Status::NoResource, "the request does not fit (RR)"),
+            (Status::UserError, "the application of the station has failed (UE)"),
+            (Status::NoReply, "it acknowledges where it should answer with data"),
+        ] {
+            assert_eq!(diagnosis(&answer(status, &[])).unwrap_err().to_string(), words);
+            assert_eq!(configuration(&answer(status, &[])).unwrap_err().to_string(), words);
+        }
+        let data = acknowledged(&answer(Status::DataLow, &[1])).unwrap_err();
+        assert_eq!(data.to_string(), "it answers with data where it should only acknowledge");
+        assert_eq!(acknowledged(&Confirmation::Sent), Err(NoResult::Unconfirmed));
+        assert_eq!(station(&Confirmation::Failed(Failure::Silence)).unwrap_err().to_string(), "no answer");
+    }
+}

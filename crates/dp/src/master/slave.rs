@@ -180,15 +180,19 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     /// What became of the message.
-    #[inline]
     pub(super) fn confirmed(&mut self, ask: Ask, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
         self.took_place(ask, confirmation, context);
+        self.keep_distance(context.asked_at);
+    }
+
+    /// Min_Slave_Interval.
+    #[inline]
+    fn keep_distance(&mut self, asked: BitTime) {
         if self.min_interval_tbit > 0 {
-            self.back_off.not_before(context.asked_at + self.min_interval_tbit);
+            self.back_off.not_before(asked + self.min_interval_tbit);
         }
     }
 
-    #[inline]
     fn took_place(&mut self, ask: Ask, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
         if self.state.asks() != Some(ask) {
             // Released or taken up again while the message was on its way.
@@ -271,21 +275,43 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         matches!(self.state, State::Data { .. })
     }
 
-    /// profibus-wire 2.8, master rules.
+    /// The usual case: an exchange with as many inputs as there should be, and nothing to be told. Whether it was that.
     #[inline]
+    pub(super) fn took_inputs(
+        &mut self,
+        ask: Ask,
+        confirmation: &Confirmation<'_>,
+        at: BitTime,
+        asked: BitTime,
+    ) -> bool {
+        let (State::Data { diag: false }, Ask::DataExch, Confirmation::Answer(answer)) =
+            (self.state, ask, confirmation)
+        else {
+            return false;
+        };
+        let diag = match answer.status {
+            Status::DataLow | Status::NoReply => false,
+            Status::DataHigh => true,
+            _ => return false,
+        };
+        let Some(image) = self.inputs.get_mut(..usize::from(self.lengths.inputs)) else { return false };
+        if image.len() != answer.du.len() {
+            return false;
+        }
+        image.copy_from_slice(answer.du);
+        self.count_retries(answer);
+        self.took(diag, at);
+        self.keep_distance(asked);
+        true
+    }
+
+    /// profibus-wire 2.8, master rules; without the usual case, [`took_inputs`](Self::took_inputs).
     fn exchanged(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
         self.count_retries(answer);
         match answer.status {
             Status::DataLow | Status::DataHigh | Status::NoReply => {
-                let expected = usize::from(self.lengths.inputs);
-                let received = answer.du.len();
-                match self.inputs.get_mut(..received) {
-                    Some(image) if received == expected => {
-                        image.copy_from_slice(answer.du);
-                        self.took(answer.status == Status::DataHigh, context.now);
-                    }
-                    _ => self.restart(Trouble::Length { expected, received }, context),
-                }
+                let (expected, received) = (usize::from(self.lengths.inputs), answer.du.len());
+                self.restart(Trouble::Length { expected, received }, context);
             }
             Status::ServiceNotActivated => self.restart(Trouble::Refused(answer.status), context),
             status => self.refused(status, context),
@@ -293,6 +319,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     /// An exchange was good: whatever went wrong before is over.
+    #[inline]
     fn took(&mut self, diag: bool, now: BitTime) {
         self.state = State::Data { diag };
         self.counters.exchanges = self.counters.exchanges.wrapping_add(1);

@@ -70,6 +70,18 @@ impl<R: Requests> Desk<R> {
         None
     }
 
+    /// Whatever the master still has to say by itself, each exchange answered by `inputs`. Whether there was one.
+    pub fn takes_leave(&mut self, inputs: &str) -> bool {
+        let mut exchanged = false;
+        while let Some(said) = self.asks_within(10_000) {
+            if said.octets[4] != 0xFF {
+                exchanged = !exchanged;
+                self.hears(inputs);
+            }
+        }
+        exchanged
+    }
+
     /// After `gap` bit times of idle line the master hears the octets in `telegram`.
     pub fn hears_after(&mut self, gap: u64, telegram: &str) {
         self.hears_octets(gap, &hex(telegram));

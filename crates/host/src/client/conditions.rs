@@ -110,11 +110,7 @@ fn too_high<R: Records>(
 
 /// The parameter with this name at the same place.
 fn beside<R: Records>(gauge: &Gauge<R>, named: &Named, is: impl Fn(&str) -> bool) -> Option<Named> {
-    let place = named.parameter.place;
     let names = gauge.names();
-    let found = names.all().iter().find(|other| {
-        let other_place = other.parameter.place;
-        (other_place.slot, other_place.instance) == (place.slot, place.instance) && is(other.parameter.row.name)
-    });
+    let found = names.all().iter().find(|other| other.is_beside(named) && is(other.parameter.row.name));
     found.cloned()
 }

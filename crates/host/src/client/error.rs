@@ -49,7 +49,7 @@ pub enum ClientError {
     Master(u8),
     /// No device with this ident number is known.
     #[error(
-        "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has; its records can be read by SLOT/INDEX"
+        "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has: its parameters have no names here"
     )]
     Unknown {
         /// Its address.

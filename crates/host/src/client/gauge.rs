@@ -4,7 +4,7 @@ use super::conditions;
 use super::error::{ClientError, Doing, Place};
 use super::identify;
 use super::names::{Named, Names, Target, TargetError};
-use super::records::Records;
+use super::records::{RecordError, Records};
 use super::values::{Meaning, Value};
 use crate::ms2::Ms2;
 use crate::tool::Tool;
@@ -13,6 +13,9 @@ use std::sync::Arc;
 
 /// The name of the parameter that says which instance a slot shows: tira41d1 3.2.1.2, tira56e1 9.1.1.
 const SELECTOR: &str = "Channel Instance Selector";
+
+/// How often the selector is written when telegrams are lost on the way.
+const ATTEMPTS: usize = 3;
 
 /// A gauge, reached over `R`.
 ///
@@ -25,7 +28,11 @@ pub struct Gauge<R> {
     names: Arc<Names>,
     unit: Option<&'static Unit>,
     shown: Option<Shown>,
+    moved: bool,
 }
+
+/// What no instance is called: the one that is shown has to be asked for.
+const UNKNOWN: u8 = 0;
 
 /// Which instance is shown, and which was at the beginning.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +116,7 @@ impl<R: Records> Gauge<R> {
 
     /// A gauge that is known already.
     pub fn known(records: R, address: u8, model: &'static Model) -> Self {
-        Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None }
+        Self { records, address, model, names: Arc::new(Names::of(model)), unit: None, shown: None, moved: false }
     }
 
     /// The same, of which it is known that its pressures are in `unit`.
@@ -197,40 +204,49 @@ impl<R: Records> Gauge<R> {
             .map_err(|error| ClientError::of(error, Doing::Reading, self.raw_place(slot, index), None))
     }
 
-    /// The pressure of the whole gauge: of the instance that the PV Selector names, or else of the first channel.
+    /// The pressure of the whole gauge: of the instance that the PV Selector names; of a controller, of the first channel that
+    /// is valid.
     ///
     /// # Errors
     /// As [`parameter`](Self::parameter).
     pub fn pressure(&mut self) -> Result<Pressure, ClientError> {
         let names = self.names();
-        let is = |named: &&Named, name: &str| named.parameter.row.name.contains(name);
-        let selector = names.all().iter().find(|named| is(named, "PV Selector"));
-        let instance = selector.map(|selector| self.read(selector)).transpose()?;
-        let instance = instance.and_then(|reading| reading.octets.first().copied()).unwrap_or_default();
-        let value = |named: &&Named| {
-            named.parameter.row.data_type == DataType::ByType
-                && (instance == 0 || named.parameter.place.instance == instance)
-                && (is(named, "Value (PV)") || is(named, "Measured value"))
+        let selector = names.all().iter().find(|named| named.parameter.row.name.contains("PV Selector"));
+        let active = selector.map(|selector| self.read(selector)).transpose()?;
+        let active = active.and_then(|reading| reading.octets.first().copied()).unwrap_or_default();
+        let is_value = |named: &&Named| {
+            let parameter = named.parameter;
+            parameter.row.name.contains("Value (PV)")
+                && self.model.ranges.iter().any(|facts| facts.part.instance == instance_of(named))
+                && (active == 0 || parameter.place.instance == active)
         };
-        let value = names.all().iter().find(value).ok_or_else(|| self.nothing("process-value"))?;
-        self.pressure_of(value)
+        let mut first = None;
+        for value in names.all().iter().filter(is_value).collect::<Vec<_>>() {
+            let pressure = self.pressure_of(value)?;
+            if pressure.pa.is_some() {
+                return Ok(pressure);
+            }
+            first = first.or(Some(pressure));
+        }
+        first.ok_or_else(|| self.nothing("process-value"))
     }
 
-    /// The pressure of a Process Value, if Reading Valid beside it says so.
+    /// The pressure of a Process Value, if Reading Valid and Status Extension of the same part say that it is one.
     ///
     /// # Errors
     /// As [`parameter`](Self::parameter).
     pub fn pressure_of(&mut self, named: &Named) -> Result<Pressure, ClientError> {
         let reading = self.read(named)?;
-        let place = named.parameter.place;
         let names = self.names();
-        let valid = names
-            .all()
-            .iter()
-            .find(|other| std::ptr::eq(other.parameter.place, place) && other.parameter.row.name == "Reading Valid");
-        let valid = valid.map(|valid| self.read(valid)).transpose()?;
-        let is_valid = valid.is_none_or(|valid| valid.value == Value::Integer(1));
-        let instance = if place.instance > 0 { place.instance } else { place.slot };
+        let mut is_valid = true;
+        for beside in names.all().iter().filter(|other| other.is_beside(named)) {
+            is_valid &= match beside.parameter.row.name {
+                "Reading Valid" => self.read(beside)?.value == Value::Integer(1),
+                "Status Extension" => self.read(beside)?.octets.first().is_some_and(|octet| octet & 1 == 0),
+                _ => true,
+            };
+        }
+        let instance = instance_of(named);
         Ok(Pressure { pa: self.pa(&reading, instance).filter(|_| is_valid), instance })
     }
 
@@ -272,13 +288,17 @@ impl<R: Records> Gauge<R> {
     pub fn carry_out(&mut self, order: Order) -> Result<Written, ClientError> {
         let Order { named, octets, text, before, .. } = order;
         // Somebody else may have moved the selector since.
-        self.shown = self.shown.map(|shown| Shown { now: 0, ..shown });
+        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
         self.select(&named)?;
         let (slot, index) = (named.parameter.place.slot, named.parameter.row.id);
         let written = self.records.write(slot, index, &octets);
         written.map_err(|error| ClientError::of(error, Doing::Writing, self.place(&named), Some(&named)))?;
         if named.parameter.row.codes == Codes::Units {
             self.unit = None;
+        }
+        // Whoever moves it wants it there.
+        if named.parameter.row.name == SELECTOR {
+            self.shown = None;
         }
         let after = if before.is_some() { Some(self.read(&named)?) } else { None };
         Ok(Written { named, before, after, text })
@@ -316,6 +336,12 @@ impl<R: Records> Gauge<R> {
             Some(Shown { first, now }) if first != now => self.show(first),
             _ => Ok(()),
         }
+    }
+
+    /// Whether the Channel Instance Selector had to be moved: the master that owns the gauge saw another instance meanwhile.
+    #[must_use]
+    pub const fn has_moved(&self) -> bool {
+        self.moved
     }
 
     /// The unit of all pressures, read once.
@@ -362,7 +388,7 @@ impl<R: Records> Gauge<R> {
 
     /// Which instance a slot shows.
     fn shown(&mut self, slot: u8) -> Result<u8, ClientError> {
-        if let Some(Shown { now, .. }) = self.shown.filter(|shown| shown.now > 0) {
+        if let Some(Shown { now, .. }) = self.shown.filter(|shown| shown.now != UNKNOWN) {
             return Ok(now);
         }
         let Some(selector) = self.selector(slot) else { return Ok(0) };
@@ -378,6 +404,9 @@ impl<R: Records> Gauge<R> {
         if place.instance == 0 || self.shown(place.slot)? == place.instance {
             return Ok(());
         }
+        // Until it is known that the telegram arrived.
+        self.shown = self.shown.map(|shown| Shown { now: UNKNOWN, ..shown });
+        self.moved = true;
         self.show(place.instance)?;
         self.shown = self.shown.map(|shown| Shown { now: place.instance, ..shown });
         Ok(())
@@ -388,7 +417,14 @@ impl<R: Records> Gauge<R> {
         let selector = names.all().iter().find(|named| named.parameter.row.name == SELECTOR);
         let selector = selector.ok_or_else(|| self.nothing("channel-instance-selector"))?;
         let (slot, index) = (selector.parameter.place.slot, selector.parameter.row.id);
-        let written = self.records.write(slot, index, &[instance]);
+        let mut written = self.records.write(slot, index, &[instance]);
+        // Twice the same is no other instance.
+        for _ in 1..ATTEMPTS {
+            if !matches!(written, Err(RecordError::Lost(_))) {
+                break;
+            }
+            written = self.records.write(slot, index, &[instance]);
+        }
         written.map_err(|error| ClientError::of(error, Doing::Writing, self.place(selector), Some(selector)))
     }
 
@@ -416,6 +452,12 @@ impl<R: Records> Gauge<R> {
     fn raw_place(&self, slot: u8, index: u8) -> Place {
         Place { device: self.model.name, address: self.address, name: None, slot, instance: 0, index }
     }
+}
+
+/// The number of the measuring part or channel a parameter belongs to.
+const fn instance_of(named: &Named) -> u8 {
+    let place = named.parameter.place;
+    if place.instance > 0 { place.instance } else { place.slot }
 }
 
 /// The code of a table that a value is.

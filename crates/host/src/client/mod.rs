@@ -6,6 +6,8 @@
 //! | [`values`] | values in words and units, and their octets |
 //! | [`owned`] | MS1 and the parameter channel of a slave that this master owns |
 //! | [`records`] | the ways to the records of a slave, and what it answers |
+//! | [`address`] | a new station address |
+//! | [`bus`] | the same from many threads, and async in any runtime |
 //! | [`identify`] | which device stands at an address |
 //! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
 //! | `gauge` | [`Gauge`]: read, write, command |
@@ -13,6 +15,8 @@
 //! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
 
 mod access;
+pub mod address;
+pub mod bus;
 mod conditions;
 mod error;
 mod gauge;

@@ -102,6 +102,15 @@ impl fmt::Display for Named {
     }
 }
 
+impl Named {
+    /// Whether both are about the same part: slot and instance.
+    #[must_use]
+    pub fn is_beside(&self, other: &Self) -> bool {
+        let (place, other) = (self.parameter.place, other.parameter.place);
+        (place.slot, place.instance) == (other.slot, other.instance)
+    }
+}
+
 impl Parameter {
     /// `1/19`, or `1:2/19` where several instances share the slot.
     #[must_use]
@@ -347,8 +356,12 @@ pub(super) fn key(text: &str) -> String {
 pub fn slug(text: &str) -> String {
     let mut slug = String::new();
     let mut before = ' ';
-    for letter in text.chars() {
-        let begins = letter.is_ascii_uppercase() && before.is_ascii_lowercase();
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        // "ProcessValue", and "AIBlock": the last capital before a small letter.
+        let small_follows = letters.peek().is_some_and(char::is_ascii_lowercase);
+        let begins = letter.is_ascii_uppercase()
+            && (before.is_ascii_lowercase() || (before.is_ascii_uppercase() && small_follows));
         if (begins || !letter.is_ascii_alphanumeric()) && !slug.is_empty() && !slug.ends_with('-') {
             slug.push('-');
         }
@@ -458,6 +471,8 @@ mod tests {
             ("ProcessValue (PV)", "process-value-pv"),
             ("Device Exception Detail Alarm 0 ... 3", "device-exception-detail-alarm-0-3"),
             ("Sensor On_Off", "sensor-on-off"),
+            ("AIBlockAdjust Command", "ai-block-adjust-command"),
+            ("OneOfN PV Selector", "one-of-n-pv-selector"),
             ("Run hours (*4)", "run-hours-4"),
         ] {
             assert_eq!(slug(text), expected);

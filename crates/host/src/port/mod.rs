@@ -6,17 +6,35 @@
 //! | [`Pty`] | a path that becomes a link | a program that opens the path as its serial port |
 //! | [`TcpServer`] | an address to listen on | any number of clients, which share one line |
 //! | [`TcpClient`] | `tcp://host:port` | a serial server, or a [`TcpServer`] |
+//! | [`Stream`] | somebody in the same program | a segment in memory |
+//! | [`Reopening`] | any of them | the same, which may go and come back |
 //!
-//! A port never blocks and never panics: what nobody takes is dropped, and a port that is gone says so.
+//! A port never blocks and never panics: what nobody takes is dropped, and a port that is gone says so. What works, but not
+//! as it should, is a [`Remark`].
 
 mod echo;
+mod error;
 mod marks;
 mod pty;
+mod remark;
+mod reopening;
 mod serial;
+mod stream;
 mod tcp;
 
+#[cfg(target_os = "linux")]
+#[path = "linux.rs"]
+mod system;
+#[cfg(not(target_os = "linux"))]
+#[path = "other.rs"]
+mod system;
+
+pub use error::PortError;
 pub use pty::Pty;
+pub use remark::Remark;
+pub use reopening::{Opener, Reopening};
 pub use serial::Serial;
+pub use stream::Stream;
 pub use tcp::{TcpClient, TcpServer};
 
 use profivac_dp::link::Baud;
@@ -32,77 +50,6 @@ pub enum Character {
     Octet(u8),
     /// A character with a parity or framing error.
     Broken,
-}
-
-/// Why a port cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum PortError {
-    /// There is nothing of this name.
-    #[error("there is no port {0}")]
-    Missing(String),
-    /// Somebody else has it.
-    #[error("{0} is in use by another program")]
-    InUse(String),
-    /// The user may not open it.
-    #[error("no permission to open {0} (for a serial device the group is mostly dialout)")]
-    Denied(String),
-    /// The name stands for something that carries no octets.
-    #[error("{0} is not a serial device")]
-    NotSerial(String),
-    /// The adapter has no such rate.
-    #[error("{name} cannot run at {baud}, it offers {offered} bit/s")]
-    Rate {
-        /// The port.
-        name: String,
-        /// What was asked for.
-        baud: Baud,
-        /// What the driver made of it.
-        offered: u32,
-    },
-    /// The path of a pty is taken by something else.
-    #[error("{0} exists already: remove it, or stop the program that serves it")]
-    Exists(String),
-    /// No `HOST:PORT`.
-    #[error("expected HOST:PORT, got {0:?}")]
-    Address(String),
-    /// It worked, and does not any more.
-    #[error("lost {0}: it was unplugged, or its other side was closed")]
-    Lost(String),
-    /// Anything else the system says.
-    #[error("{name}: {source}")]
-    System {
-        /// The port.
-        name: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
-}
-
-impl PortError {
-    /// What an error means when a port is opened.
-    fn opening(name: &str, errno: Errno) -> Self {
-        match errno {
-            Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::NOTDIR => Self::Missing(name.to_owned()),
-            Errno::BUSY | Errno::WOULDBLOCK => Self::InUse(name.to_owned()),
-            Errno::ACCESS | Errno::PERM => Self::Denied(name.to_owned()),
-            Errno::NOTTY | Errno::ISDIR => Self::NotSerial(name.to_owned()),
-            _ => Self::system(name, errno),
-        }
-    }
-
-    /// What an error means once a port was open.
-    fn using(name: &str, errno: Errno) -> Self {
-        match errno {
-            Errno::IO | Errno::NXIO | Errno::NODEV | Errno::PIPE | Errno::CONNRESET | Errno::BADF => {
-                Self::Lost(name.to_owned())
-            }
-            _ => Self::system(name, errno),
-        }
-    }
-
-    fn system(name: &str, source: impl Into<std::io::Error>) -> Self {
-        Self::System { name: name.to_owned(), source: source.into() }
-    }
 }
 
 /// A port that is open.
@@ -124,21 +71,28 @@ pub trait Port: Send {
     /// [`PortError::Lost`] when nothing will ever arrive again.
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError>;
 
-    /// Sends `octets`. What nobody takes is dropped.
+    /// Sends `octets`. What nobody takes is dropped, and a [`Remark::Cut`] says so.
     ///
     /// # Errors
     /// [`PortError::Lost`] when nothing can ever be sent again.
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError>;
-}
 
-/// Opens the port a person names: `tcp://host:port`, or a serial device or pty.
-///
-/// # Errors
-/// A [`PortError`] in one sentence.
-pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
-    match name.strip_prefix("tcp://") {
-        Some(address) => Ok(Box::new(TcpClient::connect(address)?)),
-        None => Ok(Box::new(Serial::open(name, baud)?)),
+    /// Goes on at another rate.
+    ///
+    /// # Errors
+    /// [`PortError::NoRate`] when it runs at none, [`PortError::Rate`] when it cannot run at this one.
+    fn set_baud(&mut self, _baud: Baud) -> Result<(), PortError> {
+        Err(PortError::NoRate(self.name().to_owned()))
+    }
+
+    /// What somebody should know, the oldest first, each once.
+    fn next_remark(&mut self) -> Option<Remark> {
+        None
+    }
+
+    /// Changes whenever the port was lost and is back: whoever speaks on it begins anew.
+    fn generation(&self) -> u32 {
+        0
     }
 }
 

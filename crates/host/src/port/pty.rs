@@ -2,12 +2,13 @@
 //!
 //! The other side may be closed and opened again as often as it likes. While nobody has it open nothing is sent, and what
 //! the last one left unread is thrown away, so nobody ever reads an answer to somebody else's request. The kernel knows
-//! whether anybody is there (the pty reports a hang-up if not) and tells when somebody comes (inotify).
+//! whether anybody is there (the pty reports a hang-up if not) and tells when somebody comes.
 
+use super::remark::{Cuts, Remark, Remarks};
+use super::system::Openings;
 use super::{CHUNK, Character, Port, PortError};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
-use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -27,9 +28,11 @@ pub struct Pty {
     side: PathBuf,
     ours: OwnedFd,
     /// Reports every opening of the other side.
-    openings: OwnedFd,
+    openings: Openings,
     /// Somebody has the other side open.
     present: bool,
+    cuts: Cuts,
+    remarks: Remarks,
 }
 
 impl Pty {
@@ -48,10 +51,18 @@ impl Pty {
         unlockpt(&ours).map_err(opening)?;
         let side = PathBuf::from(OsString::from_vec(ptsname(&ours, Vec::new()).map_err(opening)?.into_bytes()));
         reset(&side).map_err(opening)?;
-        let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).map_err(opening)?;
-        inotify::add_watch(&openings, &side, WatchFlags::OPEN).map_err(opening)?;
+        let openings = Openings::of(&side).map_err(opening)?;
         symlink(&side, path).map_err(|error| refused(&name, error))?;
-        Ok(Self { name, link: path.to_owned(), side, ours, openings, present: false })
+        Ok(Self {
+            name,
+            link: path.to_owned(),
+            side,
+            ours,
+            openings,
+            present: false,
+            cuts: Cuts::default(),
+            remarks: Remarks::default(),
+        })
     }
 
     /// Looks whether somebody has the other side open, and clears up after the last one.
@@ -77,12 +88,12 @@ impl Port for Pty {
     /// A hang-up is reported without end, so our side is only watched while somebody is there.
     fn watched(&self) -> Vec<BorrowedFd<'_>> {
         let ours = self.present.then(|| self.ours.as_fd());
-        [Some(self.openings.as_fd()), ours].into_iter().flatten().collect()
+        [self.openings.watched(), ours].into_iter().flatten().collect()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
         let mut buffer = [0; CHUNK];
-        while let Ok(1..) = rustix::io::read(&self.openings, &mut buffer) {}
+        self.openings.forget();
         self.look().map_err(|errno| PortError::using(&self.name, errno))?;
         match rustix::io::read(&self.ours, &mut buffer) {
             Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
@@ -101,10 +112,17 @@ impl Port for Pty {
         if !self.present {
             return Ok(());
         }
-        match rustix::io::write(&self.ours, octets) {
-            Ok(_) | Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => Ok(()),
-            Err(errno) => Err(PortError::using(&self.name, errno)),
-        }
+        let taken = match rustix::io::write(&self.ours, octets) {
+            Ok(taken) => taken,
+            Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => 0,
+            Err(errno) => return Err(PortError::using(&self.name, errno)),
+        };
+        self.remarks.extend(self.cuts.sent(&self.name, octets.len(), taken));
+        Ok(())
+    }
+
+    fn next_remark(&mut self) -> Option<Remark> {
+        self.remarks.next()
     }
 }
 

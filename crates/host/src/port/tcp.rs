@@ -1,18 +1,44 @@
 //! A line over TCP: raw octets, no protocol of its own.
 //!
-//! The clients of a server share one line as if they were wired to it: what one sends, all others hear.
+//! The clients of a server share one line as if they were wired to it: what one sends, all others hear. Nobody who does not
+//! read holds up the others: what he does not take is cut off, and a remark says so.
 
+use super::remark::{Cuts, Remark, Remarks};
+use super::stream::{Stream, is_passing, taken};
 use super::{CHUNK, Character, Port, PortError};
 use rustix::fd::{AsFd, BorrowedFd};
-use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
+use std::io::{ErrorKind, Read};
+use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+use std::time::Duration;
+
+/// How long a host may take to answer. free choice: a serial server in the same plant takes milliseconds, the system minutes.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// A silent connection is asked whether it is still there after so long, and so often until it counts as lost. free choice:
+/// a bus is hardly ever silent, so this costs nothing, and an unplugged cable is noticed within half a minute.
+const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
+const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
+const KEEPALIVE_COUNT: u32 = 3;
+
+/// What was sent may be on its way for so long, in milliseconds: as long as a silent connection may be gone.
+#[cfg(target_os = "linux")]
+const UNHEARD_MS: u32 = 25_000;
 
 /// Listens, and is the line between its clients and us.
 #[derive(Debug)]
 pub struct TcpServer {
     name: String,
     listener: TcpListener,
-    clients: Vec<TcpStream>,
+    clients: Vec<Client>,
+    remarks: Remarks,
+}
+
+#[derive(Debug)]
+struct Client {
+    name: String,
+    socket: TcpStream,
+    cuts: Cuts,
 }
 
 impl TcpServer {
@@ -23,17 +49,18 @@ impl TcpServer {
     pub fn listen(address: &str) -> Result<Self, PortError> {
         let host = host(address)?;
         let failed = |error| network(address, error);
-        let listener = TcpListener::bind(address).map_err(failed)?;
+        let addresses = resolve(address, address)?;
+        let listener = TcpListener::bind(addresses.as_slice()).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
-        Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new() })
+        Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), remarks: Remarks::default() })
     }
 
     /// Takes everybody who wants to join. A client that cannot be set up is not taken.
     fn accept(&mut self) {
-        while let Ok((client, _)) = self.listener.accept() {
-            if client.set_nonblocking(true).and_then(|()| client.set_nodelay(true)).is_ok() {
-                self.clients.push(client);
+        while let Ok((socket, address)) = self.listener.accept() {
+            if set_up(&socket).is_ok() {
+                self.clients.push(Client { name: format!("tcp://{address}"), socket, cuts: Cuts::default() });
             }
         }
     }
@@ -41,8 +68,9 @@ impl TcpServer {
     fn share(&mut self, octets: &[u8], except: Option<usize>) {
         for (number, client) in self.clients.iter_mut().enumerate() {
             if Some(number) != except {
-                // What a client does not read is dropped; one that is gone is noticed when it is read from.
-                let _taken = client.write(octets);
+                // A client that is gone is noticed when it is read from.
+                let taken = taken(&mut client.socket, octets).unwrap_or(octets.len());
+                self.remarks.extend(client.cuts.sent(&client.name, octets.len(), taken));
             }
         }
     }
@@ -54,7 +82,7 @@ impl Port for TcpServer {
     }
 
     fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        std::iter::once(self.listener.as_fd()).chain(self.clients.iter().map(AsFd::as_fd)).collect()
+        std::iter::once(self.listener.as_fd()).chain(self.clients.iter().map(|client| client.socket.as_fd())).collect()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -62,7 +90,7 @@ impl Port for TcpServer {
         let mut buffer = [0; CHUNK];
         let mut gone = Vec::new();
         for number in 0..self.clients.len() {
-            match self.clients.get_mut(number).map(|client| client.read(&mut buffer)) {
+            match self.clients.get_mut(number).map(|client| client.socket.read(&mut buffer)) {
                 Some(Ok(length)) if length > 0 => {
                     let octets = buffer.get(..length).unwrap_or_default();
                     heard.extend(octets.iter().map(|octet| Character::Octet(*octet)));
@@ -82,67 +110,68 @@ impl Port for TcpServer {
         self.share(octets, None);
         Ok(())
     }
+
+    fn next_remark(&mut self) -> Option<Remark> {
+        self.remarks.next()
+    }
 }
 
 /// A connection to a serial server.
-#[derive(Debug)]
-pub struct TcpClient {
-    name: String,
-    stream: TcpStream,
-}
+pub type TcpClient = Stream<TcpStream>;
 
 impl TcpClient {
-    /// Connects to `HOST:PORT`.
+    /// Connects to `HOST:PORT`, at each address the host has, for three seconds each.
     ///
     /// # Errors
-    /// [`PortError::Address`] when `address` is none, [`PortError::Missing`] when nobody listens there.
+    /// [`PortError::Address`] when `address` is none, [`PortError::Host`] when the host has no address,
+    /// [`PortError::Missing`] when nobody listens there, [`PortError::Unreachable`] when nothing comes back.
     pub fn connect(address: &str) -> Result<Self, PortError> {
         host(address)?;
         let name = format!("tcp://{address}");
-        let failed = |error| network(&name, error);
-        let stream = TcpStream::connect(address).map_err(failed)?;
-        stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).map_err(failed)?;
-        Ok(Self { name, stream })
-    }
-}
-
-impl Port for TcpClient {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        vec![self.stream.as_fd()]
-    }
-
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
-        let mut buffer = [0; CHUNK];
-        match self.stream.read(&mut buffer) {
-            Ok(0) => return Err(PortError::Lost(self.name.clone())),
-            Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
-            Err(error) if is_passing(&error) => {}
-            Err(_) => return Err(PortError::Lost(self.name.clone())),
+        let mut refused = PortError::Missing(name.clone());
+        for address in resolve(&name, address)? {
+            match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
+                Ok(socket) => {
+                    set_up(&socket).map_err(|error| network(&name, error))?;
+                    return Ok(Self::new(name, socket, Vec::new()));
+                }
+                Err(error) => refused = network(&name, error),
+            }
         }
-        Ok(())
-    }
-
-    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        match self.stream.write(octets) {
-            Ok(_) => Ok(()),
-            Err(error) if is_passing(&error) => Ok(()),
-            Err(_) => Err(PortError::Lost(self.name.clone())),
-        }
+        Err(refused)
     }
 }
 
-fn is_passing(error: &std::io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+/// Octets leave at once, nothing blocks, and an other side that vanished without a word is noticed.
+fn set_up(socket: &TcpStream) -> std::io::Result<()> {
+    socket.set_nonblocking(true)?;
+    socket.set_nodelay(true)?;
+    set_socket_keepalive(socket, true)?;
+    set_tcp_keepidle(socket, KEEPALIVE_IDLE)?;
+    set_tcp_keepintvl(socket, KEEPALIVE_INTERVAL)?;
+    set_tcp_keepcnt(socket, KEEPALIVE_COUNT)?;
+    #[cfg(target_os = "linux")]
+    {
+        // While something is on its way nobody is asked, and the system repeats it for a quarter of an hour.
+        rustix::net::sockopt::set_tcp_user_timeout(socket, UNHEARD_MS)?;
+    }
+    Ok(())
 }
 
-/// The part of `HOST:PORT` before the port.
+fn resolve(name: &str, address: &str) -> Result<Vec<SocketAddr>, PortError> {
+    let addresses = address.to_socket_addrs().map(Iterator::collect);
+    addresses.map_err(|source| PortError::Host { name: name.to_owned(), source })
+}
+
+/// The part of `HOST:PORT` before the port. The colons of an IPv6 address stand in brackets.
 fn host(address: &str) -> Result<&str, PortError> {
+    let in_brackets = |host: &str| host.starts_with('[') && host.ends_with(']');
     match address.rsplit_once(':') {
-        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => Ok(host),
+        Some((host, port))
+            if !host.is_empty() && port.parse::<u16>().is_ok() && (!host.contains(':') || in_brackets(host)) =>
+        {
+            Ok(host)
+        }
         _ => Err(PortError::Address(address.to_owned())),
     }
 }
@@ -151,9 +180,10 @@ fn network(name: &str, error: std::io::Error) -> PortError {
     match error.kind() {
         ErrorKind::AddrInUse => PortError::InUse(name.to_owned()),
         ErrorKind::PermissionDenied => PortError::Denied(name.to_owned()),
-        ErrorKind::ConnectionRefused | ErrorKind::AddrNotAvailable | ErrorKind::NotFound | ErrorKind::TimedOut => {
+        ErrorKind::ConnectionRefused | ErrorKind::AddrNotAvailable | ErrorKind::NotFound => {
             PortError::Missing(name.to_owned())
         }
+        ErrorKind::TimedOut => PortError::Unreachable { name: name.to_owned(), seconds: CONNECT_TIMEOUT.as_secs() },
         _ => PortError::system(name, error),
     }
 }

@@ -146,7 +146,9 @@ fn data(du: &[u8]) -> String {
     if du.is_empty() { String::new() } else { format!(" {}", Hex(du)) }
 }
 
-fn set_prm(prm: &SetPrm<'_>) -> String {
+/// What Set_Prm asks for.
+#[must_use]
+pub fn set_prm(prm: &SetPrm<'_>) -> String {
     let [first, second] = prm.wd_fact;
     let mut words = listed(PRM_WORDS.iter().filter(|(bit, _)| prm.status.intersects(*bit)).map(|(_, word)| *word));
     if prm.status.contains(PrmStatus::WD_ON) {
@@ -174,7 +176,9 @@ fn configuration(octets: &[u8]) -> String {
     }
 }
 
-fn global_control(control: GlobalControl) -> String {
+/// What Global_Control orders, and whom.
+#[must_use]
+pub fn global_control(control: GlobalControl) -> String {
     let words = CONTROL_WORDS.iter().filter(|(bit, _)| control.command.intersects(*bit)).map(|(_, word)| *word);
     let words = if control.command.is_empty() { " Operate".to_owned() } else { listed(words) };
     if control.group == 0 { words } else { format!("{words}, groups {:02X}", control.group) }
@@ -231,10 +235,15 @@ fn slave_diag(diag: &SlaveDiag<'_>) -> String {
         master => format!(" master {master}"),
     };
     words += &format!(", ident {:04X}", diag.ident);
-    for (_, word) in DIAG_WORDS.iter().filter(|(bit, _)| diag.status.contains(*bit)) {
+    for word in station_status(diag.status) {
         words = words + ", " + word;
     }
     if diag.ext_diag.is_empty() { words } else { format!("{words}, {}", Hex(diag.ext_diag)) }
+}
+
+/// The names of the bits that are set.
+pub fn station_status(status: StationStatus) -> impl Iterator<Item = &'static str> {
+    DIAG_WORDS.iter().filter(move |(bit, _)| status.contains(*bit)).map(|(_, word)| *word)
 }
 
 /// Names as profibus-wire 2.3 has them; the bit that is always one says nothing.

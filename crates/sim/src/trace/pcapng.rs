@@ -32,21 +32,29 @@ const NANOSECONDS: u128 = 1_000_000_000;
 /// The trace as a capture file of `link_type`, [`PROFIBUS_DL`] or [`USER0`].
 #[must_use]
 pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
-    let mut file = Vec::new();
-    // Version 1.0, length of the section not given.
-    block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
-    let rate = u64::from(trace.baud.bits_per_second());
-    let mut options = option(IF_TSRESOL, &[9]);
-    options.extend(option(IF_SPEED, &rate.to_le_bytes()));
-    options.extend(option(0, &[]));
-    // No limit to the length of a packet.
-    block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
-    trace.entries.iter().for_each(|entry| packet(&mut file, entry, rate));
+    let mut file = head(trace.baud, link_type);
+    trace.entries.iter().for_each(|entry| file.extend(packet(entry, trace.baud)));
     file
 }
 
-fn packet(file: &mut Vec<u8>, entry: &Entry, rate: u64) {
-    let rate = u128::from(rate);
+/// What a file begins with: for a file that grows, packet by packet.
+#[must_use]
+pub fn head(baud: Baud, link_type: u16) -> Vec<u8> {
+    let mut file = Vec::new();
+    // Version 1.0, length of the section not given.
+    block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
+    let mut options = option(IF_TSRESOL, &[9]);
+    options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
+    options.extend(option(0, &[]));
+    // No limit to the length of a packet.
+    block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
+    file
+}
+
+/// The octets of one packet.
+#[must_use]
+pub fn packet(entry: &Entry, baud: Baud) -> Vec<u8> {
+    let (mut file, rate) = (Vec::new(), u128::from(baud.bits_per_second()));
     let time = ((u128::from(entry.start.0) * NANOSECONDS + rate / 2) / rate) as u64;
     let length = (entry.octets.len() as u32).to_le_bytes();
     let (high, low) = ((time >> 32) as u32, time as u32);
@@ -58,7 +66,8 @@ fn packet(file: &mut Vec<u8>, entry: &Entry, rate: u64) {
     }
     let octets = padded(&entry.octets);
     let (high, low) = (high.to_le_bytes(), low.to_le_bytes());
-    block(file, ENHANCED_PACKET, &[&[0; 4], &high, &low, &length, &length, &octets, &options]);
+    block(&mut file, ENHANCED_PACKET, &[&[0; 4], &high, &low, &length, &length, &octets, &options]);
+    file
 }
 
 fn block(file: &mut Vec<u8>, kind: u32, parts: &[&[u8]]) {
@@ -120,31 +129,45 @@ impl std::error::Error for BadCapture {}
 /// # Errors
 /// [`BadCapture`] when the octets are no such file.
 pub fn read(file: &[u8], otherwise: Baud) -> Result<Trace, BadCapture> {
+    let (trace, damage) = read_until_damage(file, otherwise);
+    damage.map_or(Ok(trace), Err)
+}
+
+/// Reads a capture file as far as it is whole: one whose writer was killed ends within a packet. Says what stopped it.
+#[must_use]
+pub fn read_until_damage(file: &[u8], otherwise: Baud) -> (Trace, Option<BadCapture>) {
     let mut blocks = Blocks { file, offset: 0, big_endian: false };
-    let mut interfaces: Vec<Interface> = Vec::new();
     let mut trace = Trace { baud: otherwise, entries: Default::default() };
     if !matches!(blocks.next(), Some(Ok((_, SECTION_HEADER, _)))) {
-        return Err(BadCapture::NotPcapng);
+        return (trace, Some(BadCapture::NotPcapng));
     }
-    for block in blocks {
-        let (offset, kind, body) = block?;
-        match kind {
-            SECTION_HEADER => interfaces.clear(),
-            INTERFACE => {
-                let interface = Interface::read(body).ok_or(BadCapture::Block { offset })??;
-                trace.baud = interface.baud.unwrap_or(trace.baud);
-                interfaces.push(interface);
-            }
-            ENHANCED_PACKET => {
-                let number = body.clone().long().ok_or(BadCapture::Block { offset })?;
-                let interface = interfaces.get(number as usize).ok_or(BadCapture::Interface { offset })?;
-                let entry = interface.entry(body, trace.baud).ok_or(BadCapture::Block { offset })?;
-                trace.entries.push_back(entry);
-            }
-            _ => {}
+    let mut interfaces = Vec::new();
+    let damage = blocks.find_map(|block| block.and_then(|block| add(&mut trace, &mut interfaces, block)).err());
+    (trace, damage)
+}
+
+/// What a block adds to the trace.
+fn add(
+    trace: &mut Trace,
+    interfaces: &mut Vec<Interface>,
+    (offset, kind, body): (usize, u32, Fields<'_>),
+) -> Result<(), BadCapture> {
+    match kind {
+        SECTION_HEADER => interfaces.clear(),
+        INTERFACE => {
+            let interface = Interface::read(body).ok_or(BadCapture::Block { offset })??;
+            trace.baud = interface.baud.unwrap_or(trace.baud);
+            interfaces.push(interface);
         }
+        ENHANCED_PACKET => {
+            let number = body.clone().long().ok_or(BadCapture::Block { offset })?;
+            let interface = interfaces.get(number as usize).ok_or(BadCapture::Interface { offset })?;
+            let entry = interface.entry(body, trace.baud).ok_or(BadCapture::Block { offset })?;
+            trace.entries.push_back(entry);
+        }
+        _ => {}
     }
-    Ok(trace)
+    Ok(())
 }
 
 /// Walks over the blocks of a file.
@@ -340,6 +363,17 @@ mod tests {
                 let _ = read(&altered, Baud::B9600);
             }
         }
+    }
+
+    #[test]
+    fn a_file_that_was_cut_off_is_read_up_to_there() {
+        let trace = trace(Baud::B1500000);
+        let file = write(&trace, USER0);
+        let (whole, damage) = read_until_damage(&file, Baud::B9600);
+        assert_eq!((whole, damage), (trace.clone(), None));
+        let (cut, damage) = read_until_damage(&file[..file.len() - 1], Baud::B9600);
+        assert_eq!(cut.entries.len(), trace.entries.len() - 1);
+        assert_eq!(damage, Some(BadCapture::Block { offset: file.len() - 36 }));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 use profivac_dp::link::Baud;
-use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Slave, State};
+use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation, Slave, State};
 use profivac_sim::scenario::Dialogue;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::{self, Lengths};
@@ -97,6 +97,17 @@ impl Device for Plain {
 
     fn take_diagnosis_change(&mut self) -> bool {
         std::mem::take(&mut self.diagnosis_changed)
+    }
+
+    /// 1/16 is what was sampled last, 200 times.
+    fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Refusal> {
+        match (slot, index, record.get_mut(..200)) {
+            (1, 16, Some(record)) => {
+                record.fill(self.samples);
+                Ok(record.len())
+            }
+            _ => Err(Refusal::INVALID_INDEX),
+        }
     }
 
     fn address_is_settable(&self) -> bool {

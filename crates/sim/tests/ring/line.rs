@@ -146,10 +146,17 @@ impl Line {
     /// A ring that is whole just now, as soon as it is.
     pub fn soon_whole(addresses: &[u8]) -> Self {
         let mut line = Self::new(addresses);
-        while !addresses.iter().all(|address| line.master(*address).masters().count() == addresses.len()) {
-            line.bus.run_for(100).unwrap();
-        }
+        line.until_known(addresses);
         line
+    }
+
+    /// Lets time pass until each of these knows that they are a ring.
+    pub fn until_known(&mut self, addresses: &[u8]) {
+        let end = self.bus.now() + Bounds::of(addresses).begin(addresses.len());
+        while !addresses.iter().all(|address| self.master(*address).masters().count() == addresses.len()) {
+            assert!(self.bus.now() < end, "no ring of {addresses:?}");
+            self.bus.run_for(100).unwrap();
+        }
     }
 
     /// Nobody can know who has the token for `tbit`; after that everybody keeps to the rules again.
@@ -207,9 +214,9 @@ impl Line {
         for (place, address) in addresses.iter().enumerate() {
             let master = self.master(*address);
             assert_eq!(master.standing(), Standing::InRing, "{address} {}", self.bus.trace());
-            let mut known: Vec<u8> = master.masters().collect();
+            let known: Vec<u8> = master.masters().collect();
             let mut all = addresses.to_vec();
-            (known.sort_unstable(), all.sort_unstable());
+            all.sort_unstable();
             assert_eq!(known, all, "what {address} knows");
             assert!(after[place] >= before[place] + 3, "{address} got {} answers", after[place] - before[place]);
         }

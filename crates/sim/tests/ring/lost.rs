@@ -1,8 +1,13 @@
 //! The token is lost: masters without power at every moment, damaged tokens.
 
-use crate::line::{Bounds, Line};
+use crate::common::{CFG, IDENT, Plain};
+use crate::line::{BAUD, Bounds, Line, parameters};
 use profivac_dp::link::BitTime;
-use profivac_sim::{Fault, Noise, Tamper};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+use profivac_dp::slave::{Slave, State};
+use profivac_sim::{Bus, Fault, Noise, Tamper};
+
+type Class1 = Master<2, 8>;
 
 const ADDRESSES: [u8; 3] = [2, 5, 9];
 
@@ -55,6 +60,52 @@ fn power_returns_at_once_or_later_and_the_ring_is_whole_again() {
             let bound = bounds.token_lost(1) + bounds.join();
             line.becomes_whole(&ADDRESSES, bound).unwrap_or_else(|foul| panic!("{after}, {victim}: {foul}"));
         }
+    }
+}
+
+/// Five masters, two of which lose power at once, at moments of a rotation that are no multiple of anything.
+#[test]
+fn two_of_five_lose_power_at_once() {
+    const ALL: [u8; 5] = [1, 4, 7, 10, 13];
+    for after in (0..5_000).step_by(17) {
+        for victims in [[1, 4], [4, 10], [13, 1]] {
+            let mut line = Line::soon_whole(&ALL);
+            line.bus.run_for(after).unwrap();
+            victims.into_iter().for_each(|victim| line.switch_off(victim));
+            let rest: Vec<u8> = ALL.into_iter().filter(|address| !victims.contains(address)).collect();
+            let bound = Bounds::of(&rest).token_lost(2);
+            line.becomes_whole(&rest, bound).unwrap_or_else(|foul| panic!("{after}, {victims:?}: {foul}"));
+        }
+    }
+}
+
+/// Two class 1 masters with slaves whose watchdogs run: 50 ms, 75 000 bit times. One master loses power; its slaves fall
+/// out of data exchange, those of the other never do.
+#[test]
+fn the_slaves_of_others_stay_in_data_exchange() {
+    for after in (0..2_000).step_by(97) {
+        let mut bus = Bus::new(BAUD);
+        let class1 = |address: u8, slaves: [u8; 2]| {
+            let mut master = Class1::on(parameters(address), Settings::new(BAUD), BitTime(0));
+            for slave in slaves {
+                let watchdog = Some([5, 1]);
+                master.user.add(&SlaveParameters { watchdog, ..SlaveParameters::new(slave, IDENT, &CFG) }).unwrap();
+            }
+            master.user.set_mode(Mode::Operate);
+            master
+        };
+        let masters = [(2, [30, 31]), (5, [32, 33])].map(|(address, slaves)| bus.attach(class1(address, slaves)));
+        let slaves = [30, 31, 32, 33].map(|address| bus.attach(Slave::new(Plain::new(), address, BAUD)));
+        let states = |bus: &Bus| slaves.map(|slave| matches!(bus.station(slave).state(), State::DataExch(..)));
+        bus.run_for(Bounds::of(&[2, 5]).begin(2) + 100_000 + after).unwrap();
+        assert_eq!(states(&bus), [true; 4]);
+        bus.inject(Fault::Power(masters[0].id(), false));
+        for _ in 0..200 {
+            bus.run_for(1_000).unwrap();
+            assert_eq!(states(&bus)[2..], [true; 2], "{after}");
+        }
+        assert_eq!(states(&bus)[..2], [false; 2], "{after}");
+        assert_eq!([32, 33].map(|slave| bus.station(masters[1]).user.counters(slave).unwrap().lost), [0; 2]);
     }
 }
 

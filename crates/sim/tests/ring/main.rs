@@ -1,6 +1,7 @@
 //! Rings of several masters in bit times, watched by the referee. profibus-wire 1.13.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test")]
 
+mod chaos;
 mod coming_and_going;
 #[path = "../common/mod.rs"]
 mod common;

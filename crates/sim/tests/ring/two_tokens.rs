@@ -19,9 +19,7 @@ fn two_rings_that_merge_are_one_in_time() {
             let mut line = Line::along(&places);
             line.bus.inject(Fault::Cut(Some(2)));
             for side in [left, right] {
-                while !side.iter().all(|address| line.master(*address).masters().count() == side.len()) {
-                    line.bus.run_for(100).unwrap();
-                }
+                line.until_known(side);
             }
             line.bus.run_for(after).unwrap();
             line.bus.inject(Fault::Cut(None));
@@ -29,6 +27,27 @@ fn two_rings_that_merge_are_one_in_time() {
             line.in_confusion(Bounds::of(&all).begin(all.len()));
             line.stays_whole(&all).unwrap_or_else(|foul| panic!("{left:?} and {right:?} after {after}: {foul}"));
         }
+    }
+}
+
+/// Two masters that claim the line at the same bit time speak in step from then on: neither hears the other, and no slave
+/// understands either. Their addresses part them.
+#[test]
+fn two_masters_in_step_find_each_other() {
+    for (one, other) in [(7, 13), (0, 15), (2, 3), (8, 9), (4, 12)] {
+        let mut line = Line::new(&[]);
+        // T_TO is 2 x 300 longer for each address: the lower one begins to listen so much later.
+        for (address, begins) in [(one, u64::from(other - one) * 600), (other, 0)] {
+            line.bus.attach(Slave::<_>::new(Plain::new(), slave_of(address), BAUD));
+            let master = line.bus.attach(master(address, BitTime(begins)));
+            line.masters.push((address, master));
+        }
+        line.bus.record(usize::MAX);
+        line.in_confusion(20_000);
+        let starts: Vec<_> = line.bus.trace().entries.iter().map(|entry| entry.start).collect();
+        assert!(starts.windows(2).any(|pair| pair[0] == pair[1]), "{one} and {other} were never in step");
+        line.in_confusion(Bounds::of(&[one, other]).begin(2));
+        line.stays_whole(&[one, other]).unwrap_or_else(|foul| panic!("{one} and {other}: {foul}"));
     }
 }
 

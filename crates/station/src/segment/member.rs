@@ -9,7 +9,7 @@ use profivac_devices::profile::StatusExtension;
 use profivac_dp::master::State;
 use profivac_host::live;
 use profivac_host::port::PortError;
-use profivac_host::tool::{Tool, ToolError};
+use profivac_host::tool::{BusMaster, Tool, ToolError};
 use profivac_host::watch::{Value, WatchError, Watched};
 use profivac_vacuum::Gas;
 use std::sync::Arc;
@@ -55,6 +55,11 @@ impl Member {
             look_at: now,
             sample_at: now,
         }
+    }
+
+    /// A gauge that exchanges data already, or will.
+    pub fn known(config: config::Gauge, watched: Watched) -> Self {
+        Self { watched: Some(watched), standing: Standing::Starting, ..Self::new(config) }
     }
 
     /// The same slave under what the file says now.
@@ -150,14 +155,14 @@ impl Member {
     }
 
     /// Takes what the gauge shows, if the time for it has come.
-    pub fn sample(&mut self, plant: &Plant, tool: &mut Tool) {
+    pub fn sample(&mut self, plant: &Plant, master: &BusMaster) {
         let now = Instant::now();
         let Some(watched) = self.watched.filter(|_| self.sample_at <= now) else { return };
         self.sample_at = now + self.config.poll;
         let address = self.config.address;
-        let state = tool.master().state(address);
-        let trouble = tool.master().trouble(address).map(|trouble| trouble.to_string());
-        let reading = tool.master().inputs(address).map(|inputs| watched.reading(inputs));
+        let state = master.state(address);
+        let trouble = master.trouble(address).map(|trouble| trouble.to_string());
+        let reading = master.inputs(address).map(|inputs| watched.reading(inputs));
         match reading {
             Some(reading) => {
                 self.exceptions = reading.exceptions().into_iter().map(str::to_owned).collect();

@@ -6,8 +6,11 @@
 //!    └── port is lost, back-off ┴────────────────────────────────────────────────┘
 //! ```
 
+mod exhibit;
 mod member;
 mod questions;
+
+pub use exhibit::Exhibit;
 
 use crate::config;
 use crate::plant::{Plant, Question, Scenery};
@@ -17,7 +20,8 @@ use member::Member;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Standing;
 use profivac_dp::master::Mode;
-use profivac_host::port::{self, PortError};
+use profivac_host::open;
+use profivac_host::port::PortError;
 use profivac_host::tool::{Tool, ToolError, bus_parameters};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -37,6 +41,9 @@ const SHOW: Duration = Duration::from_millis(100);
 const FIRST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 
+/// A master with room for every slave a bus can have is moved a few times while it is made.
+const STACK: usize = 8 << 20;
+
 /// What a segment is told.
 enum Order {
     /// Its gauges are these from now on.
@@ -53,12 +60,15 @@ pub struct Running {
 }
 
 impl Running {
-    /// Begins. Nothing fails: what is in the way is shown, and tried again.
-    #[must_use]
-    pub fn start(config: config::Segment, plant: Arc<Plant>) -> Self {
+    /// Begins. What is in the way on the bus is shown, and tried again.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(config: config::Segment, plant: Arc<Plant>) -> std::io::Result<Self> {
         let (orders, inbox) = channel();
         let worker = Worker::new(config.clone(), plant, inbox);
-        Self { config, orders, thread: std::thread::spawn(move || worker.run()) }
+        let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
+        Ok(Self { config, orders, thread: thread.spawn(move || worker.run())? })
     }
 
     /// What it was started with, or told since.
@@ -151,7 +161,7 @@ impl Worker {
 
     fn open(&self) -> Result<Tool, PortError> {
         let config::Segment { port, baud, master, .. } = &self.config;
-        let opened = Tool::new(port::open(port, *baud)?, *baud, bus_parameters(*master, *baud), PATIENCE);
+        let opened = Tool::new(open::port(port, *baud)?, *baud, bus_parameters(*master, *baud), PATIENCE);
         match opened {
             Ok(mut tool) => {
                 tool.master().set_mode(Mode::Operate);
@@ -159,7 +169,7 @@ impl Worker {
             }
             Err(ToolError::Port(error)) => Err(error),
             // The parameters of a checked file are possible.
-            Err(ToolError::Parameters(_) | ToolError::Taken(_) | ToolError::Babble) => {
+            Err(ToolError::Parameters(_) | ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble) => {
                 Err(PortError::Lost(port.clone()))
             }
         }
@@ -220,9 +230,13 @@ impl Worker {
         }
         let due = self.members.iter().map(Member::due).min().unwrap_or_else(|| Instant::now() + SERVE);
         tool.serve(&[], due.saturating_duration_since(Instant::now()).min(SERVE))?;
+        while let Some(remark) = tool.next_remark() {
+            self.plant.note(None, EventKind::Bus, format!("segment {}: {remark}", self.config.name));
+        }
         self.look(tool)?;
         let plant = &self.plant;
-        self.members.iter_mut().for_each(|member| member.sample(plant, tool));
+        let master = tool.master();
+        self.members.iter_mut().for_each(|member| member.sample(plant, master));
         if Instant::now() >= self.show_at {
             self.show(Some(&mut *tool));
         }
@@ -320,7 +334,7 @@ fn seen(tool: &mut Tool, config: &config::Segment) -> Seen {
         Standing::Offline | Standing::Listening | Standing::Ready => (view::SegmentState::Listening, None),
     };
     let cycle_ms = milliseconds(tool.master().cycle_tbit(), config.baud);
-    let masters: Vec<_> = tool.masters();
+    let masters: Vec<_> = tool.masters().collect();
     let others = masters.into_iter().filter(|address| *address != config.master).map(|address| view::OnBus {
         address,
         standing: view::Standing::Master,

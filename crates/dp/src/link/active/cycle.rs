@@ -1,7 +1,6 @@
 //! A message cycle: a request, its repetitions, and its answer. profibus-wire 1.10.
 
-use super::request::Kind;
-use super::request::Requests;
+use super::request::{Kind, Requests};
 use super::state::{Cycle, State};
 use super::{Active, Answer, Confirmation, Failure, LONGEST_TBIT, answer};
 use crate::link::Transmit;

@@ -16,6 +16,8 @@ pub(super) struct Gap {
     pause_tbit: u64,
     /// No address is asked before.
     from: BitTime,
+    /// Every scan begins with the pause.
+    lazy: bool,
     /// Which address was asked last.
     cursor: u8,
     live: [Option<StationType>; ADDRESSES as usize],
@@ -24,7 +26,7 @@ pub(super) struct Gap {
 impl Gap {
     /// Nobody is known yet.
     pub(super) const fn new(own: u8, hsa: u8, pause_tbit: u64) -> Self {
-        Self { own, hsa, pause_tbit, from: BitTime(0), cursor: own, live: [None; ADDRESSES as usize] }
+        Self { own, hsa, pause_tbit, from: BitTime(0), lazy: false, cursor: own, live: [None; ADDRESSES as usize] }
     }
 
     /// A token visit ends at `now`: the address to ask in it, if the GAP is being scanned. One address per visit, from this
@@ -62,16 +64,22 @@ impl Gap {
         }
     }
 
-    /// The successor is gone, or nothing is known: the next visit begins to scan.
-    pub(super) const fn scan(&mut self) {
+    /// The successor is gone, or nothing is known: the next visit after `now` begins to scan.
+    pub(super) fn scan(&mut self, now: BitTime) {
         self.cursor = self.own;
-        self.from = BitTime(0);
+        self.from = if self.lazy { now + self.pause_tbit } else { now };
+    }
+
+    /// Every scan begins with the pause.
+    pub(super) const fn set_lazy(&mut self) {
+        self.lazy = true;
     }
 
     /// Another highest station address.
     pub(super) const fn set_hsa(&mut self, hsa: u8) {
         self.hsa = hsa;
-        self.scan();
+        self.cursor = self.own;
+        self.from = BitTime(0);
     }
 
     /// What `address` answered to FDL status, or that it did not.
@@ -139,10 +147,18 @@ mod tests {
     fn a_successor_that_goes_and_a_new_hsa_end_the_pause() {
         let mut gap = Gap::new(2, 20, PAUSE_TBIT);
         assert_eq!(asked(&mut gap, 5, 4), "3 4 - -");
-        gap.scan();
+        gap.scan(BitTime(5));
         assert_eq!(asked(&mut gap, 9, 7), "3 4 5 6 7 8 -");
         gap.set_hsa(4);
         assert_eq!(asked(&mut gap, 2, 5), "3 4 0 1 -");
+    }
+
+    #[test]
+    fn a_lazy_station_asks_after_the_first_pause() {
+        let mut gap = Gap::new(2, 20, 35);
+        gap.set_lazy();
+        gap.scan(BitTime(0));
+        assert_eq!(asked(&mut gap, 5, 6), "- - - 3 4 -");
     }
 
     #[test]

@@ -13,7 +13,7 @@
 //!   └──┴──────── token from PS, T_TO ────────┘
 //! ```
 //!
-//! [`token`] is the table of what the telegrams of other masters mean in each state, `las` the list of who is in the ring,
+//! `token` is the table of what the telegrams of other masters mean in each state, `las` the list of who is in the ring,
 //! `gap` the search for newcomers, `visit` what a station does with the token, and `cycle` a request with its answer.
 
 mod answer;
@@ -38,7 +38,7 @@ use gap::Gap;
 use las::Las;
 use profivac_wire::control::StationType;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
-use state::{Departure, Part, Pass, State, Twin, Visit};
+use state::{Departure, Part, Pass, State, Twin, Unheard, Visit};
 use token::Word;
 
 /// How long the longest telegram takes.
@@ -63,6 +63,7 @@ pub struct Active<R> {
     /// Who has offered the token and is not our predecessor.
     suspect: Option<u8>,
     twin: Twin,
+    unheard: Unheard,
     /// This station passes the token on and takes it no more.
     leaving: bool,
     /// What was sent last may come back from the adapter.
@@ -87,6 +88,7 @@ impl<R: Requests> Active<R> {
             other: None,
             suspect: None,
             twin: Twin::NONE,
+            unheard: Unheard::NONE,
             leaving: false,
             may_echo: false,
             telegram: [0; MAX_TELEGRAM],
@@ -103,6 +105,12 @@ impl<R: Requests> Active<R> {
     pub const fn set_hsa(&mut self, hsa: u8) {
         self.bus.hsa = hsa;
         self.gap.set_hsa(hsa);
+    }
+
+    /// Looks for newcomers only after the first pause. For a tool that is gone again by then: each question costs a slot
+    /// time, and those of a port of an operating system are long.
+    pub const fn search_later(&mut self) {
+        self.gap.set_lazy();
     }
 
     /// Whether this station has the token.
@@ -190,6 +198,7 @@ impl<R: Requests> Station for Active<R> {
     #[inline]
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.busy = self.busy.max(end);
+        self.unheard.visits = 0;
         match Word::of(telegram, self.bus.address) {
             Some(word) => self.foreign(end, telegram, word),
             None => {
@@ -213,7 +222,10 @@ impl<R: Requests> Station for Active<R> {
         match &mut self.state {
             State::Waiting(cycle) => cycle.left = Some(end),
             State::Leaving(Departure::Claim) => self.state = State::Claiming,
-            State::Leaving(Departure::Token) => self.begin_visit(end, self.token_idle_tbit()),
+            State::Leaving(Departure::Token) => {
+                let idle_tbit = self.token_idle_tbit().saturating_add(self.unheard.visit(self.bus.address));
+                self.begin_visit(end, idle_tbit);
+            }
             State::Leaving(Departure::Pass(pass)) => self.state = State::Passing(*pass),
             State::Leaving(Departure::Unconfirmed) => {
                 self.state = State::Holding { idle_tbit: self.bus.id2_tbit() };
@@ -233,7 +245,7 @@ impl<R: Requests> Station for Active<R> {
             State::Claiming => self.send_token(self.bus.address, Departure::Token, due),
             State::Holding { .. } => self.work(now, due),
             State::Waiting(cycle) => self.expire(now, cycle),
-            State::Passing(pass) => self.check_pass(pass, due),
+            State::Passing(pass) => self.check_pass(now, pass, due),
             State::Leaving(_) | State::Offline => None,
         }
     }

@@ -157,9 +157,34 @@ mod tests {
     use std::string::ToString;
 
     #[test]
+    fn the_default_set_is_that_of_the_reference() {
+        for (baud, [slot, max_tsdr, setup, quiet, retries, gap, rotation]) in [
+            (Baud::B9600, [100, 60, 1, 0, 1, 1, 50_000]),
+            (Baud::B19200, [100, 60, 1, 0, 1, 1, 50_000]),
+            (Baud::B45450, [640, 400, 95, 0, 1, 1, 50_000]),
+            (Baud::B93750, [100, 60, 1, 0, 1, 1, 50_000]),
+            (Baud::B187500, [100, 60, 1, 0, 1, 1, 50_000]),
+            (Baud::B500000, [200, 100, 1, 0, 1, 1, 100_000]),
+            (Baud::B1500000, [300, 150, 1, 0, 1, 10, 300_000]),
+            (Baud::B3000000, [400, 250, 4, 3, 2, 10, 600_000]),
+            (Baud::B6000000, [600, 450, 8, 6, 3, 10, 1_200_000]),
+            (Baud::B12000000, [1000, 800, 16, 9, 4, 10, 2_400_000]),
+        ] {
+            let bus = BusParameters::new(2, baud);
+            let times = [bus.slot_tbit, bus.max_tsdr_tbit.into(), bus.setup_tbit.into(), bus.quiet_tbit.into()];
+            assert_eq!(times, [slot, max_tsdr, setup, quiet], "{baud}");
+            let counts = [bus.retry_limit.into(), bus.gap_factor.into(), bus.rotation_tbit];
+            assert_eq!(counts, [retries, gap, rotation], "{baud}");
+            assert_eq!((bus.min_tsdr_tbit, bus.hsa), (11, 126), "{baud}");
+            assert_eq!(bus.gap_pause_tbit(), u64::from(gap.saturating_mul(rotation)), "{baud}");
+        }
+    }
+
+    #[test]
     fn the_idle_times_are_those_of_the_reference() {
         for (baud, margin, id1, id2) in [
             (Baud::B9600, 4, 37, 60),
+            (Baud::B45450, 192, 225, 400),
             (Baud::B187500, 4, 37, 60),
             (Baud::B500000, 4, 37, 100),
             (Baud::B1500000, 4, 37, 150),

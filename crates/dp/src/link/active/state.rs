@@ -1,7 +1,7 @@
 //! What an active station is in the middle of, and what can be told of it.
 
 use super::request::{Asked, Mismatch};
-use crate::link::time::BitTime;
+use crate::link::time::{BitTime, T_SYN_TBIT};
 use core::fmt;
 
 /// Who has the word. In brackets the names of the standard.
@@ -103,6 +103,42 @@ pub(super) struct Twin {
 
 impl Twin {
     pub(super) const NONE: Self = Self { heard: 0, lately: false, yielded: false };
+}
+
+/// How long nobody was heard by a station that passes the token to itself.
+///
+/// Two masters that are alone, each for itself, may speak at the same bit times: neither hears the other, no slave
+/// understands either, and the silence after it brings them into step again. So a station that hears nobody listens a
+/// little longer now and then, in a pattern that is its address: two stations differ in one bit at least, and the one
+/// that waits hears the other begin. The standard compares what is sent with what is on the line instead; few adapters
+/// can.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unheard {
+    /// Token visits since a telegram was heard.
+    pub(super) visits: u8,
+    /// Which bit of the address is next.
+    bit: u8,
+}
+
+/// free choice: so many visits in a row are no accident.
+const UNHEARD_VISITS: u8 = 4;
+
+/// The bits of an address.
+const ADDRESS_BITS: u8 = 7;
+
+impl Unheard {
+    pub(super) const NONE: Self = Self { visits: 0, bit: 0 };
+
+    /// A visit begins. How much longer the station `own` listens before it speaks: more than a character.
+    pub(super) fn visit(&mut self, own: u8) -> u64 {
+        self.visits = self.visits.saturating_add(1);
+        if self.visits < UNHEARD_VISITS {
+            return 0;
+        }
+        let waits = own.checked_shr(self.bit.into()).unwrap_or_default() & 1 == 1;
+        *self = Self { visits: 0, bit: self.bit.saturating_add(1).checked_rem(ADDRESS_BITS).unwrap_or_default() };
+        if waits { T_SYN_TBIT } else { 0 }
+    }
 }
 
 /// Where an active station stands to the ring.

@@ -228,7 +228,7 @@ impl<R: Requests> Active<R> {
             return self.work(now, due);
         }
         self.las = Las::alone(self.bus.address);
-        self.gap.scan();
+        self.gap.scan(now);
         self.send_token(self.bus.address, Departure::Claim, due)
     }
 
@@ -257,7 +257,7 @@ impl<R: Requests> Active<R> {
     }
 
     /// Nothing was heard for T_SL after a token: again, and then to the successor of the one that does not take it.
-    pub(super) fn check_pass(&mut self, pass: Pass, due: BitTime) -> Option<Transmit<'_>> {
+    pub(super) fn check_pass(&mut self, now: BitTime, pass: Pass, due: BitTime) -> Option<Transmit<'_>> {
         if pass.heard {
             // Somebody spoke, if not clearly: who has the token can only be the successor.
             self.rest();
@@ -269,7 +269,7 @@ impl<R: Requests> Active<R> {
         }
         count(&mut self.counters.lost_successors);
         self.las.remove(pass.da);
-        self.gap.scan();
+        self.gap.scan(now);
         self.pass_token(due)
     }
 }

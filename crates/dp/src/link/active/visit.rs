@@ -1,15 +1,13 @@
 //! A token visit: messages of the layer above as long as there is hold time, one address of the GAP, the token.
 //! profibus-wire 1.12.
 
-use super::request::Asked;
-use super::request::{Kind, Priority, Request, Requests};
+use super::request::{Asked, Kind, Priority, Request, Requests};
 use super::state::{Cycle, Departure, Part, State, Visit};
 use super::{Active, Confirmation, Failure};
 use crate::link::Transmit;
 use crate::link::time::BitTime;
-use profivac_wire::Frame;
-use profivac_wire::Telegram;
 use profivac_wire::control::{Control, FrameCount, Function};
+use profivac_wire::{Frame, Telegram};
 
 impl<R: Requests> Active<R> {
     /// The token came at `now`. Its hold time is what the last rotation left of T_TR.

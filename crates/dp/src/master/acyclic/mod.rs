@@ -32,6 +32,15 @@ pub enum Notice {
     Ended(End),
 }
 
+/// How a slave stands in data exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stands {
+    /// How often it has come there.
+    pub(super) starts: u32,
+    /// It is sent its outputs, and not zeros.
+    pub(super) operating: bool,
+}
+
 /// The next one to be asked for a message: first the connections of MS2, then the jobs of MS1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Turn(usize);
@@ -116,21 +125,15 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         }
     }
 
-    /// Time has come to `now`. `starts` tells of a slave in data exchange how often it has come there.
-    pub(super) fn elapse(
-        &mut self,
-        now: BitTime,
-        operating: bool,
-        starts: impl Fn(u8) -> Option<u32>,
-        events: &mut Sink<'_>,
-    ) {
+    /// Time has come to `now`. `stands` tells of a slave in data exchange how it stands there.
+    pub(super) fn elapse(&mut self, now: BitTime, stands: impl Fn(u8) -> Option<Stands>, events: &mut Sink<'_>) {
         if self.idle {
             return;
         }
         for number in 0..PLACES {
             self.elapse_ms2(now, number, events);
-            self.elapse_ms1(now, number, &starts, events);
-            self.elapse_pkw(now, number, operating, &starts, events);
+            self.elapse_ms1(now, number, &stands, events);
+            self.elapse_pkw(now, number, &stands, events);
         }
     }
 
@@ -139,10 +142,18 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         tell(now, self.ms2.handle(number), notice, events);
     }
 
-    fn elapse_ms1(&mut self, now: BitTime, number: usize, starts: impl Fn(u8) -> Option<u32>, events: &mut Sink<'_>) {
+    fn elapse_ms1(
+        &mut self,
+        now: BitTime,
+        number: usize,
+        stands: impl Fn(u8) -> Option<Stands>,
+        events: &mut Sink<'_>,
+    ) {
         let Some(job) = self.ms1.at(number) else { return };
-        let stays = starts(job.address()) == Some(job.starts());
-        let notice = if stays { job.elapse(now) } else { job.fail(Cause::Left) };
+        let notice = match stands(job.address()) {
+            Some(Stands { starts, .. }) if starts == job.starts() => job.elapse(now),
+            _ => job.fail(Cause::Left),
+        };
         if notice.is_some() && job.is_late() {
             self.late = Some(job.address());
         }
@@ -154,15 +165,14 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         &mut self,
         now: BitTime,
         number: usize,
-        operating: bool,
-        starts: impl Fn(u8) -> Option<u32>,
+        stands: impl Fn(u8) -> Option<Stands>,
         events: &mut Sink<'_>,
     ) {
         let Some(job) = self.pkw.at(number) else { return };
-        let notice = match (operating, starts(job.address()) == Some(job.starts())) {
-            (true, true) => None,
-            (false, _) => job.fail(Cause::NotOperating),
-            (true, false) => job.fail(Cause::Left),
+        let notice = match stands(job.address()) {
+            Some(Stands { starts, operating: true }) if starts == job.starts() => None,
+            Some(Stands { operating: false, .. }) => job.fail(Cause::NotOperating),
+            _ => job.fail(Cause::Left),
         };
         let notice = notice.map(|notice| (job.address(), notice));
         tell(now, self.pkw.handle(number), notice, events);
@@ -224,26 +234,25 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         }
     }
 
-    /// The outputs of a slave with an instruction under way, as they are to be sent: a copy in `du` with the channel put
-    /// in, and its length. The image itself stays the user's.
+    /// Whether nothing was ever handed in. Then none of the other functions has anything to do.
     #[inline]
-    pub(super) fn with_channel(&mut self, address: u8, outputs: &[u8], du: &mut [u8]) -> Option<usize> {
-        if self.idle {
-            return None;
-        }
-        let job = self.pkw.iter_mut().find(|job| job.address() == address && !job.is_over())?;
-        let copy = du.get_mut(..outputs.len())?;
+    pub(super) const fn is_idle(&self) -> bool {
+        self.idle
+    }
+
+    /// The outputs of a slave as they are to be sent: with an instruction under way a copy in `du` with the channel put in.
+    /// The image itself stays the user's.
+    #[inline(never)]
+    pub(super) fn with_channel<'a>(&mut self, address: u8, outputs: &'a [u8], du: &'a mut [u8]) -> &'a [u8] {
+        let job = self.pkw.iter_mut().find(|job| job.address() == address && !job.is_over());
+        let (Some(job), Some(copy)) = (job, du.get_mut(..outputs.len())) else { return outputs };
         copy.copy_from_slice(outputs);
         job.put(copy);
-        Some(outputs.len())
+        copy
     }
 
     /// A slave has answered with these inputs.
-    #[inline]
     pub(super) fn exchanged(&mut self, now: BitTime, address: u8, inputs: &[u8], events: &mut Sink<'_>) {
-        if self.idle {
-            return;
-        }
         for number in 0..PLACES {
             let job = self.pkw.at(number).filter(|job| job.address() == address);
             let notice = job.and_then(|job| job.exchanged(inputs));

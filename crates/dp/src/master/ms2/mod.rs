@@ -16,7 +16,7 @@ mod parameters;
 
 pub use parameters::{Ms2Parameters, Opened};
 
-use super::acyclic::{Cause, End, Expected, Held, NotTaken, Notice, Outcome, PostBox, Progress, Stage};
+use super::acyclic::{Cause, End, Expected, Held, NotTaken, Notice, Outcome, Patience, PostBox, Progress, Stage};
 use crate::link::BitTime;
 use crate::link::active::{Confirmation, Request};
 use core::fmt;
@@ -104,6 +104,7 @@ pub(super) struct Connection {
     max_len_data_unit: u8,
     /// T.
     timeout_tbit: u64,
+    patience: Patience,
     post: PostBox,
     abort: [u8; 3],
 }
@@ -121,6 +122,7 @@ const IDLE: [u8; 1] = [Function::Idle.number()];
 
 impl Connection {
     pub(super) fn new(address: u8, parameters: &Ms2Parameters) -> Self {
+        let timeout_tbit = parameters.timeout_tbit(0);
         let mut post = PostBox::new();
         post.put(&Pdu::Initiate(parameters.initiate()));
         Self {
@@ -131,7 +133,8 @@ impl Connection {
             closing: None,
             server_sap: 0,
             max_len_data_unit: 0,
-            timeout_tbit: parameters.timeout_tbit(0),
+            timeout_tbit,
+            patience: parameters.patience(timeout_tbit),
             post,
             abort: [0; 3],
         }
@@ -199,11 +202,10 @@ impl Connection {
 
     /// Time has come to `now`: what is due, and whether there is a message to send.
     pub(super) fn elapse(&mut self, now: BitTime) -> Option<Notice> {
-        let patience = self.parameters.patience(self.timeout_tbit);
         match self.state {
             _ if self.wants_to_close() => return self.closed(),
             State::Initiating(_) | State::Transferring(_) => {
-                if let Some(cause) = self.post.elapse(now, &patience) {
+                if let Some(cause) = self.post.elapse(now, &self.patience) {
                     return self.failed(cause);
                 }
             }
@@ -257,7 +259,6 @@ impl Connection {
 
     /// What became of the message.
     pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<Notice> {
-        let patience = self.parameters.patience(self.timeout_tbit);
         let expected = match self.state {
             State::Initiating(Step::Manager) => Expected::ResourceManager,
             State::Initiating(Step::Server(_)) => Expected::Initiate,
@@ -267,7 +268,7 @@ impl Connection {
             State::Open(_) | State::Ended(_) => return None,
         };
         let sent = self.post.stage;
-        match self.post.confirmed(now, confirmation, &patience) {
+        match self.post.confirmed(now, confirmation, &self.patience) {
             Progress::Waiting => match (expected, sent, confirmation) {
                 // Nobody there: no connection is lost by giving up at once. profibus-wire 4.11.
                 (Expected::ResourceManager, Stage::Request, Confirmation::Failed(failure)) => {
@@ -290,6 +291,7 @@ impl Connection {
             (Response::Negative(negative), State::Initiating(_)) => self.end(End::Refused(*negative)),
             (Response::ResourceManager(manager), _) => {
                 self.timeout_tbit = self.parameters.timeout_tbit(manager.min_send_timeout);
+                self.patience = self.parameters.patience(self.timeout_tbit);
                 self.server_sap = manager.server_sap;
                 self.post.begin(Stage::Poll);
                 self.state = State::Initiating(Step::Server(*manager));

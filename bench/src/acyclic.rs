@@ -1,0 +1,93 @@
+//! A class 2 master that reads a record of four octets again and again. What the slave answers is ready, so that only the
+//! master is counted: request, SC, poll and response, and the tokens between them.
+
+use crate::desk::{BAUD, MASTER, telegram};
+use profivac_dp::link::active::{Active, BusParameters};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::master::{Handle, Master, Ms2Parameters, Outcome, Settings};
+use profivac_wire::Frame;
+use std::hint::black_box;
+
+const SLAVE: u8 = 8;
+
+/// What the slave answers: to Initiate, to the poll for its response, and to the poll for the record.
+struct Answers {
+    manager: Vec<u8>,
+    opened: Vec<u8>,
+    record: Vec<u8>,
+    is_open: bool,
+}
+
+impl Answers {
+    fn new() -> Self {
+        let frame =
+            |ssap, du| telegram(Frame { da: MASTER, sa: SLAVE, dsap: Some(50), ssap: Some(ssap), fc: 0x08, du });
+        Self {
+            manager: frame(49, &[0x56, 48, 0, 100]),
+            opened: frame(48, &[0x57, 240, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0]),
+            record: frame(48, &[0x5E, 1, 16, 4, 1, 2, 3, 4]),
+            is_open: false,
+        }
+    }
+
+    fn to(&mut self, request: &[u8]) -> Option<&[u8]> {
+        match request {
+            [0x68, _, _, _, _, _, _, 49, ..] => Some(&self.manager),
+            [0x68, 5, ..] if std::mem::replace(&mut self.is_open, true) => Some(&self.record),
+            [0x68, 5, ..] => Some(&self.opened),
+            [0x68, ..] => Some(&[0xE5]),
+            _ => None,
+        }
+    }
+}
+
+struct Tool {
+    station: Active<Master<0, 0>>,
+    receiver: Receiver,
+    answers: Answers,
+    now: BitTime,
+}
+
+impl Tool {
+    /// What the master does next, and the answer if there is one.
+    fn step(&mut self) {
+        self.now = self.station.wake_at().unwrap_or(self.now).max(self.now);
+        let Some(transmit) = self.station.poll(self.now) else { return };
+        self.now = transmit.not_before.max(self.now) + CHARACTER_TBIT * transmit.octets.len() as u64;
+        let answer = self.answers.to(transmit.octets);
+        self.station.sent(self.now);
+        let Some(answer) = answer else { return };
+        let first = self.now + 11 + CHARACTER_TBIT;
+        if let (_, Heard::Telegram(telegram)) = self.receiver.octets(first, answer) {
+            self.now = self.now + 11 + CHARACTER_TBIT * answer.len() as u64;
+            black_box(self.station.telegram(self.now, &telegram));
+        }
+    }
+
+    fn read(&mut self, connection: Handle) {
+        while !matches!(self.station.user.ms2_read(connection, 1, 16, 4), Ok(())) {
+            self.step();
+            black_box(self.station.user.outcome(connection));
+        }
+        loop {
+            self.step();
+            if let Some(Outcome::Read(record)) = self.station.user.outcome(connection) {
+                black_box(record);
+                return;
+            }
+        }
+    }
+}
+
+/// So many reads.
+pub fn read(times: u32) {
+    let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
+    let station = Master::on(bus, Settings::new(BAUD), BitTime(0));
+    let mut tool = Tool { station, receiver: Receiver::new(BitTime(0)), answers: Answers::new(), now: BitTime(0) };
+    let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
+    let connection = tool.station.user.ms2_open(SLAVE, &parameters);
+    let connection = connection.unwrap_or_else(|refused| unreachable!("{refused}"));
+    for _ in 0..times {
+        tool.read(connection);
+    }
+}

@@ -1,0 +1,88 @@
+//! `profivac address`: a new station address for a slave.
+
+use crate::bus::Bus;
+use crate::failure::Failure;
+use crate::gauge::confirm;
+use crate::output::{json, out};
+use crate::values;
+use clap::Args;
+use profivac_host::client::address::{AddressError, change, check};
+use serde::Serialize;
+
+/// Give a slave another station address.
+///
+/// The address switch of the device must stand outside 0 to 125, and no master may own it. The new address must be free; after
+/// the change the slave is looked for there.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    bus: Bus,
+    /// The address it has; 126 is where slaves wait that were never given one
+    #[arg(long, value_name = "N", value_parser = values::any_address)]
+    from: u8,
+    /// The address it shall have
+    #[arg(long, value_name = "N", value_parser = values::slave_address)]
+    to: u8,
+    /// Lock it: it takes no other address over the bus afterwards
+    #[arg(long)]
+    lock: bool,
+    /// Do not ask
+    #[arg(long)]
+    yes: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac address --port /dev/ttyUSB0 --from 126 --to 5
+  profivac address --port /dev/ttyUSB0 --from 126 --to 5 --lock";
+
+#[derive(Debug, Serialize)]
+struct Row {
+    from: u8,
+    to: u8,
+    ident: String,
+    devices: Vec<&'static str>,
+    locked: bool,
+}
+
+/// Looks, asks, changes, looks again.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { from, to, lock, .. } = *arguments;
+    for (option, address) in [("--from", from), ("--to", to)] {
+        if address == arguments.bus.master() {
+            return Err(Failure::usage(format!("{option} {address} is the address of this master; say --master N")));
+        }
+    }
+    let mut tool = arguments.bus.open()?;
+    let slave = check(&mut tool, from, to)?;
+    if lock {
+        let risk =
+            format!("address {to} would be locked: nothing on the bus changes it any more, only the address switch");
+        confirm(&risk, arguments.yes)?;
+    }
+    change(&mut tool, from, to, slave.ident, lock)?;
+    let devices = slave.devices();
+    let row = Row { from, to, ident: format!("0x{:04X}", slave.ident), devices, locked: lock };
+    let name = if row.devices.is_empty() { "unknown".to_owned() } else { row.devices.join(" or ") };
+    let locked = if lock { ", locked" } else { "" };
+    out(&if arguments.json { json(&row) } else { format!("{} ({name}): address {from} -> {to}{locked}", row.ident) });
+    Ok(())
+}
+
+impl From<AddressError> for Failure {
+    fn from(error: AddressError) -> Self {
+        let sentence = error.to_string();
+        match error {
+            AddressError::Tool(error) => error.into(),
+            AddressError::Taken(_) => Self::usage(sentence),
+            AddressError::Owned { .. } | AddressError::Closed(..) | AddressError::Stayed(_) => Self::refused(sentence),
+            AddressError::Nobody(_) | AddressError::Lost { .. } | AddressError::Gone { .. } => {
+                Self::no_answer(sentence)
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The dashboard of the demonstration: the station's, over the plant in memory.
+
+use crate::failure::Failure;
+use crate::output::remark;
+use profivac_host::scenario::Scenario;
+use profivac_host::scene::Scene;
+use profivac_station::plant::Plant;
+use profivac_station::recorder::{Recorder, Settings};
+use profivac_station::segment::Exhibit;
+use profivac_station::server::{Server, ServerError};
+use profivac_station::station::StationError;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use tempfile::TempDir;
+
+/// Where it is unless somebody says otherwise.
+const USUAL: &str = "127.0.0.1:8080";
+
+/// Somewhere else, if somebody has that already.
+const ANYWHERE: &str = "127.0.0.1:0";
+
+/// What serves the dashboard.
+pub struct Dashboard {
+    exhibit: Exhibit,
+    server: Server,
+    /// The record of a demonstration ends with it.
+    _folder: TempDir,
+}
+
+impl Dashboard {
+    /// Serves `scene` at `listen`, or at the usual place.
+    pub fn open(
+        scenario: &Scenario,
+        scene: &Scene,
+        master: u8,
+        listen: Option<SocketAddr>,
+        public: bool,
+    ) -> Result<Self, Failure> {
+        let folder = tempfile::tempdir()?;
+        let file = folder.path().join("demo.db");
+        let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
+        let plant = Arc::new(Plant::new(scenario.title.clone(), file, recorder));
+        let server = match listen {
+            Some(address) => Server::start(Arc::clone(&plant), address, public)?,
+            None => usual(&plant)?,
+        };
+        let names = |address: u8| {
+            let spec = scenario.specs().find(|spec| spec.place == address);
+            let device = spec.map(|spec| spec.device.clone()).unwrap_or_default();
+            (format!("{device} {address}"), device)
+        };
+        let exhibit = Exhibit::new(plant, "demo", scene, master, names);
+        Ok(Self { exhibit, server, _folder: folder })
+    }
+
+    /// Where it is.
+    pub fn url(&self) -> String {
+        format!("http://{}", self.server.address())
+    }
+
+    /// Takes what is new.
+    pub fn look(&mut self, scene: &mut Scene) {
+        self.exhibit.look(scene);
+    }
+}
+
+/// At the usual place, or wherever there is room.
+fn usual(plant: &Arc<Plant>) -> Result<Server, Failure> {
+    let parsed = |text: &str| text.parse().map_err(|_| Failure::usage(format!("{text} is no address")));
+    match Server::start(Arc::clone(plant), parsed(USUAL)?, false) {
+        Err(error @ ServerError::Listen { .. }) => {
+            remark(&format_args!("{error}; the dashboard is elsewhere"));
+            Ok(Server::start(Arc::clone(plant), parsed(ANYWHERE)?, false)?)
+        }
+        done => Ok(done?),
+    }
+}

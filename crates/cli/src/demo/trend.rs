@@ -1,0 +1,48 @@
+//! What has happened so far, as curves: the true pressures of the volumes and what the master reads.
+
+use super::Row;
+use profivac_host::scenario::Run;
+
+/// So many points are kept; when there are more, every second one is forgotten.
+const POINTS: usize = 2000;
+
+/// A curve: seconds and log10 of mbar.
+pub type Curve = Vec<(f64, f64)>;
+
+/// All curves.
+#[derive(Debug, Default)]
+pub struct Trend {
+    /// The true pressure in each volume, by its name.
+    pub truth: Vec<(String, Curve)>,
+    /// What the master reads from the first gauge.
+    pub read: Curve,
+}
+
+impl Trend {
+    /// One more moment.
+    pub fn add(&mut self, seconds: f64, run: &Run, row: &Row) {
+        if self.truth.is_empty() {
+            self.truth = run.pressures().map(|(name, _)| (name.to_owned(), Curve::new())).collect();
+        }
+        for ((_, curve), (_, pa)) in self.truth.iter_mut().zip(run.pressures()) {
+            curve.push((seconds, (pa / 100.0).log10()));
+        }
+        self.read.extend(row.read_mbar.map(|mbar| (seconds, mbar.log10())));
+        let curves = self.truth.iter_mut().map(|(_, curve)| curve).chain([&mut self.read]);
+        curves.filter(|curve| curve.len() > POINTS).for_each(thin);
+    }
+
+    /// The last moment, in s.
+    pub fn end(&self) -> f64 {
+        self.truth.iter().filter_map(|(_, curve)| curve.last()).fold(0.0, |end, (seconds, _)| end.max(*seconds))
+    }
+}
+
+/// Every second point is forgotten.
+fn thin(curve: &mut Curve) {
+    let mut keep = false;
+    curve.retain(|_| {
+        keep = !keep;
+        keep
+    });
+}

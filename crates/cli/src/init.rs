@@ -1,0 +1,98 @@
+//! `profivac init`: a station's file, made from who is on a bus.
+
+use crate::bus::Bus;
+use crate::failure::Failure;
+use crate::output::{out, remark};
+use clap::Args;
+use profivac_host::live::look;
+use profivac_wire::control::StationType;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// A file for `profivac run`, made from who answers on a bus.
+///
+/// Only looks, like `scan`. Gauges get names from what they are and their address; change them as you like.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    bus: Bus,
+    /// Write to this file, which must not be there yet, instead of standard output
+    #[arg(long, value_name = "FILE.toml")]
+    out: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac init --port /dev/ttyUSB0
+  profivac init --port tcp://127.0.0.1:4000 --out plant.toml";
+
+/// Looks at every address and writes the file.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let bus = &arguments.bus;
+    let mut tool = bus.open()?;
+    let mut gauges = Vec::new();
+    for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
+        let Some(seen) = look(&mut tool, address)? else { continue };
+        match seen.slave.map(|slave| slave.devices()) {
+            Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
+            Some(_) => remark(&format_args!("the slave at address {address} is no device that profivac knows")),
+            None if seen.station == StationType::Slave => {
+                remark(&format_args!("the slave at address {address} gives no diagnosis"));
+            }
+            None => remark(&format_args!("address {address} is another master")),
+        }
+    }
+    if gauges.is_empty() {
+        return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
+    }
+    let text = file(bus.port(), tool.baud().bits_per_second(), bus.master(), &gauges);
+    match &arguments.out {
+        None => out(text.trim_end()),
+        Some(path) => write(path, &text)?,
+    }
+    Ok(())
+}
+
+/// Never over a file that is there: it may have been worked on.
+fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| Failure::usage(format!("{}: {error}", path.display()));
+    let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)
+}
+
+fn file(port: &str, baud: u32, master: u8, gauges: &[(u8, Vec<&'static str>)]) -> String {
+    let head = format!(
+        "[station]\nname = \"Vacuum\"\nlisten = \"127.0.0.1:8080\"\n\n[[segment]]\nname = \"bus\"\nport = {port:?}\nbaud = {baud}\nmaster = {master}\n"
+    );
+    gauges.iter().fold(head, |text, (address, devices)| {
+        let device = devices.first().copied().unwrap_or_default();
+        let alike = match devices.get(1..).unwrap_or_default() {
+            [] => String::new(),
+            others => format!("    # or {}: they share an ident number", others.join(", ")),
+        };
+        text + &format!(
+            "\n[[segment.gauge]]\nname = \"{device} {address}\"\naddress = {address}\ndevice = {device:?}{alike}\n"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_station::config::Config;
+    use std::path::Path;
+
+    #[test]
+    fn the_file_describes_a_station() {
+        let text = file("/dev/ttyUSB0", 19200, 1, &[(5, vec!["bcg450"]), (6, vec!["pcg550", "psg550"])]);
+        let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
+        let gauges = &config.segments[0].gauges;
+        assert_eq!(
+            gauges.iter().map(|gauge| (gauge.address, gauge.name.as_str())).collect::<Vec<_>>(),
+            [(5, "bcg450 5"), (6, "pcg550 6")]
+        );
+        assert!(text.contains("device = \"pcg550\"    # or psg550: they share an ident number\n"), "{text}");
+    }
+}

@@ -1,0 +1,81 @@
+//! `profivac sniff`: what happens on a line, while it happens.
+
+use crate::bus::open_port;
+use crate::console::Signals;
+use crate::failure::Failure;
+use crate::story::{Capture, Printer, Style};
+use crate::values::{self, Rate};
+use clap::Args;
+use profivac_host::explain::ear::{Ear, Heard};
+use profivac_host::explain::frame::Times;
+use profivac_host::explain::{Teller, Told};
+use rustix::fd::AsFd;
+use std::time::{Duration, Instant};
+
+/// The story of a line while it happens. Only listens: not one octet is sent.
+///
+/// Ends with Ctrl-C, or after the time of --for, with a summary: who spoke, and how often something went wrong.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A serial device, a pty, or tcp://HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    /// Bits per second; on a serial device auto listens until a telegram is heard at some rate
+    #[arg(long, value_name = "RATE|auto", default_value = "19200", value_parser = values::rate)]
+    baud: Rate,
+    /// End after so long
+    #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
+    time: Option<Duration>,
+    #[command(flatten)]
+    style: Style,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac sniff --port /dev/ttyUSB0 --baud 93750
+  profivac sniff --port tcp://127.0.0.1:4000 --raw
+  profivac sniff --port /tmp/line --for 60 --out line.pcapng --json";
+
+/// How long to wait when nothing ends the wait.
+const PATIENCE: Duration = Duration::from_secs(3600);
+
+/// Listens until it is enough.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let signals = Signals::catch()?;
+    let (port, baud) = open_port(&arguments.port, arguments.baud)?;
+    let mut ear = Ear::new(port, baud);
+    eprintln!("profivac: listening on {}, Ctrl-C ends", arguments.port);
+    let mut teller = Teller::new(baud, Times::Platform);
+    let mut capture = Capture::begin(&arguments.style, baud)?;
+    let printer = Printer::new(&arguments.style, baud);
+    let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
+    let mut told = Vec::new();
+    let ended = loop {
+        let left = end.map_or(PATIENCE, |end| end.saturating_duration_since(Instant::now()));
+        let (heard, stop) = match ear.listen(&[signals.as_fd()], left) {
+            Ok((heard, readable)) => (heard, readable.first() == Some(&true)),
+            Err(error) => break Err(Failure::from(error)),
+        };
+        match heard {
+            Heard::Octets(noted) => teller.noted(&noted, &mut told),
+            Heard::Silence => teller.end(&mut told),
+            Heard::Nothing => {}
+        }
+        show(&printer, capture.as_mut(), &mut told)?;
+        if stop || end.is_some_and(|end| end <= Instant::now()) {
+            break Ok(());
+        }
+    };
+    teller.end(&mut told);
+    show(&printer, capture.as_mut(), &mut told)?;
+    printer.summary(teller.explainer());
+    ended
+}
+
+fn show(printer: &Printer<'_>, capture: Option<&mut Capture>, told: &mut Vec<Told>) -> Result<(), Failure> {
+    printer.print(told);
+    capture.map_or(Ok(()), |capture| capture.add(told))?;
+    told.clear();
+    Ok(())
+}

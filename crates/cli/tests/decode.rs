@@ -1,0 +1,158 @@
+//! `profivac decode` from outside: what it prints, what it refuses, and its exit codes.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Folder, run};
+
+/// What a master printed: words, times, an answer in two pieces with a pause between, damage, an octet that cannot be read.
+const LOG: &str = "\
+Starting master 2 ...
+12.000 PHY-serial: TX   68 05 05 68 85 82 6D 3C 3E EE 16
+12.005 PHY-serial: RX (fragment)   68 0B 0B 68 82 85
+12.016 PHY-serial: RX   08 3E 3C 02 05 00 FF 08 E6 7D 16
+12.020 PHY-serial: TX   68 11 11 68 85 82 5D 3D 3E 88 02 05 0B 08 E6 00 80 00 00 05 1C 08 16
+12.030 PHY-serial: RX   E5
+12.040 PHY-serial: TX   68 0B 0B 68 85 82 7D 3E 3E 44 86 05 05 0A 08 E6 16
+12.050 PHY-serial: RX   E5
+12.060 PHY-serial: TX   68 05 05 68 85 82 5D 3C 3E DE 16
+12.070 PHY-serial: RX   68 0B 0B 68 82 85 ?? 3E 3C 06 05 00 FF 08 E6 81 16
+12.080 PHY-serial: TX   68 05 05 68 85 82 5D 3C 3E DE 16
+12.090 PHY-serial: RX   68 0B 0B 68 82 85 08 3E 3C 06 05 00 FF 08 E6 81 16
+";
+
+const STORY: &str = "   12.005000 s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready
+   12.030000 s    5  master 2 sets its parameters: lock, watchdog 100 ms, min T_SDR 11, ident 08E6, groups 00, user 80 00 00 05 1C (unit mbar)
+   12.050000 s    5  master 2 asks for the configuration 44 86 05 05 0A 08: 0 octets out, 7 in
+   12.070000 s       damaged, 17 octets: character error in octet 7: 68 0B 0B 68 82 85 00 3E 3C 06 05 00 FF 08 E6 81 16
+   12.090000 s    5  Chk_Cfg refused: the bcg450 offers 44 86 05 05 05 08 and 7 others, the master asked for 44 86 05 05 0A 08; octet 5 is 0A and should be 05
+
+9 telegrams, 1 damaged piece (10.0 %)
+ADDR  DEVICE        SENT  REQUESTS  RETRIES  UNANSWERED  EXCHANGES
+   2  master           5
+   5  bcg450           4         5        1           1          0
+";
+
+fn decode(folder: &Folder, name: &str, content: &[u8], options: &[&str]) -> (Option<i32>, String, String) {
+    let path = folder.name(name);
+    std::fs::write(&path, content).unwrap();
+    let output = run(&[&["decode", &path], options].concat());
+    let text = |octets: Vec<u8>| String::from_utf8(octets).unwrap().replace(&path, name);
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn a_log_becomes_a_story() {
+    let folder = Folder::new();
+    let (code, story, remark) = decode(&folder, "log", LOG.as_bytes(), &[]);
+    assert_eq!(story, STORY);
+    assert_eq!((code, remark.as_str()), (Some(0), "profivac: log: 1 line without octets, the first is line 1\n"));
+}
+
+#[test]
+fn raw_shows_every_telegram_and_what_it_means() {
+    let folder = Folder::new();
+    let log = "TX 68 05 05 68 05 02 7D AA 55 83 16\nRX E5 00\nTX DC 02 02";
+    let (code, text, _) = decode(&folder, "log", log.as_bytes(), &["--raw"]);
+    let expected = "            #1         2 -> 5    Data_Exchange    FCB 1  AA 55 | 68 05 05 68 05 02 7D AA 55 83 16
+            #2                   SC (doubtful) | E5
+            #2    5  exchanges data with master 2, 2 octets out, 0 in
+            #3       damaged | 00
+            #3       damaged, 1 octets: no telegram begins with 00: 00
+            #4         2 -> 2    Token | DC 02 02
+            #4       master 2 is alone in the token ring
+";
+    assert_eq!((code, text.split_once("\n\n").unwrap().0), (Some(0), expected.trim_end()));
+}
+
+#[test]
+fn json_has_a_line_for_every_sentence_and_a_summary() {
+    let folder = Folder::new();
+    let (code, text, _) = decode(&folder, "log", LOG.as_bytes(), &["--json"]);
+    let rows: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((code, rows.len()), (Some(0), 6));
+    let refused = &rows[4];
+    assert_eq!((refused["kind"].as_str(), refused["station"].as_u64()), (Some("refused"), Some(5)));
+    assert_eq!((refused["time_s"].as_f64(), refused["number"].as_u64()), (Some(12.09), Some(10)));
+    let summary = &rows[5];
+    assert_eq!((summary["kind"].as_str(), summary["telegrams"].as_u64()), (Some("summary"), Some(9)));
+    assert_eq!(summary["slaves"][0]["device"], "bcg450");
+}
+
+/// A log becomes a capture of either link type, and the capture tells the same story.
+#[test]
+fn a_capture_file_tells_the_same_story() {
+    let folder = Folder::new();
+    for link_type in ["user0", "profibus-dl", "147", "257"] {
+        let capture = folder.name("capture.pcapng");
+        let (code, ..) = decode(&folder, "log", LOG.as_bytes(), &["--out", &capture, "--link-type", link_type]);
+        assert_eq!(code, Some(0));
+        let file = std::fs::read(&capture).unwrap();
+        let number = u16::from_le_bytes([file[36], file[37]]);
+        assert_eq!(number, if matches!(link_type, "user0" | "147") { 147 } else { 257 });
+        assert_eq!(decode(&folder, "again", &file, &[]), (Some(0), STORY.to_owned(), String::new()));
+    }
+}
+
+#[test]
+fn a_capture_that_was_cut_off_is_told_up_to_there_and_ends_with_2() {
+    let folder = Folder::new();
+    let capture = folder.name("capture.pcapng");
+    decode(&folder, "log", LOG.as_bytes(), &["--out", &capture]);
+    let file = std::fs::read(&capture).unwrap();
+    let (code, story, complaint) = decode(&folder, "cut", &file[..file.len() - 3], &[]);
+    assert!(story.contains("8 telegrams, 1 damaged piece (11.1 %)"), "{story}");
+    let offset = file.len() - 52;
+    let expected = format!(
+        "profivac: cut: the block at octet {offset} does not fit the file; what comes before it is told above\n"
+    );
+    assert_eq!((code, complaint), (Some(2), expected));
+}
+
+#[test]
+fn what_cannot_be_decoded_is_named_and_ends_with_2() {
+    let folder = Folder::new();
+    for (content, message) in [
+        (&b""[..], "profivac: file: expected telegrams, found an empty file\n"),
+        (
+            b"\nno octets here\n",
+            "profivac: file: line 2: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found 'no octets here'\n",
+        ),
+        (b"# 500 kbit/s\n10 | E5\nsoon | E5\n", "profivac: file: line 3: expected a bit time, found 'soon'\n"),
+        (
+            b"68 05 05 68 88 82 6D 3C 3E F2 16\n",
+            "profivac: file: expected telegrams, none of 11 octets belongs to a valid one\n",
+        ),
+        (
+            &[0xD4, 0xC3, 0xB2, 0xA1, 2, 0, 4, 0],
+            "profivac: file: expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'\n",
+        ),
+        (
+            &[0x0A, 0x0D, 0x0D, 0x0A, 28, 0, 0, 0, 0x4D, 0x3C, 0x2B, 0x1A, 1, 0, 0, 0],
+            "profivac: file: expected a pcapng file, found no section header\n",
+        ),
+    ] {
+        let (code, _, complaint) = decode(&folder, "file", content, &[]);
+        assert_eq!((code, complaint.as_str()), (Some(2), message));
+    }
+    let output = run(&["decode", &folder.name("missing")]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        String::from_utf8(output.stderr).unwrap().ends_with("cannot be read: No such file or directory (os error 2)\n")
+    );
+}
+
+#[test]
+fn wrong_options_end_with_2() {
+    let folder = Folder::new();
+    for options in [&["--link-type", "user0"][..], &["--out", "x", "--link-type", "ethernet"], &["--baud", "19201"]] {
+        let (code, story, complaint) = decode(&folder, "log", LOG.as_bytes(), options);
+        assert_eq!((code, story.as_str()), (Some(2), ""), "{options:?}");
+        assert!(complaint.starts_with("error: "), "{complaint}");
+    }
+    let nowhere = folder.name("missing/x.pcapng");
+    let (code, _, complaint) = decode(&folder, "log", LOG.as_bytes(), &["--out", &nowhere]);
+    assert_eq!(code, Some(2));
+    assert!(complaint.contains("cannot be written"), "{complaint}");
+}

@@ -1,0 +1,145 @@
+//! What commands make of ports that go, come back, run at an unknown rate or are files.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{End, Folder, Program, run};
+use std::net::TcpListener;
+
+/// A slot time of 200 ms, in bit times: nobody is missed because the computer is busy.
+const PATIENTLY: &str = "--slot-time=4000";
+
+/// FDL status of the station at address 5, asked by master 2, and its answer.
+const STATUS: (&str, &str) = ("10 05 02 49 50 16", "10 02 05 00 07 16");
+
+/// Standard error of a command that must fail with this exit code.
+fn failing(arguments: &[&str], code: i32) -> String {
+    let output = run(arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    said
+}
+
+/// Reads rows until one contains `text`.
+fn shows(monitor: &Program, text: &str) {
+    let shown = (0..60).any(|_| monitor.line().contains(text));
+    assert!(shown, "{text} is not shown");
+}
+
+/// A monitor of the gauge at address 5 sees its line go, and come back with another pressure.
+fn monitor_survives(port: &str, simulation: &[&str]) {
+    let simulate = |pressure| {
+        let program = Program::start(&[&["simulate", "--pressure", pressure], simulation, &["bcg450@5"]].concat());
+        program.ready();
+        program
+    };
+    let mut first = simulate("1e-3 mbar");
+    let monitor = Program::start(&["monitor", "--port", port, "--own", "--csv", PATIENTLY, "5"]);
+    shows(&monitor, ",5,bcg450,1e-3,mbar,1e-3,2,DATA,");
+    first.kill();
+    let lost = format!("profivac: lost {port}: it was unplugged, or its other side was closed; looking for it");
+    assert_eq!(monitor.complaint(), lost);
+    shows(&monitor, ",OFFLINE,");
+    let _second = simulate("3e-7 mbar");
+    assert_eq!(monitor.complaint(), format!("profivac: {port} is back"));
+    shows(&monitor, ",5,bcg450,3e-7,mbar,3e-7,2,DATA,");
+}
+
+#[test]
+fn monitor_survives_a_pty_that_comes_back() {
+    let folder = Folder::new();
+    let path = folder.name("line");
+    monitor_survives(&path, &["--pty", &path]);
+}
+
+#[test]
+fn monitor_survives_a_server_that_comes_back() {
+    // A port that was free a moment ago.
+    let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    monitor_survives(&format!("tcp://{address}"), &["--tcp", &address]);
+}
+
+#[test]
+fn a_simulation_survives_its_hub() {
+    let folder = Folder::new();
+    let (a, b) = (folder.name("a"), folder.name("b"));
+    let hub = || {
+        let hub = Program::start(&["hub", "--pty", &a, "--pty", &b]);
+        hub.ready();
+        hub
+    };
+    let mut first = hub();
+    let mut simulation = Program::start(&["simulate", "--serial", &a, "bcg450@5"]);
+    assert_eq!(simulation.ready(), a);
+    End::pty(&folder.path("b")).insist(STATUS.0, STATUS.1);
+    first.kill();
+    assert!(simulation.complaint().starts_with(&format!("profivac: lost {a}: ")));
+    assert_eq!(simulation.tell("pressure 1e-5 mbar"), "ok", "it is operated all the same");
+    let _second = hub();
+    assert_eq!(simulation.complaint(), format!("profivac: {a} is back"));
+    End::pty(&folder.path("b")).insist(STATUS.0, STATUS.1);
+    assert_eq!(simulation.tell("quit"), "ok");
+    assert_eq!(simulation.exit_code(), 0);
+}
+
+#[test]
+fn a_command_that_asks_once_ends_with_its_port() {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp://{}", server.local_addr().unwrap());
+    let mut scan = Program::start(&["scan", "--port", &port]);
+    drop(server.accept().unwrap());
+    assert_eq!(scan.exit_code(), 3);
+    let said = scan.complaint();
+    assert_eq!(said, format!("profivac: lost {port}: it was unplugged, or its other side was closed"));
+}
+
+#[test]
+fn a_segment_in_memory_is_a_port() {
+    let folder = Folder::new();
+    let file = "devices = [\"bcg450@5:unit=torr\", \"pcg550@6\"]\npressure = \"5e-6 mbar\"\n";
+    std::fs::write(folder.path("bench.toml"), file).unwrap();
+    let port = format!("sim:{}", folder.name("bench.toml"));
+    let scan = run(&["scan", "--port", &port, PATIENTLY, "--hsa", "8", "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&scan.stdout).unwrap();
+    let idents: Vec<_> = found.as_array().unwrap().iter().map(|slave| (&slave["address"], &slave["ident"])).collect();
+    assert_eq!(idents, [(&5.into(), &"0x08E6".into()), (&6.into(), &"0x0C85".into())]);
+    let monitor = Program::start(&["monitor", "--port", &port, "--own", "--json", PATIENTLY, "5"]);
+    let row: serde_json::Value = serde_json::from_str(&monitor.line()).unwrap();
+    assert_eq!(row["unit"], "Torr");
+    assert!((row["mbar"].as_f64().unwrap() / 5e-6 - 1.0).abs() < 1e-6, "{row}");
+}
+
+#[test]
+fn a_bad_file_is_refused_with_the_place() {
+    let folder = Folder::new();
+    let path = folder.name("bench.toml");
+    let port = format!("sim:{path}");
+    let said = failing(&["scan", "--port", &port], 2);
+    assert_eq!(said, format!("profivac: {path}: No such file or directory (os error 2)\n"));
+    std::fs::write(&path, "devices = [\n  \"bcg450@127\",\n]\n").unwrap();
+    let said = failing(&["scan", "--port", &port], 2);
+    assert_eq!(said, format!("profivac: {path}:2:3: expected an address from 0 to 126, got \"127\"\n"));
+}
+
+#[test]
+fn a_rate_can_only_be_found_where_there_is_one() {
+    let folder = Folder::new();
+    let path = folder.name("line");
+    let simulation = Program::start(&["simulate", "--pty", &path, "bcg450@5"]);
+    simulation.ready();
+    let said = failing(&["scan", "--port", &path, "--baud", "auto"], 2);
+    let sentence = "has no rate that could be searched for: give it as a number (--baud 19200)";
+    assert_eq!(said, format!("profivac: {path} {sentence}\n"));
+    let said = failing(&["scan", "--port", "/nowhere", "--baud", "auto"], 3);
+    assert_eq!(said, "profivac: there is no port /nowhere\n");
+}
+
+#[test]
+fn a_name_that_is_no_port_is_refused_by_what_it_is() {
+    let said = failing(&["scan", "--port", "tcp://::1:4000"], 2);
+    assert!(said.contains("expected HOST:PORT, got \"::1:4000\" (an IPv6 address in brackets: [::1]:4000)"), "{said}");
+    let host = format!("tcp://{}:4000", "h".repeat(300));
+    let said = failing(&["scan", "--port", &host], 3);
+    assert!(said.contains("the name of the host cannot be resolved"), "{said}");
+}

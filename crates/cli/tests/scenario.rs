@@ -1,0 +1,66 @@
+//! `simulate --scenario`: the plant of a file instead of constant conditions.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Folder, Program, run};
+use serde_json::Value;
+
+const TEXT: &str = "\
+title = \"a chamber that is vented\"
+until = \"1 h\"
+sensors = \"ideal\"
+[volumes]
+chamber = { volume = \"1 l\", pressure = \"1e-3 mbar\" }
+[vents]
+vent = { at = \"chamber\", diameter = \"10 mm\", length = \"10 mm\" }
+[gauges]
+\"bcg450@5\" = \"chamber\"
+[[timeline]]
+at = \"0.1 s\"
+open = [\"vent\"]
+";
+
+fn scenario(folder: &Folder, text: &str) -> String {
+    let path = folder.name("x.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn true_mbar(program: &mut Program) -> f64 {
+    let answer = program.tell("state 5");
+    let state: Value = serde_json::from_str(answer.strip_prefix("ok ").unwrap()).unwrap();
+    state["true_mbar"].as_f64().unwrap()
+}
+
+#[test]
+fn the_scenario_decides_what_is_in_the_chamber() {
+    let folder = Folder::new();
+    let file = scenario(&folder, TEXT);
+    let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), "--scenario", &file]);
+    program.ready();
+    for line in ["pressure 1 mbar", "gas ar", "atmosphere 1 bar", "advance 1"] {
+        assert_eq!(program.tell(line), "error: a scenario decides what is in the chamber", "{line}");
+    }
+    assert_eq!(program.tell("fault 5 sensor2"), "ok");
+    // Vented by the file alone; each answer takes a little time, and a test does not wait for a clock.
+    while true_mbar(&mut program) < 1000.0 {}
+    program.terminate();
+    assert_eq!(program.exit_code(), 0);
+}
+
+#[test]
+fn a_bad_file_and_what_it_does_not_go_with_are_refused() {
+    let folder = Folder::new();
+    let (line, good) = (folder.name("line"), scenario(&folder, TEXT));
+    for more in [["--gas", "ar"], ["--pressure", "1 mbar"]] {
+        let refused = run(&[&["simulate", "--pty", &line, "--scenario", &good], &more[..]].concat());
+        assert_eq!(refused.status.code(), Some(2), "{more:?}");
+    }
+    let bad = scenario(&folder, &TEXT.replace("0.1 s", "soon"));
+    let refused = run(&["simulate", "--pty", &line, "--scenario", &bad]);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(said.ends_with("x.toml:11:6: expected a time like \"90 s\" in ms, s, min, h, d, got \"soon\"\n"), "{said}");
+}

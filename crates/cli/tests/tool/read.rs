@@ -1,0 +1,154 @@
+//! `read`: by words and numbers, in units and names, on every family, and everything that can be wrong.
+
+use crate::Line;
+use crate::common::{End, Program, octets, run, sd2};
+use serde_json::{Value, json};
+use std::time::Duration;
+
+#[test]
+fn parameters_are_read_by_words_and_by_numbers() {
+    let line = Line::with(&["bcg450@5", "pcg550@6", "img400@7", "bpg400@8", "hpg400@9", "psg552@10"]);
+    for (address, target, printed) in [
+        (5, "device.device-state", "device.device-state = IDLE\n"),
+        (5, "0/25", "device.device-state = IDLE\n"),
+        (5, "pirani.full-scale", "pirani.full-scale = 1000 mbar\n"),
+        (5, "1:2/24", "ba.full-scale = 0.02 mbar\n"),
+        (5, "1/24", "pirani.full-scale = 1000 mbar\n"),
+        (5, "Device Manufacturer Identifier", "device.device-manufacturer-identifier = INFICON AG\n"),
+        (6, "trip-point.1/high-trip-enable", "trip-point.1/high-trip-enable = false\n"),
+        (6, "atm.data-unit", "atm.data-unit = mbar\n"),
+        (7, "channel.1/emission-current", "channel.1/emission-current = 0-mA\n"),
+        (8, "ba.underrange", "ba.underrange = 5e-10 mbar\n"),
+        (9, "emission-on-switch", "device.emission-on-switch = 1 mbar\n"),
+        (10, "pirani.pirani-off", "pirani.pirani-off = always-on\n"),
+    ] {
+        assert_eq!(line.output("read", address, &[target]), printed, "{address} {target}");
+    }
+}
+
+#[test]
+fn several_are_read_at_once_and_told_as_json() {
+    let mut line = Line::with(&["--pressure", "5e-6 mbar", "bcg450@5:unit=pascal"]);
+    line.output("write", 5, &["execute"]);
+    line.tell("pressure 2e-6 mbar");
+    let printed = line.output("read", 5, &["--json", "ba.process-value", "ba.reading-valid"]);
+    let values: Vec<Value> = serde_json::Deserializer::from_str(&printed).into_iter().map(Result::unwrap).collect();
+    let expected = json!({
+        "name": "ba.process-value", "slot": 1, "instance": 2, "index": 19, "value": 0.0002, "text": "2e-4 Pascal",
+        "unit": "Pascal", "octets": "39 51 B7 17"
+    });
+    assert_eq!(values[0], expected);
+    assert_eq!((&values[1]["value"], &values[1]["text"]), (&json!(1), &json!("true")));
+}
+
+/// The selector is put back where it was, so that nobody else sees another instance than before.
+#[test]
+fn the_instance_that_was_shown_is_shown_again() {
+    let line = Line::with(&["bcg450@5"]);
+    line.output("write", 5, &["one-of-n.channel-instance-selector", "3"]);
+    assert_eq!(
+        line.output("read", 5, &["pirani.full-scale", "1:2/24"]),
+        "pirani.full-scale = 1000 mbar\nba.full-scale = 0.02 mbar\n"
+    );
+    assert_eq!(line.output("read", 5, &["1/46"]), "one-of-n.channel-instance-selector = 3\n");
+    assert_eq!(line.output("read", 5, &["1/24"]), "cdg.full-scale = 1500 mbar\n");
+}
+
+#[test]
+fn reading_sends_no_set_prm_and_keeps_the_state() {
+    let mut line = Line::with(&["bcg450@5"]);
+    line.output("read", 5, &["pirani.process-value"]);
+    line.output("dump", 5, &[]);
+    let mut end = End::pty(&line.folder.path("line"));
+    end.insist(&sd2(5, 60, 0x6D, ""), "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16");
+    assert_eq!(line.simulation.state(5)["device_state"], "IDLE");
+}
+
+#[test]
+fn what_cannot_be_read_is_told_with_what_can() {
+    let line = Line::with(&["bcg450@5", "tpg300@6", "pcg554@7:atm=off"]);
+    let fails = |address, target, code, sentence| line.fails("read", address, &[target], code, sentence);
+    let alike = "bcg450 has no parameter or command \"piranni.process-value\"; did you mean pirani.process-value?";
+    fails(5, "piranni.process-value", 2, alike);
+    fails(5, "xyzzy", 2, "bcg450 has no parameter or command \"xyzzy\"; `profivac list` shows all");
+    let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
+    fails(5, "overrange", 2, ambiguous);
+    fails(5, "1/255", 2, "expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got \"1/255\"");
+    let slot = "bcg450 at address 5, record (slot 9, index 19): reading was refused with invalid slot (B2), code 0: undefined \
+                slot; this device does not have it now: a part that is not fitted, or another instance is shown";
+    fails(5, "9/19", 1, slot);
+    let write_only = "bcg450 at address 5, ba.hot-cathode-block-state-command (slot 1, index 14, instance 2): it cannot be read \
+                      (access 1_W 2_W)";
+    fails(5, "1:2/14", 1, write_only);
+    let channel = "tpg300 at address 6, a1.pressure-unit (slot 1, index 22): the manual allows it another way only (access ac_r, \
+                   ac_w); say --via pkw";
+    fails(6, "a1.pressure-unit", 1, channel);
+    let cyclic = "tpg300 at address 6, a1.measured-value (slot 1, index 20): it travels in the cyclic data only (access c_r); \
+                  `profivac monitor` shows those";
+    fails(6, "a1.measured-value", 1, cyclic);
+    let fitted = "pcg554 has no parameter or command \"atm.process-value\"; did you mean cdg.process-value or pirani.process-value?";
+    fails(7, "atm.process-value", 2, fitted);
+}
+
+#[test]
+fn nobody_and_no_port_are_no_answer() {
+    let line = Line::with(&["bcg450@5"]);
+    let nobody = "nobody answers at address 9; `profivac scan` shows who is there";
+    line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, nobody);
+    let lost = run(&["read", "--port", "/nowhere", "--address", "5", "0/25"]);
+    assert_eq!(lost.status.code(), Some(3));
+    assert_eq!(String::from_utf8(lost.stderr).unwrap(), "profivac: there is no port /nowhere\n");
+    let missing = run(&["read", "--port", "/nowhere", "0/25"]);
+    assert_eq!(missing.status.code(), Some(2));
+}
+
+#[test]
+fn a_device_that_loses_its_power_is_told_so() {
+    let mut line = Line::with(&["bcg450@5"]);
+    line.tell("power 5 off");
+    let nobody = "nobody answers at address 5; `profivac scan` shows who is there";
+    line.fails("read", 5, &["--timeout", "0.5", "0/25"], 3, nobody);
+}
+
+/// The master that owns a gauge sees the instance that is shown: it is said when another was shown meanwhile.
+#[test]
+fn the_owner_of_a_gauge_is_named_when_the_selector_was_moved() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let port = format!("tcp://{address}");
+    let mut master = End::tcp(&address);
+    master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
+    for (target, said) in [
+        ("1:1/24", ""),
+        ("1:2/24", "profivac: the Channel Instance Selector was moved and put back while master 2 owns the gauge\n"),
+    ] {
+        let read = run(&["read", "--port", &port, "--address", "5", target]);
+        assert_eq!((read.status.code(), String::from_utf8(read.stderr).unwrap().as_str()), (Some(0), said), "{target}");
+    }
+}
+
+/// Somebody who stops a command finds the gauge as it was before.
+#[test]
+fn a_command_that_is_stopped_puts_the_selector_back() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let port = format!("tcp://{address}");
+    let mut listener = End::tcp(&address);
+    // More than anybody waits for.
+    let targets = vec!["1:2/24"; 5000];
+    let mut reader = Program::start(&[&["read", "--port", &port, "--address", "5"][..], &targets].concat());
+    // Write to slot 1, index 46: instance 2.
+    let moved = octets("5F 01 2E 01 02");
+    let mut heard = Vec::new();
+    while !heard.windows(moved.len()).any(|octets| octets == moved) {
+        let more = listener.receive_within(Duration::from_secs(5));
+        assert!(!more.is_empty(), "it is over: {}", reader.complaint());
+        heard.extend(more);
+    }
+    reader.terminate();
+    assert_eq!(reader.exit_code(), 3);
+    assert!(reader.complaint().ends_with("interrupted by a signal"));
+    let read = run(&["read", "--port", &port, "--address", "5", "1/46"]);
+    let shown = String::from_utf8(read.stdout).unwrap();
+    assert_eq!(shown, "one-of-n.channel-instance-selector = 1\n");
+}

@@ -1,0 +1,390 @@
+//! The dissector in `contrib/wireshark` says of every telegram what our own codec says of it, and the story of the same
+//! telegrams reads like this. The trace has every service; it stands in `tests/golden/wireshark` with both.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Folder, run};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_sim::Trace;
+use profivac_sim::scenario::hex;
+use profivac_sim::trace::Entry;
+use profivac_wire::acyclic::{Request, Response};
+use profivac_wire::control::{Control, FrameCount, Function};
+use profivac_wire::diag::SlaveDiag;
+use profivac_wire::prm::SetPrm;
+use profivac_wire::{Frame, MAX_TELEGRAM, Sap, Telegram, cfg};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What is asked of the gauge at 5 and how it answers: access point, FC, data unit; the answer likewise, or SC.
+/// A master is at 2; it uses 62, 51 or 50 as its own access point.
+const DIALOGUE: &[(&str, &str)] = &[
+    ("60 6D", "08 02 05 00 FF 08 E6"),
+    ("61 5D 88 02 05 0B 08 E6 01 80 00 00 05 1C", "SC"),
+    ("62 7D C6 87 8E 0A 0A 05 05 05 08", "SC"),
+    ("60 5D", "08 00 0C 00 02 08 E6"),
+    ("59 7D", "08 C6 87 8E 0A 0A 05 05 05 08"),
+    // The parameter channel reads Data Units; the gauge needs a cycle.
+    ("- 5D 10 01 16 00 00 00 00 00", "08 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17"),
+    ("- 7D 10 01 16 00 00 00 00 00", "08 10 01 16 00 00 00 05 1C 80 00 02 38 51 B7 17"),
+    ("- 5D 00 00 00 00 00 00 00 00", "08 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17"),
+    ("- 7D 20 01 16 00 00 00 00 00", "08 70 01 16 00 00 00 00 12 80 00 02 38 51 B7 17"),
+    // It reports an alarm: high priority, then the diagnosis.
+    ("- 5D 00 00 00 00 00 00 00 00", "0A 00 00 00 00 00 00 00 00 82 01 02 38 51 B7 17"),
+    ("60 7D", "08 08 0C 00 02 08 E6 06 01 01 09 DE AD"),
+    ("60 5D", "08 08 0C 00 02 08 E6 42 05 83 41 A6 C1"),
+    ("60 7D", "08 00 0C 00 02 08 E6"),
+    // MS1: a read, a write, a refused write.
+    ("51 5D 5E 01 16 02", "SC"),
+    ("51 7D", "08 5E 01 16 02 05 1C"),
+    ("51 5D 5F 01 27 01 01", "SC"),
+    ("51 7D", "08 5F 01 27 01"),
+    ("51 5D 5F 01 13 04 00 00 00 00", "SC"),
+    ("51 7D", "08 DF 80 B6 01"),
+    ("51 5D 5C 01 01 08", "SC"),
+    ("51 7D", "08 5C 01 01 08"),
+    // MS2: the resource manager, Initiate, Idle, a read of a text, I&M0 selected, a transport, closed by the master.
+    ("49 5D 57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00", "SC"),
+    ("49 7D", "08@49 56 30 00 64"),
+    ("48 5D", "08 57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00"),
+    ("48 7D 48", "SC"),
+    ("48 5D", "08 48"),
+    ("48 7D 5E 00 11 08", "SC"),
+    ("48 5D", "08 5E 00 11 08 42 43 47 34 35 30 20 20"),
+    ("48 7D 5E 01 13 04", "SC"),
+    ("48 5D", "08 5E 01 13 04 38 51 B7 17"),
+    ("48 7D 5E 09 13 04", "SC"),
+    ("48 5D", "08 DE 80 B2 00"),
+    ("48 7D 51 00 01 01 07", "SC"),
+    ("48 5D", "08 51 00 01 01 08"),
+    ("48 7D 58 00 20", "SC"),
+    // Another connection, closed by the gauge.
+    ("47 5D 5E 00 11 08", "SC"),
+    ("47 7D", "08 58 01 13"),
+    ("56 5D", "08 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17"),
+    ("57 7D", "08 00 00 00 00 00 00 00 00"),
+    ("55 5D 07 08 E6 00", "SC"),
+    // Not open, failed, no room, nothing to say, not taken.
+    ("53 7D 01", "03"),
+    ("52 5D", "01"),
+    ("51 7D 5E 01 16 02", "02"),
+    ("51 5D", "09"),
+    ("- 7D 00 00 00 00 00 00 00 00", "0C 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17"),
+    // A configuration it does not have, parameters it does not take.
+    ("61 5D 88 02 05 0B 08 E6 01 80 00 00 05 1C", "SC"),
+    ("62 7D 44 86 05 05 0A 08", "SC"),
+    ("60 5D", "08 06 05 00 FF 08 E6"),
+    ("61 7D B8 02 05 0B 08 E7 01", "SC"),
+    ("60 5D", "08 42 05 00 FF 08 E6"),
+];
+
+fn emitted(telegram: Telegram<'_>) -> Vec<u8> {
+    let mut out = [0; MAX_TELEGRAM];
+    let length = telegram.emit(&mut out).unwrap();
+    out[..length].to_vec()
+}
+
+/// The access points of a master: MS2 has its own, and so has MS1.
+fn of_master(sap: u8) -> u8 {
+    match sap {
+        0..=49 => 50,
+        50 | 51 => 51,
+        _ => 62,
+    }
+}
+
+/// `SAP FC DU`, or `- FC DU` without access points.
+fn request(text: &str) -> (Option<u8>, Vec<u8>) {
+    let (sap, rest) = text.split_once(' ').unwrap();
+    let sap: Option<u8> = sap.parse().ok();
+    let octets = hex(rest);
+    let frame = Frame { da: 5, sa: 2, dsap: sap, ssap: sap.map(of_master), fc: octets[0], du: &octets[1..] };
+    (sap, emitted(Telegram::Frame(frame)))
+}
+
+/// `FC DU`, or SC. What has no data is an SD1 and carries no access points.
+fn answer(sap: Option<u8>, text: &str) -> Vec<u8> {
+    if text == "SC" {
+        return vec![0xE5];
+    }
+    let octets = hex(&text.replace("@49", ""));
+    let (ssap, dsap) = if octets.len() > 1 { (sap, sap.map(of_master)) } else { (None, None) };
+    emitted(Telegram::Frame(Frame { da: 2, sa: 5, dsap, ssap, fc: octets[0], du: &octets[1..] }))
+}
+
+/// Everything there is, 60 bit times apart, and damaged telegrams at the end.
+fn services() -> Trace {
+    let mut telegrams: Vec<(Vec<u8>, Vec<usize>)> = Vec::new();
+    let mut add = |octets: Vec<u8>| telegrams.push((octets, Vec::new()));
+    for text in ["DC 02 02", "10 05 02 49 50 16", "10 02 05 00 07 16", "10 09 02 49 54 16", "10 09 02 4E 59 16"] {
+        add(hex(text));
+    }
+    for (asked, said) in DIALOGUE {
+        let (sap, octets) = request(asked);
+        add(octets);
+        add(answer(sap, said));
+    }
+    for text in [
+        // Global_Control: Clear_Data, Operate, Sync for group 1.
+        "68 07 07 68 FF 82 46 3A 3E 02 00 41 16",
+        "68 07 07 68 FF 82 46 3A 3E 00 00 3F 16",
+        "68 07 07 68 FF 82 46 3A 3E 20 01 60 16",
+        // SD3, with and without access points; SDA; LSAP_Status; a master answers, the ring grows.
+        "A2 05 02 7D 01 02 03 04 05 06 07 08 A8 16",
+        "A2 85 82 7D 3E 3E 44 86 05 05 05 08 E1 16",
+        "68 04 04 68 05 02 43 11 5B 16",
+        "68 04 04 68 05 02 4F 3E 94 16",
+        "10 03 02 49 4E 16",
+        "10 02 03 20 25 16",
+        "DC 03 02",
+        "DC 02 03",
+        // Damaged: check octet, end, length, cut off, nothing that begins a telegram, an extension that is missing.
+        "68 05 05 68 85 82 6D 3C 3E EF 16",
+        "10 05 02 49 50 17",
+        "68 05 06 68 85 82 6D 3C 3E EE 16",
+        "68 05 05 68 85",
+        "00 FF 00",
+        "68 03 03 68 85 02 49 D0 16",
+    ] {
+        add(hex(text));
+    }
+    telegrams.push((hex("10 05 02 49 50 16"), vec![2]));
+    let mut trace = Trace { baud: Baud::B500000, entries: Default::default() };
+    let mut start = BitTime(1000);
+    for (octets, errors) in telegrams {
+        let entry = Entry { start, octets: octets.into(), errors };
+        start = entry.end() + 60;
+        trace.entries.push_back(entry);
+    }
+    trace
+}
+
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/wireshark").join(name)
+}
+
+/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
+fn golden(name: &str, text: &str) {
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        std::fs::create_dir_all(path("")).unwrap();
+        std::fs::write(path(name), text).unwrap();
+        return;
+    }
+    let expected = std::fs::read_to_string(path(name)).unwrap();
+    for (number, (line, expected)) in (1..).zip(text.lines().zip(expected.lines())) {
+        assert_eq!(line, expected, "{name}, line {number}");
+    }
+    assert_eq!(text.len(), expected.len(), "{name}");
+}
+
+/// The capture file of the trace, as `decode` writes it, and what it prints.
+fn captured(folder: &Folder) -> (String, String) {
+    let (text, capture) = (folder.name("services.trace"), folder.name("services.pcapng"));
+    std::fs::write(&text, services().to_string()).unwrap();
+    let output = run(&["decode", &text, "--out", &capture]);
+    assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()), (Some(0), ""));
+    (capture, String::from_utf8(output.stdout).unwrap())
+}
+
+/// What tshark prints. As root it warns on standard error and loads scripts only if the init.lua of the distribution
+/// lets it; where the script is not loaded the protocol has no field and tshark says so.
+fn tshark(capture: &str, arguments: &[&str]) -> String {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../contrib/wireshark/profibus.lua");
+    let script = format!("lua_script:{}", script.canonicalize().unwrap().display());
+    let output = Command::new("tshark").args(["-r", capture, "-X", &script]).args(arguments).output();
+    let output = output.unwrap_or_else(|error| panic!("tshark ({error}): ./test installs it"));
+    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && !complaint.contains("Lua"), "{complaint}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Fields of the dissector, in the order in which [`expected`] has them.
+const FIELDS: [&str; 24] = [
+    "sd",
+    "da",
+    "sa",
+    "dsap",
+    "ssap",
+    "fc",
+    "function",
+    "status",
+    "fcb",
+    "fcv",
+    "service",
+    "ident",
+    "diag.status",
+    "diag.master",
+    "prm.status",
+    "prm.user",
+    "cfg.outputs",
+    "cfg.inputs",
+    "pdu",
+    "pdu.negative",
+    "pdu.slot",
+    "pdu.index",
+    "pdu.data",
+    "pdu.error_code_1",
+];
+
+/// What the codec says of a telegram, as tshark prints it.
+fn expected(octets: &[u8]) -> Vec<String> {
+    let mut row = vec![String::new(); FIELDS.len()];
+    let mut set = |name: &str, text: String| row[FIELDS.iter().position(|field| *field == name).unwrap()] = text;
+    set("sd", format!("{:#04x}", octets[0]));
+    match Telegram::parse(octets) {
+        Ok(Telegram::Token { da, sa }) => {
+            set("da", da.to_string());
+            set("sa", sa.to_string());
+        }
+        Ok(Telegram::Frame(frame)) => fields(&frame, &mut set),
+        Ok(Telegram::ShortAck) | Err(_) => {}
+    }
+    row
+}
+
+fn fields(frame: &Frame<'_>, set: &mut impl FnMut(&str, String)) {
+    set("da", frame.da.to_string());
+    set("sa", frame.sa.to_string());
+    frame.dsap.into_iter().for_each(|sap| set("dsap", sap.to_string()));
+    frame.ssap.into_iter().for_each(|sap| set("ssap", sap.to_string()));
+    set("fc", format!("{:#04x}", frame.fc));
+    let (sap, is_request) = match frame.control() {
+        Control::Request { function, count } => {
+            set("function", format!("{:#04x}", frame.fc & 0x0F));
+            let (fcb, fcv) = match count {
+                FrameCount::Uncounted => (0, 0),
+                FrameCount::First => (1, 0),
+                FrameCount::Counted(bit) => (u8::from(bit), 1),
+            };
+            set("fcb", fcb.to_string());
+            set("fcv", fcv.to_string());
+            if matches!(function, Function::FdlStatus | Function::Ident | Function::LsapStatus) {
+                return;
+            }
+            (frame.dsap, true)
+        }
+        Control::Response { .. } => {
+            set("status", format!("{:#04x}", frame.fc & 0x0F));
+            if frame.fc & 0x0F == 0 || (frame.ssap.is_none() && frame.du.is_empty()) {
+                return;
+            }
+            (frame.ssap, false)
+        }
+    };
+    let service = match Sap::from_octet(sap) {
+        Sap::Default => "Data_Exchange".to_owned(),
+        Sap::Ms2(sap) => format!("MS2 SAP {sap}"),
+        Sap::ResourceManager => "MS2 Initiate".to_owned(),
+        Sap::Ms1 => "MS1".to_owned(),
+        Sap::SetExtPrm => "Set_Ext_Prm".to_owned(),
+        Sap::SetSlaveAdd => "Set_Slave_Add".to_owned(),
+        Sap::RdInp => "RD_Inp".to_owned(),
+        Sap::RdOutp => "RD_Outp".to_owned(),
+        Sap::GlobalControl => "Global_Control".to_owned(),
+        Sap::GetCfg => "Get_Cfg".to_owned(),
+        Sap::SlaveDiag => "Slave_Diag".to_owned(),
+        Sap::SetPrm => "Set_Prm".to_owned(),
+        Sap::ChkCfg => "Chk_Cfg".to_owned(),
+        Sap::Alarm => "MS1 Alarm".to_owned(),
+        Sap::Other(other) => format!("SAP {other}"),
+    };
+    set("service", service);
+    data_unit(Sap::from_octet(sap), is_request, frame.du, set);
+}
+
+fn data_unit(sap: Sap, is_request: bool, du: &[u8], set: &mut impl FnMut(&str, String)) {
+    match (sap, is_request) {
+        (Sap::SlaveDiag, false) => {
+            let diag = SlaveDiag::parse(du).unwrap();
+            set("ident", format!("{:#06x}", diag.ident));
+            set("diag.status", format!("0x{:02x}{:02x}{:02x}", du[0], du[1], du[2]));
+            set("diag.master", diag.master_add.to_string());
+        }
+        (Sap::SetPrm, true) => {
+            let prm = SetPrm::parse(du).unwrap();
+            set("ident", format!("{:#06x}", prm.ident));
+            set("prm.status", format!("{:#04x}", prm.status.bits()));
+            set("prm.user", plain(prm.user));
+        }
+        (Sap::ChkCfg, true) | (Sap::GetCfg, false) => {
+            let lengths = cfg::lengths(du).unwrap();
+            set("cfg.outputs", lengths.outputs.to_string());
+            set("cfg.inputs", lengths.inputs.to_string());
+        }
+        (Sap::SetSlaveAdd, true) => set("ident", format!("0x{:02x}{:02x}", du[1], du[2])),
+        (Sap::Ms1 | Sap::Ms2(_) | Sap::ResourceManager, _) if !du.is_empty() => pdu(is_request, du, set),
+        _ => {}
+    }
+}
+
+fn pdu(is_request: bool, du: &[u8], set: &mut impl FnMut(&str, String)) {
+    set("pdu", format!("{:#04x}", du[0] & 0x7F));
+    set("pdu.negative", u8::from(du[0] & 0x80 != 0).to_string());
+    let (slot, index, data) = match (is_request, Request::parse(du), Response::parse(du)) {
+        (true, Ok(Request::Read(access)), _) | (false, _, Ok(Response::Write(access))) => {
+            (access.slot, Some(access.index), &[][..])
+        }
+        (true, Ok(Request::Write(data) | Request::DataTransport(data)), _)
+        | (false, _, Ok(Response::Read(data) | Response::DataTransport(data))) => {
+            (data.slot, Some(data.index), data.data)
+        }
+        (true, Ok(Request::AlarmAck(ack)), _) | (false, _, Ok(Response::AlarmAck(ack))) => (ack.slot, None, &[][..]),
+        (false, _, Ok(Response::Negative(refusal))) => {
+            return set("pdu.error_code_1", format!("{:#04x}", refusal.code_1.0));
+        }
+        (true, Ok(Request::Idle(_) | Request::Initiate(_) | Request::Abort(_)), _) => return,
+        (
+            false,
+            _,
+            Ok(Response::Idle(_) | Response::Initiate(_) | Response::Abort(_) | Response::ResourceManager(_)),
+        ) => return,
+        other => panic!("{other:?}"),
+    };
+    set("pdu.slot", slot.to_string());
+    index.into_iter().for_each(|index| set("pdu.index", index.to_string()));
+    set("pdu.data", plain(data));
+}
+
+/// Octets as tshark prints them.
+fn plain(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn the_dissector_says_what_our_codec_says() {
+    let folder = Folder::new();
+    let (capture, _) = captured(&folder);
+    let fields: Vec<String> = FIELDS.iter().flat_map(|name| ["-e".to_owned(), format!("profibus.{name}")]).collect();
+    let mut arguments = vec!["-T", "fields", "-E", "separator=|"];
+    arguments.extend(fields.iter().map(String::as_str));
+    let table = tshark(&capture, &arguments);
+    let trace = services();
+    assert_eq!(table.lines().count(), trace.entries.len());
+    for (line, entry) in table.lines().zip(&trace.entries) {
+        let row: Vec<&str> = line.split('|').map(|cell| cell.split(',').next().unwrap()).collect();
+        let names: Vec<String> = FIELDS.iter().zip(&row).map(|(name, cell)| format!("{name}={cell}")).collect();
+        let wanted: Vec<String> =
+            FIELDS.iter().zip(expected(&entry.octets)).map(|(name, cell)| format!("{name}={cell}")).collect();
+        assert_eq!(names, wanted, "{entry}");
+    }
+}
+
+#[test]
+fn the_columns_are_filled_and_damaged_telegrams_are_marked() {
+    let folder = Folder::new();
+    let (capture, _) = captured(&folder);
+    let arguments = ["-T", "fields", "-E", "separator=|", "-e", "_ws.col.Protocol", "-e", "_ws.col.Source"];
+    let rest = ["-e", "_ws.col.Destination", "-e", "_ws.col.Info", "-e", "_ws.expert.message"];
+    let table = tshark(&capture, &[&arguments[..], &rest].concat());
+    golden("columns.txt", &table.replace('\t', " "));
+}
+
+#[test]
+fn the_story_of_all_services_reads_like_this() {
+    let folder = Folder::new();
+    let (_, story) = captured(&folder);
+    golden("services.trace", &services().to_string());
+    golden("services.txt", &story);
+}

@@ -1,0 +1,148 @@
+//! What only Linux has: transmitters switched by the kernel, the latency of USB adapters, news about ptys.
+//!
+//! Another system replaces this file, see `other.rs`.
+
+use super::remark::Remark;
+use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
+use rustix::io::Errno;
+use serial2::SerialPort;
+use serial2::rs4xx::{Rs485Config, TransceiverMode};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where the kernel tells about its terminals.
+const TERMINALS: &str = "/sys/class/tty";
+
+/// What a USB adapter should keep octets for, in milliseconds: the least there is. profibus-wire 9.4, point 36.
+const LATENCY_MS: u32 = 1;
+
+/// Whether a device is the other side of a pty.
+pub fn is_pty(name: &str) -> bool {
+    fs::canonicalize(name).is_ok_and(|device| device.starts_with("/dev/pts"))
+}
+
+/// Sets a device of copper up as well as it can be, and says what cannot be.
+pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Remark> {
+    let Some(terminal) = terminal(name) else { return Vec::new() };
+    // free choice: most USB adapters for RS-485 switch their transmitter by themselves, so none is told about it.
+    let direction = (!is_usb(&terminal)).then(|| switch_transmitter(device, name)).flatten();
+    direction.into_iter().chain(lower_latency(&terminal, name)).collect()
+}
+
+/// The folder of a device below [`TERMINALS`].
+fn terminal(name: &str) -> Option<PathBuf> {
+    let device = fs::canonicalize(name).ok()?;
+    Some(Path::new(TERMINALS).join(device.file_name()?))
+}
+
+fn is_usb(terminal: &Path) -> bool {
+    let device = fs::canonicalize(terminal.join("device"));
+    device.is_ok_and(|path| path.components().any(|part| part.as_os_str().to_string_lossy().starts_with("usb")))
+}
+
+/// Lets the kernel switch the transmitter on for each telegram and off behind it. A setting that is there already, with its
+/// delays and polarity, is somebody's and stays.
+fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Remark> {
+    let is_switched = |port: &SerialPort| matches!(port.get_rs4xx_mode(), Ok(TransceiverMode::Rs485(_)));
+    let port = SerialPort::from(device.try_clone().ok()?);
+    let done = is_switched(&port) || (port.set_rs4xx_mode(Rs485Config::new()).is_ok() && is_switched(&port));
+    (!done).then(|| Remark::Direction(name.to_owned()))
+}
+
+/// Lets a USB adapter with a latency timer hand over at once what it hears.
+fn lower_latency(terminal: &Path, name: &str) -> Option<Remark> {
+    let setting = terminal.join("device/latency_timer");
+    let read = || fs::read_to_string(&setting).ok()?.trim().parse().ok();
+    let is_high = |ms: &u32| *ms > LATENCY_MS;
+    read().filter(is_high)?;
+    // Mostly this takes root; whether it did is read back.
+    fs::write(&setting, LATENCY_MS.to_string()).ok();
+    let ms = read().filter(is_high)?;
+    Some(Remark::Latency { name: name.to_owned(), ms, setting })
+}
+
+/// Reports every opening of the other side of a pty.
+#[derive(Debug)]
+pub struct Openings(OwnedFd);
+
+impl Openings {
+    /// Watches `side`.
+    pub fn of(side: &Path) -> Result<Self, Errno> {
+        let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)?;
+        inotify::add_watch(&openings, side, WatchFlags::OPEN)?;
+        Ok(Self(openings))
+    }
+
+    /// What becomes readable with an opening.
+    pub fn watched(&self) -> Option<BorrowedFd<'_>> {
+        Some(self.0.as_fd())
+    }
+
+    /// Forgets all openings so far.
+    pub fn forget(&self) {
+        let mut buffer = [0; super::CHUNK];
+        while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAME: &str = "/dev/ttyUSB0";
+
+    fn latency_of(ms: &str) -> (tempfile::TempDir, PathBuf) {
+        let terminal = tempfile::tempdir().unwrap();
+        fs::create_dir(terminal.path().join("device")).unwrap();
+        let setting = terminal.path().join("device/latency_timer");
+        fs::write(&setting, ms).unwrap();
+        (terminal, setting)
+    }
+
+    #[test]
+    fn the_latency_of_an_adapter_is_lowered() {
+        let (terminal, setting) = latency_of("16\n");
+        assert_eq!(lower_latency(terminal.path(), NAME), None);
+        assert_eq!(fs::read_to_string(setting).unwrap(), "1");
+    }
+
+    #[test]
+    fn a_latency_that_stays_is_told() {
+        let terminal = tempfile::tempdir().unwrap();
+        fs::create_dir(terminal.path().join("device")).unwrap();
+        let setting = terminal.path().join("device/latency_timer");
+        // Reads as a number, and takes no other: whoever runs the test, root or not.
+        std::os::unix::fs::symlink("/proc/sys/kernel/cap_last_cap", &setting).unwrap();
+        let Some(Remark::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no remark") };
+        assert!(ms > LATENCY_MS);
+    }
+
+    #[test]
+    fn an_adapter_without_such_a_setting_is_left_alone() {
+        let (terminal, setting) = latency_of("1\n");
+        assert_eq!(lower_latency(terminal.path(), NAME), None);
+        assert_eq!(fs::read_to_string(&setting).unwrap(), "1\n", "not written without need");
+        fs::remove_file(setting).unwrap();
+        assert_eq!(lower_latency(terminal.path(), NAME), None);
+    }
+
+    #[test]
+    fn a_terminal_whose_transmitter_nobody_switches_is_told() {
+        // A pty refuses what a UART without RS-485 refuses.
+        let ours = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
+        assert_eq!(switch_transmitter(&ours, NAME), Some(Remark::Direction(NAME.to_owned())));
+    }
+
+    #[test]
+    fn a_usb_adapter_is_known_by_its_place() {
+        let root = tempfile::tempdir().unwrap();
+        for (place, usb) in [("devices/pci0000:00/usb1/1-2/ttyUSB0", true), ("devices/platform/serial8250", false)] {
+            fs::create_dir_all(root.path().join(place)).unwrap();
+            let terminal = root.path().join(if usb { "ttyUSB0" } else { "ttyS0" });
+            fs::create_dir(&terminal).unwrap();
+            std::os::unix::fs::symlink(root.path().join(place), terminal.join("device")).unwrap();
+            assert_eq!(is_usb(&terminal), usb, "{place}");
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Which rate a line runs at, found by listening: nothing is ever sent. profibus-wire 3.7.
+//!
+//! How long to listen and what proves a rate is [`RateControl`]'s, as it is for a slave that searches.
+
+use crate::clock::{Clock, tbit_of};
+use crate::port::{Character, Port, PortError, wait};
+use crate::segment::PLATFORM_GAP;
+use profivac_dp::link::{Baud, BitTime, Heard, Rate, RateControl, Receiver, T_SYN_TBIT};
+use profivac_wire::BROADCAST;
+use std::time::Duration;
+
+/// In this order rates are tried. free choice: first what plants with gauges mostly run at, last what few adapters can do.
+const LIKELY: [Baud; 10] = [
+    Baud::B1500000,
+    Baud::B500000,
+    Baud::B187500,
+    Baud::B93750,
+    Baud::B19200,
+    Baud::B9600,
+    Baud::B45450,
+    Baud::B3000000,
+    Baud::B6000000,
+    Baud::B12000000,
+];
+
+/// Listens at one rate after the other until a telegram is heard, once round. The port stays at the rate that is found.
+///
+/// # Errors
+/// [`PortError::NoRate`] when the port runs at none, [`PortError::Silent`] with the rates tried when no telegram was heard.
+pub fn search(port: &mut dyn Port) -> Result<Baud, PortError> {
+    let mut tried = Vec::new();
+    for baud in LIKELY {
+        match port.set_baud(baud) {
+            // The adapter cannot: nor can it be on such a line.
+            Err(PortError::Rate { .. }) => continue,
+            done => done?,
+        }
+        if is_heard(port, baud)? {
+            return Ok(baud);
+        }
+        tried.push(baud.bits_per_second().to_string());
+    }
+    Err(PortError::Silent { name: port.name().to_owned(), tried: tried.join(", ") })
+}
+
+/// Whether a telegram is heard at `baud`.
+fn is_heard(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
+    let mut control = searching(baud);
+    let idle_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
+    let mut receiver = Receiver::with_idle(BitTime(0), idle_tbit);
+    let clock = Clock::starting_at(BitTime(0), baud);
+    let mut characters = Vec::new();
+    loop {
+        let left = control.wake_at().map_or(Duration::ZERO, |until| clock.until(until));
+        if left.is_zero() {
+            return Ok(false);
+        }
+        wait(&port.watched(), left)?;
+        port.receive(&mut characters)?;
+        let now = clock.now();
+        for character in characters.drain(..) {
+            if is_proof(&mut receiver, &mut control, now, character) {
+                return Ok(true);
+            }
+        }
+    }
+}
+
+/// Whether a character completes a telegram that proves the rate.
+fn is_proof(receiver: &mut Receiver, control: &mut RateControl, now: BitTime, character: Character) -> bool {
+    match character {
+        Character::Octet(octet) => match receiver.octet(now, octet) {
+            Heard::Telegram(telegram) => control.heard(now, &telegram, BROADCAST),
+            Heard::Nothing | Heard::Damaged(_) => false,
+        },
+        Character::Broken => {
+            receiver.character_error(now);
+            false
+        }
+    }
+}
+
+/// A search that has come to `baud`.
+fn searching(baud: Baud) -> RateControl {
+    let mut control = RateControl::automatic(BitTime(0));
+    while control.rate() != Rate::Searching(baud)
+        && let Some(until) = control.wake_at()
+    {
+        control.elapse(until, false);
+    }
+    control
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::fd::{AsFd, BorrowedFd};
+    use std::io::Write;
+    use std::os::unix::net::UnixStream;
+    use std::time::Instant;
+
+    const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
+    const TOKENS: [u8; 6] = [0xDC, 2, 2, 0xE5, 0xDC, 2];
+
+    /// A line on which somebody says the same again and again, and an adapter that can run at some rates.
+    struct Bus {
+        offered: &'static [Baud],
+        spoken: Option<(Baud, [u8; 6])>,
+        set: Vec<Baud>,
+        said: Instant,
+        /// Readable if somebody speaks.
+        ours: UnixStream,
+        _theirs: UnixStream,
+    }
+
+    impl Bus {
+        fn new(offered: &'static [Baud], spoken: Option<(Baud, [u8; 6])>) -> Self {
+            let (ours, mut theirs) = UnixStream::pair().unwrap();
+            if spoken.is_some() {
+                theirs.write_all(&[0]).unwrap();
+            }
+            Self { offered, spoken, set: Vec::new(), said: Instant::now(), ours, _theirs: theirs }
+        }
+    }
+
+    impl Port for Bus {
+        fn name(&self) -> &str {
+            "bus"
+        }
+
+        fn watched(&self) -> Vec<BorrowedFd<'_>> {
+            vec![self.ours.as_fd()]
+        }
+
+        fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+            // Telegrams have pauses between them.
+            if let Some((baud, octets)) = self.spoken
+                && self.said.elapsed() > PLATFORM_GAP * 4
+            {
+                self.said = Instant::now();
+                let is_right = self.set.last() == Some(&baud);
+                let character = |octet| if is_right { Character::Octet(octet) } else { Character::Broken };
+                heard.extend(octets.map(character));
+            }
+            Ok(())
+        }
+
+        fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
+            panic!("who searches is silent");
+        }
+
+        fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
+            if !self.offered.contains(&baud) {
+                return Err(PortError::Rate { name: "bus".to_owned(), baud, offered: 0 });
+            }
+            self.set.push(baud);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn the_rate_at_which_telegrams_are_heard_is_found() {
+        let mut bus = Bus::new(&[Baud::B500000, Baud::B93750, Baud::B19200], Some((Baud::B93750, REQUEST)));
+        assert_eq!(search(&mut bus).unwrap(), Baud::B93750);
+        assert_eq!(
+            bus.set,
+            [Baud::B500000, Baud::B93750],
+            "what the adapter cannot is left out, and the rest not tried"
+        );
+    }
+
+    #[test]
+    fn a_silent_line_is_no_rate_and_those_tried_are_named() {
+        let refused = search(&mut Bus::new(&[Baud::B1500000, Baud::B500000], None)).unwrap_err().to_string();
+        assert!(refused.starts_with("no telegram on bus at any of 1500000, 500000 bit/s"), "{refused}");
+    }
+
+    #[test]
+    fn tokens_prove_no_rate() {
+        let refused = search(&mut Bus::new(&[Baud::B1500000], Some((Baud::B1500000, TOKENS))));
+        assert!(matches!(refused, Err(PortError::Silent { .. })), "{refused:?}");
+    }
+
+    #[test]
+    fn every_rate_is_tried_once() {
+        let mut sorted = LIKELY;
+        sorted.sort();
+        assert_eq!(sorted, Baud::ALL);
+        assert!(LIKELY.into_iter().all(|baud| searching(baud).rate() == Rate::Searching(baud)));
+    }
+}

@@ -1,0 +1,273 @@
+//! The file as it is written: keys and texts, not yet understood.
+
+use super::words::Text;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+/// Parts by their names.
+pub type Named<T> = BTreeMap<String, Spanned<T>>;
+
+/// The whole file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct File {
+    pub title: String,
+    /// What noise and errors of the sensors are drawn from.
+    #[serde(default)]
+    pub seed: u64,
+    /// `real`, or `ideal` without noise, lag and errors.
+    pub sensors: Option<Text>,
+    pub step: Option<Text>,
+    pub until: Text,
+    pub atmosphere: Option<Air>,
+    pub volumes: Named<Volume>,
+    #[serde(default)]
+    pub walls: Named<Wall>,
+    #[serde(default)]
+    pub tubes: Named<Tube>,
+    #[serde(default)]
+    pub valves: Named<Tube>,
+    #[serde(default)]
+    pub pockets: Named<Pocket>,
+    #[serde(default)]
+    pub roughing_pumps: Named<Roughing>,
+    #[serde(default)]
+    pub turbo_pumps: Named<Turbo>,
+    #[serde(default)]
+    pub leaks: Named<Leak>,
+    #[serde(default)]
+    pub vents: Named<Vent>,
+    #[serde(default)]
+    pub inlets: Named<Inlet>,
+    /// The volume at which each device sits, by `DEVICE@ADDR[:key=value,...]`.
+    #[serde(default)]
+    pub gauges: BTreeMap<Text, Text>,
+    #[serde(default)]
+    pub timeline: Vec<Spanned<Entry>>,
+}
+
+/// The air outside.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Air {
+    pub pressure: Option<Text>,
+    pub humidity: Option<Text>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Volume {
+    pub volume: Text,
+    /// Air as it is outside, unless a gas is given.
+    pub gas: Option<Text>,
+    pub pressure: Option<Text>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    #[serde(rename = "in")]
+    pub of: Text,
+    pub material: Text,
+    pub area: Text,
+    /// How long it has been in vacuum.
+    pub aged: Option<Text>,
+    /// And at which temperature meanwhile.
+    pub aged_at: Option<Text>,
+}
+
+/// A tube or a valve.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tube {
+    pub between: [Text; 2],
+    pub diameter: Option<Text>,
+    pub length: Option<Text>,
+    pub conductance: Option<Text>,
+    pub open: Option<bool>,
+}
+
+/// A virtual leak.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pocket {
+    #[serde(rename = "in")]
+    pub of: Text,
+    pub volume: Text,
+    pub conductance: Text,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Roughing {
+    pub at: Text,
+    pub speed: Text,
+    pub ultimate: Text,
+    #[serde(default)]
+    pub running: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Turbo {
+    pub inlet: Text,
+    pub fore: Text,
+    pub speed: Text,
+    pub compression: Option<f64>,
+    pub critical_pressure: Option<Text>,
+    pub spin_up: Option<Text>,
+    #[serde(default)]
+    pub running: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Leak {
+    pub at: Text,
+    pub rate: Text,
+    #[serde(default)]
+    pub open: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vent {
+    pub at: Text,
+    pub diameter: Text,
+    pub length: Text,
+    /// From a bottle at the pressure outside; air unless given.
+    pub gas: Option<Text>,
+    #[serde(default)]
+    pub open: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Inlet {
+    pub at: Text,
+    pub gas: Text,
+}
+
+/// What happens at one time.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Entry {
+    pub at: Text,
+    pub say: Option<String>,
+    #[serde(default)]
+    pub open: Vec<Text>,
+    #[serde(default)]
+    pub close: Vec<Text>,
+    #[serde(default)]
+    pub start: Vec<Text>,
+    #[serde(default)]
+    pub stop: Vec<Text>,
+    #[serde(default)]
+    pub flow: Vec<Flow>,
+    #[serde(default)]
+    pub heat: Vec<Heat>,
+    pub atmosphere: Option<Air>,
+    #[serde(default)]
+    pub fault: Vec<Fault>,
+    #[serde(default)]
+    pub clear: Vec<Fault>,
+    #[serde(default)]
+    pub power_off: Vec<Spanned<u8>>,
+    #[serde(default)]
+    pub power_on: Vec<Spanned<u8>>,
+    #[serde(default)]
+    pub unplug: Vec<Spanned<u8>>,
+    #[serde(default)]
+    pub plug: Vec<Spanned<u8>>,
+    #[serde(default)]
+    pub button: Vec<Button>,
+    #[serde(default)]
+    pub switch: Vec<Switch>,
+    #[serde(default)]
+    pub pot: Vec<Pot>,
+    #[serde(default)]
+    pub write: Vec<Write>,
+    #[serde(default)]
+    pub expect: Vec<Spanned<Expect>>,
+}
+
+/// A gas inlet: a flow, or the pressure it keeps.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flow {
+    pub inlet: Text,
+    pub flow: Option<Text>,
+    pub pressure: Option<Text>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Heat {
+    pub wall: Text,
+    pub to: Text,
+}
+
+/// A fault of a device.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    pub device: Spanned<u8>,
+    pub name: Text,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Button {
+    pub device: Spanned<u8>,
+    pub number: Spanned<u8>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Switch {
+    pub device: Spanned<u8>,
+    pub name: Text,
+    pub value: Text,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pot {
+    pub device: Spanned<u8>,
+    pub which: Spanned<char>,
+    pub volts: f64,
+}
+
+/// A class 2 master writes a record.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Write {
+    pub device: Spanned<u8>,
+    pub slot: u8,
+    pub index: u8,
+    pub octets: Vec<u8>,
+}
+
+/// What has to be so.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expect {
+    pub volume: Option<Text>,
+    pub device: Option<Spanned<u8>>,
+    /// Of a device, what it shows unless given.
+    pub instance: Option<u8>,
+    pub above: Option<Text>,
+    pub below: Option<Text>,
+    pub near: Option<Text>,
+    /// Of `near`, a part of it; a tenth unless given.
+    pub within: Option<Text>,
+    pub valid: Option<bool>,
+    pub state: Option<String>,
+    pub emission: Option<bool>,
+    pub degas: Option<bool>,
+    pub relay: Option<u8>,
+    pub closed: Option<bool>,
+    pub fault: Option<bool>,
+    pub exchanging: Option<bool>,
+}

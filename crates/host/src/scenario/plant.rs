@@ -1,0 +1,215 @@
+//! The plant a file describes, made of what `profivac_vacuum` has.
+
+use super::file::{File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
+use super::words::{self, AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, Wrong, flow, parsed, temperature, unknown};
+use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA};
+use profivac_vacuum::network::{self, Network, Outside};
+use profivac_vacuum::surface::{MATERIALS, Material, Surface};
+use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+/// What passes a turbomolecular pump that stands: as much as a tube of this width and length, in m. free choice
+const ROTOR_M: [f64; 2] = [0.03, 0.2];
+
+/// Something of a plant that can be operated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A tube or a valve.
+    Joint(network::Joint),
+    /// A leak or a vent.
+    Opening(network::Opening),
+    /// A roughing pump.
+    Roughing(network::RoughingPump),
+    /// A turbomolecular pump.
+    Turbo(network::TurboPump),
+    /// A gas inlet.
+    Inlet(network::Inlet),
+    /// A wall.
+    Wall(network::Wall),
+}
+
+/// A plant, and the names of what it has.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    /// The plant.
+    pub network: Network,
+    /// Its volumes.
+    pub volumes: BTreeMap<String, network::Volume>,
+    /// What can be operated.
+    pub parts: BTreeMap<String, Part>,
+}
+
+impl Plant {
+    /// Makes what the file describes.
+    pub fn new(file: &File) -> Result<Self, Wrong> {
+        let atmosphere = air(file.atmosphere.as_ref(), Atmosphere::default())?;
+        let mut plant = Self { network: Network::new(atmosphere), volumes: BTreeMap::new(), parts: BTreeMap::new() };
+        each(&file.volumes, |name, volume| plant.volume(name, volume))?;
+        each(&file.walls, |name, wall| plant.wall(name, wall))?;
+        each(&file.tubes, |name, tube| plant.tube(name, tube))?;
+        each(&file.valves, |name, valve| plant.tube(name, valve))?;
+        each(&file.pockets, |name, pocket| plant.pocket(name, pocket))?;
+        each(&file.roughing_pumps, |name, pump| plant.roughing(name, pump))?;
+        each(&file.turbo_pumps, |name, pump| plant.turbo(name, pump))?;
+        each(&file.leaks, |name, leak| plant.leak(name, leak))?;
+        each(&file.vents, |name, vent| plant.vent(name, vent))?;
+        each(&file.inlets, |name, inlet| plant.inlet(name, inlet))?;
+        Ok(plant)
+    }
+
+    /// The volume of this name.
+    pub fn at(&self, name: &Text) -> Result<network::Volume, Wrong> {
+        let known = || self.volumes.keys().map(String::as_str);
+        self.volumes.get(name.get_ref()).copied().ok_or_else(|| unknown("a volume", name, known()))
+    }
+
+    /// Something that can be operated, if `pick` takes it.
+    pub fn part<T>(&self, what: &str, name: &Text, pick: impl Fn(Part) -> Option<T>) -> Result<T, Wrong> {
+        let known = self.parts.iter().filter(|(_, part)| pick(**part).is_some()).map(|(name, _)| name.as_str());
+        self.parts.get(name.get_ref()).copied().and_then(&pick).ok_or_else(|| unknown(what, name, known))
+    }
+
+    fn add(&mut self, name: &str, span: &Spanned<impl Sized>, part: Part) -> Result<(), Wrong> {
+        match self.parts.insert(name.to_owned(), part) {
+            None => Ok(()),
+            Some(_) => Err(Wrong::at(&span.span(), format!("the name {name:?} is given twice"))),
+        }
+    }
+
+    fn volume(&mut self, name: &str, volume: &Spanned<Volume>) -> Result<(), Wrong> {
+        let Volume { volume, gas, pressure } = volume.get_ref();
+        let air = self.network.atmosphere().mixture();
+        let pa = pressure.as_ref().map(words::pressure).transpose()?.unwrap_or_else(|| air.total());
+        let filled = match gas.as_ref().map(parsed).transpose()? {
+            None | Some(Gas::Air) => air.scaled(pa / air.total()),
+            Some(gas) => Mixture::pure(gas, pa),
+        };
+        let made = self.network.volume(VOLUME.positive(volume)?, filled);
+        self.volumes.insert(name.to_owned(), made);
+        Ok(())
+    }
+
+    fn wall(&mut self, name: &str, wall: &Spanned<Wall>) -> Result<(), Wrong> {
+        let Wall { of, material, area, aged, aged_at } = wall.get_ref();
+        let known = || MATERIALS.iter().map(|material| material.name);
+        let made = Material::named(material.get_ref()).ok_or_else(|| unknown("a material", material, known()))?;
+        let mut surface = Surface::fresh(AREA.positive(area)?, made);
+        if let Some(aged) = aged {
+            let kelvin = aged_at.as_ref().map(temperature).transpose()?.unwrap_or(ROOM_K);
+            surface = surface.aged(TIME.parse(aged)?, kelvin);
+        }
+        let of = self.at(of)?;
+        let made = self.network.wall(of, surface);
+        self.add(name, wall, Part::Wall(made))
+    }
+
+    fn tube(&mut self, name: &str, tube: &Spanned<Tube>) -> Result<(), Wrong> {
+        let Tube { between: [one, other], diameter, length, conductance, open } = tube.get_ref();
+        let conductance = match (diameter, length, conductance) {
+            (Some(diameter), Some(length), None) => {
+                Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?)
+            }
+            (None, None, Some(conductance)) => Conductance::fixed(SPEED.positive(conductance)?),
+            _ => return Err(Wrong::at(&tube.span(), "expected diameter and length, or conductance")),
+        };
+        let (one, other) = (self.at(one)?, self.at(other)?);
+        let made = self.network.join(one, other, conductance);
+        self.network.open(made, if open.unwrap_or(true) { 1.0 } else { 0.0 });
+        self.add(name, tube, Part::Joint(made))
+    }
+
+    fn pocket(&mut self, name: &str, pocket: &Spanned<Pocket>) -> Result<(), Wrong> {
+        let Pocket { of, volume, conductance } = pocket.get_ref();
+        let air = self.network.atmosphere().mixture();
+        let of = self.at(of)?;
+        let inside = self.network.volume(VOLUME.positive(volume)?, air);
+        let made = self.network.join(of, inside, Conductance::wind(SPEED.positive(conductance)?));
+        self.add(name, pocket, Part::Joint(made))
+    }
+
+    fn roughing(&mut self, name: &str, pump: &Spanned<Roughing>) -> Result<(), Wrong> {
+        let Roughing { at, speed, ultimate, running } = pump.get_ref();
+        let made = pump::Roughing {
+            running: *running,
+            ..pump::Roughing::dry(SPEED.positive(speed)?, words::pressure(ultimate)?)
+        };
+        let at = self.at(at)?;
+        let made = self.network.roughing(at, made);
+        self.add(name, pump, Part::Roughing(made))
+    }
+
+    fn turbo(&mut self, name: &str, pump: &Spanned<Turbo>) -> Result<(), Wrong> {
+        let Turbo { inlet, fore, speed, compression, critical_pressure, spin_up, running } = pump.get_ref();
+        let mut turbo = pump::Turbo::ordinary(SPEED.positive(speed)?);
+        turbo.through = Conductance::tube(ROTOR_M[0], ROTOR_M[1]);
+        turbo.running = *running;
+        match compression {
+            Some(compression) if *compression < 1.0 || !compression.is_finite() => {
+                return Err(Wrong::at(&pump.span(), format!("expected a compression above 1, got {compression}")));
+            }
+            Some(compression) => turbo.compression = *compression,
+            None => {}
+        }
+        if let Some(pressure) = critical_pressure {
+            turbo.critical_pa = words::pressure(pressure)?.max(f64::MIN_POSITIVE);
+        }
+        if let Some(time) = spin_up {
+            turbo.spin_up = TIME.positive(time)?;
+        }
+        let (inlet, fore) = (self.at(inlet)?, self.at(fore)?);
+        let made = self.network.turbo(inlet, fore, turbo);
+        self.add(name, pump, Part::Turbo(made))
+    }
+
+    fn leak(&mut self, name: &str, leak: &Spanned<Leak>) -> Result<(), Wrong> {
+        let Leak { at, rate, open } = leak.get_ref();
+        let conductance = Conductance::wind(flow(rate)? / STANDARD_PA);
+        let at = self.at(at)?;
+        let made = self.network.opening(at, conductance, Outside::Air);
+        self.network.vent(made, if *open { 1.0 } else { 0.0 });
+        self.add(name, leak, Part::Opening(made))
+    }
+
+    fn vent(&mut self, name: &str, vent: &Spanned<Vent>) -> Result<(), Wrong> {
+        let Vent { at, diameter, length, gas, open } = vent.get_ref();
+        let conductance = Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?);
+        let outside = match gas.as_ref().map(parsed).transpose()? {
+            None | Some(Gas::Air) => Outside::Air,
+            Some(gas) => Outside::Gas(Mixture::pure(gas, self.network.atmosphere().pa)),
+        };
+        let at = self.at(at)?;
+        let made = self.network.opening(at, conductance, outside);
+        self.network.vent(made, if *open { 1.0 } else { 0.0 });
+        self.add(name, vent, Part::Opening(made))
+    }
+
+    fn inlet(&mut self, name: &str, inlet: &Spanned<Inlet>) -> Result<(), Wrong> {
+        let Inlet { at, gas } = inlet.get_ref();
+        let (at, gas) = (self.at(at)?, parsed(gas)?);
+        let made = self.network.inlet(at, gas);
+        self.add(name, inlet, Part::Inlet(made))
+    }
+}
+
+/// Does something with each part, in the order of the names.
+fn each<T>(
+    parts: &BTreeMap<String, Spanned<T>>,
+    mut make: impl FnMut(&str, &Spanned<T>) -> Result<(), Wrong>,
+) -> Result<(), Wrong> {
+    parts.iter().try_for_each(|(name, part)| make(name, part))
+}
+
+/// The air outside, as before where nothing is said.
+pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosphere, Wrong> {
+    let Some(air) = air else { return Ok(before) };
+    let pa = air.pressure.as_ref().map(words::pressure).transpose()?.unwrap_or(before.pa);
+    let humidity = match &air.humidity {
+        None => before.humidity,
+        Some(text) => match PART.parse(text)? {
+            humidity if humidity <= 1.0 => humidity,
+            _ => return Err(Wrong::at(&text.span(), format!("expected at most 100 %, got {:?}", text.get_ref()))),
+        },
+    };
+    Ok(Atmosphere { pa, humidity })
+}

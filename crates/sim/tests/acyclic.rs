@@ -1,0 +1,148 @@
+//! Acyclic services in a ring of two masters: one exchanges data with its slaves and reads by MS1, the other is a tool and
+//! reads the same slaves by MS2. The referee watches; noise comes and goes.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{CFG, IDENT, Plain};
+use profivac_dp::link::active::{Active, BusParameters};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::{Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Settings, SlaveParameters};
+use profivac_dp::slave::{Features, Slave};
+use profivac_sim::{Bus, Fault, Noise, Rule};
+
+const BAUD: Baud = Baud::B1500000;
+const SLAVES: [u8; 2] = [10, 11];
+
+type Class1 = Active<Master<2, 8>>;
+type Class2 = Active<Master<0, 0>>;
+
+/// A ring of a class 1 master at 2 and a tool at 3.
+struct Ring {
+    bus: Bus,
+    class1: profivac_sim::Handle<Class1>,
+    class2: profivac_sim::Handle<Class2>,
+    connections: Vec<Option<Handle>>,
+    jobs: Vec<Option<Handle>>,
+    /// How many records came by MS2 and by MS1, and how many connections and jobs failed.
+    records: [u32; 2],
+    failed: u32,
+}
+
+impl Ring {
+    fn new() -> Self {
+        let mut bus = Bus::new(BAUD);
+        let parameters = |address| BusParameters { hsa: 5, ..BusParameters::new(address, BAUD) };
+        let mut master: Class1 = Master::on(parameters(2), Settings::new(BAUD), BitTime(0));
+        for address in SLAVES {
+            let features = Features { sync: true, freeze: true, dpv1: true, ms1: true };
+            bus.attach(Slave::<_>::new(Plain { features, ..Plain::new() }, address, BAUD));
+            let slave = SlaveParameters { user_prm: &[0x80, 0, 0], ..SlaveParameters::new(address, IDENT, &CFG) };
+            master.user.add(&slave).unwrap();
+        }
+        master.user.set_mode(Mode::Operate);
+        let class1 = bus.attach(master);
+        let tool: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
+        let class2 = bus.attach(tool);
+        bus.run_for(1_000_000).unwrap();
+        let none = vec![None; SLAVES.len()];
+        Self { bus, class1, class2, connections: none.clone(), jobs: none, records: [0; 2], failed: 0 }
+    }
+
+    /// Everybody reads all the time.
+    fn run(&mut self, tbit: u64) {
+        let end = self.bus.now() + tbit;
+        while self.bus.now() < end {
+            self.bus.run_for(1_500).unwrap();
+            for (place, address) in SLAVES.into_iter().enumerate() {
+                self.by_ms2(place, address);
+                self.by_ms1(place, address);
+            }
+        }
+    }
+
+    fn by_ms2(&mut self, place: usize, address: u8) {
+        let user = &mut self.bus.station_mut(self.class2).user;
+        let Some(connection) = self.connections[place] else {
+            self.connections[place] = user.ms2_open(address, &Ms2Parameters::new(BAUD)).ok();
+            return;
+        };
+        let next = match user.outcome(connection) {
+            None => return,
+            Some(Outcome::Opened(_)) => true,
+            Some(Outcome::Read(record)) => {
+                assert!(record.len() == 200 && record.iter().all(|octet| *octet == record[0]), "{record:02X?}");
+                self.records[0] += 1;
+                true
+            }
+            Some(Outcome::Ended(_)) => false,
+            Some(other) => panic!("{other:?}"),
+        };
+        if next {
+            user.ms2_read(connection, 1, 16, 240).unwrap();
+        } else {
+            self.failed += 1;
+            self.connections[place] = None;
+        }
+    }
+
+    fn by_ms1(&mut self, place: usize, address: u8) {
+        let user = &mut self.bus.station_mut(self.class1).user;
+        if let Some(job) = self.jobs[place] {
+            match user.outcome(job) {
+                None => return,
+                Some(Outcome::Read(record)) => {
+                    assert!(record.len() == 200 && record.iter().all(|octet| *octet == record[0]), "{record:02X?}");
+                    self.records[1] += 1;
+                }
+                Some(Outcome::Failed(_)) => self.failed += 1,
+                Some(other) => panic!("{other:?}"),
+            }
+        }
+        self.jobs[place] = user.ms1_read(address, 1, 16, 240, &Ms1Parameters::new(BAUD)).ok();
+    }
+
+    fn exchanges(&self) -> [u32; 2] {
+        SLAVES.map(|address| self.bus.station(self.class1).user.counters(address).unwrap().exchanges)
+    }
+}
+
+#[test]
+fn two_masters_read_the_same_slaves_at_the_same_time() {
+    let mut ring = Ring::new();
+    let before = ring.exchanges();
+    ring.run(3_000_000);
+    assert!(ring.records.iter().all(|records| *records > 100), "{:?}", ring.records);
+    assert_eq!(ring.failed, 0);
+    let after = ring.exchanges();
+    assert!(after[0] > before[0] + 500 && after[1] > before[1] + 500, "{before:?} {after:?}");
+}
+
+/// Every octet may be hit. No wrong value comes of it, and when it is over everything goes on.
+#[test]
+fn noise_gives_no_wrong_record() {
+    let mut ring = Ring::new();
+    for rule in [
+        Rule::Collision,
+        Rule::NoTelegram,
+        Rule::Impatient,
+        Rule::Unasked,
+        Rule::SecondAnswer,
+        Rule::NoToken,
+        Rule::SecondToken,
+        Rule::Ring,
+    ] {
+        ring.bus.allow(rule);
+    }
+    for seed in 0..4 {
+        ring.bus.inject(Fault::Noise(Some(Noise::new(seed, 2e-4))));
+        ring.run(1_500_000);
+        ring.bus.inject(Fault::Noise(None));
+        // Longer than any time-out, so that whatever hangs has ended.
+        ring.run(9_000_000);
+        let before = ring.records;
+        ring.run(1_500_000);
+        let after = ring.records;
+        assert!(after[0] > before[0] + 50 && after[1] > before[1] + 50, "seed {seed}: {before:?} {after:?}");
+    }
+}

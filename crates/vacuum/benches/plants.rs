@@ -1,0 +1,71 @@
+//! How many chambers one core can keep alive in real time: `cargo bench -p profivac-vacuum`.
+//!
+//! A thousand chambers with a turbo and a fore line each, in high vacuum, in steps of ten milliseconds for a second of their
+//! time; and with four gauges at each: Pirani, hot cathode, cold cathode, diaphragm.
+
+use profivac_vacuum::network::Volume;
+use profivac_vacuum::pump::{Roughing, Turbo};
+use profivac_vacuum::sensor::{Drive, Principle, REFERENCE_K, Range, Sensor, Surroundings};
+use profivac_vacuum::surface::{Material, Surface};
+use profivac_vacuum::{Atmosphere, Conductance, Network};
+use std::hint::black_box;
+use std::time::Instant;
+
+const CHAMBERS: usize = 1000;
+const STEPS: u32 = 100;
+const STEP_S: f64 = 0.01;
+
+fn main() {
+    let mut plants: Vec<_> = (0..CHAMBERS).map(plant).collect();
+    tell("chambers", || plants.iter_mut().for_each(|(plant, _)| plant.advance(STEP_S)));
+    let mut gauges: Vec<_> = (0..CHAMBERS).map(gauges).collect();
+    tell("chambers with four gauges each", || {
+        for ((plant, chamber), gauges) in plants.iter_mut().zip(&mut gauges) {
+            plant.advance(STEP_S);
+            let gas = plant.mixture(*chamber);
+            let around = Surroundings { gas, atmosphere_pa: plant.atmosphere().pa, temperature_k: REFERENCE_K };
+            for (gauge, drive) in gauges {
+                black_box(gauge.read(&around, *drive, STEP_S));
+            }
+        }
+    });
+}
+
+/// Says how long a second of these things takes.
+fn tell(what: &str, mut step: impl FnMut()) {
+    let begun = Instant::now();
+    (0..STEPS).for_each(|_| step());
+    let seconds = begun.elapsed().as_secs_f64();
+    let step_ns = seconds * 1e9 / (CHAMBERS as f64 * f64::from(STEPS));
+    println!("{CHAMBERS} {what}, one second in steps of 10 ms: {seconds:.3} s, {step_ns:.0} ns a step");
+}
+
+fn gauges(number: usize) -> [(Sensor, Drive); 4] {
+    let emission = Drive::Emission { milliamperes: 5.0, degas: false };
+    let sensor =
+        |principle, lowest_pa, highest_pa| Sensor::real(principle, Range { lowest_pa, highest_pa }, number as u64);
+    [
+        (sensor(Principle::Pirani, 0.08, 1e5), Drive::On),
+        (sensor(Principle::HotCathode, 5e-8, 2.0), emission),
+        (sensor(Principle::ColdCathode, 1e-7, 1.0), Drive::On),
+        (sensor(Principle::Diaphragm, 100.0, 1.5e5), Drive::On),
+    ]
+}
+
+/// No two are alike.
+fn plant(number: usize) -> (Network, Volume) {
+    let air = Atmosphere::default().mixture();
+    let mut plant = Network::new(Atmosphere::default());
+    let chamber = plant.volume(0.1 + 1e-5 * number as f64, air);
+    let fore = plant.volume(0.005, air);
+    let through = Conductance::tube(0.025, 0.3);
+    let turbo = plant.turbo(chamber, fore, Turbo { through, ..Turbo::ordinary(0.3) });
+    plant.roughing(fore, Roughing::dry(0.006, 1.0));
+    if let Some(steel) = Material::named("steel") {
+        plant.wall(chamber, Surface::fresh(1.5, steel));
+    }
+    plant.advance(300.0);
+    plant.run_turbo(turbo, true);
+    plant.advance(1800.0);
+    (plant, chamber)
+}

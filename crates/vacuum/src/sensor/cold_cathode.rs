@@ -1,0 +1,134 @@
+//! Cold cathode: a discharge in a magnetic field, which has to begin by itself.
+
+use super::flaws::Tolerance;
+use super::{Drive, Range};
+use fastrand::Rng;
+
+/// `I = k p^n`. Inverted magnetrons in the literature have n from 1.0 to 1.2 above 1e-9 Torr ("The influence of the magnetic
+/// field strength upon the characteristic curve of a cold cathode ionization gauge").
+const EXPONENT: f64 = 1.1;
+
+/// How much pressure for how long makes a discharge probable, in Pa s. General knowledge: the delay goes as 1/p, seconds at
+/// 1e-6 mbar and many minutes at 1e-9.
+const IGNITION_PA_S: f64 = 2e-4;
+
+/// A cold cathode.
+#[derive(Clone, Debug)]
+pub struct ColdCathode {
+    range: Range,
+    /// What it has waited for the discharge, in Pa s.
+    waited_pa_s: f64,
+    /// How often it has been lit.
+    ignitions: u64,
+    burns: bool,
+}
+
+impl ColdCathode {
+    /// General knowledge: 15 % and more from gauge to gauge, and a restless discharge.
+    pub const TOLERANCE: Tolerance = Tolerance {
+        gain: 0.15,
+        zero_pa: 0.0,
+        zero_pa_per_k: 0.0,
+        noise: 0.02,
+        floor_pa: 0.0,
+        drift_pa: 0.0,
+        lag_s: 0.02,
+    };
+
+    pub const fn new(range: Range) -> Self {
+        Self { range, waited_pa_s: 0.0, ignitions: 0, burns: false }
+    }
+
+    /// The current of the discharge, as `p^n`; none until it burns.
+    pub fn signal(&mut self, pa: f64, drive: Drive, seconds: f64, seed: u64) -> f64 {
+        self.burn(pa, drive, seconds, seed);
+        if !self.burns {
+            return 0.0;
+        }
+        let current = pa.powf(EXPONENT);
+        current / (1.0 + current / self.most())
+    }
+
+    /// free choice: a discharge goes out two decades below the range.
+    fn burn(&mut self, pa: f64, drive: Drive, seconds: f64, seed: u64) {
+        if drive == Drive::Off || pa < self.range.lowest_pa / 100.0 {
+            self.burns = false;
+            self.waited_pa_s = 0.0;
+        } else if !self.burns {
+            self.waited_pa_s += pa * seconds;
+            self.burns = self.waited_pa_s >= self.patience(seed);
+            self.ignitions += u64::from(self.burns);
+        }
+    }
+
+    /// Chance decides about a discharge: half as long, or half as long again.
+    fn patience(&self, seed: u64) -> f64 {
+        IGNITION_PA_S * (0.5 + Rng::with_seed(seed.wrapping_add(self.ignitions)).f64())
+    }
+
+    /// The pressure of nitrogen that makes this current. In saturation nothing more is to be seen.
+    pub fn nitrogen_pa(&self, signal: f64) -> f64 {
+        let share = (signal / self.most()).clamp(0.0, 0.95);
+        (share * self.most() / (1.0 - share)).powf(1.0 / EXPONENT)
+    }
+
+    /// The current saturates: general knowledge, near the end of the range.
+    fn most(&self) -> f64 {
+        (3.0 * self.range.highest_pa).powf(EXPONENT)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RANGE: Range = Range { lowest_pa: 1e-7, highest_pa: 1.0 };
+
+    /// How long it takes to light, in steps of a hundredth of the time it should take.
+    fn delay(pa: f64, seed: u64) -> f64 {
+        let mut cathode = ColdCathode::new(RANGE);
+        let step = IGNITION_PA_S / pa / 100.0;
+        let steps = (1..1000).find(|_| cathode.signal(pa, Drive::On, step, seed) > 0.0).unwrap();
+        f64::from(steps) * step
+    }
+
+    #[test]
+    fn it_takes_seconds_at_1e_6_mbar_and_a_thousand_times_that_at_1e_9() {
+        for seed in 0..20 {
+            let (short, long) = (delay(1e-4, seed), delay(1e-7, seed));
+            assert!((0.9..3.2).contains(&short), "{short}");
+            assert!((long / short / 1000.0 - 1.0).abs() < 0.02, "{long} against {short}");
+        }
+        assert_ne!(delay(1e-4, 1), delay(1e-4, 2), "chance");
+    }
+
+    #[test]
+    fn without_high_voltage_nothing_burns_and_it_has_to_begin_again() {
+        let mut cathode = ColdCathode::new(RANGE);
+        assert_eq!(cathode.signal(1e-4, Drive::Off, 1e6, 1), 0.0);
+        assert!(cathode.signal(1e-4, Drive::On, 10.0, 1) > 0.0);
+        assert_eq!(cathode.signal(1e-4, Drive::Off, 0.0, 1), 0.0);
+        assert_eq!(cathode.signal(1e-4, Drive::On, 0.1, 1), 0.0);
+        assert_eq!(cathode.signal(1e-11, Drive::On, 1e9, 1), 0.0, "too little gas for a discharge");
+    }
+
+    #[test]
+    fn the_current_is_a_power_of_the_pressure_and_saturates() {
+        let mut cathode = ColdCathode::new(RANGE);
+        let mut current = |pa| cathode.signal(pa, Drive::On, 1e6, 1);
+        assert!((current(1e-3) / current(1e-4) / 10f64.powf(EXPONENT) - 1.0).abs() < 1e-3);
+        assert!(current(1e4) / current(1e3) < 1.01);
+    }
+
+    #[test]
+    fn nitrogen_reads_what_it_is_within_the_range_and_stops_beyond() {
+        let mut cathode = ColdCathode::new(RANGE);
+        for pa in [1e-7, 1e-5, 1e-3, 0.1, 1.0] {
+            let signal = cathode.signal(pa, Drive::On, 1e6, 1);
+            assert!((cathode.nitrogen_pa(signal) / pa - 1.0).abs() < 1e-9, "{pa} Pa");
+        }
+        let signal = cathode.signal(1e5, Drive::On, 1e6, 1);
+        assert!((10.0..100.0).contains(&cathode.nitrogen_pa(signal)));
+        assert_eq!(cathode.nitrogen_pa(-1.0), 0.0);
+    }
+}

@@ -1,0 +1,127 @@
+//! Sensors as a whole: ideal ones are exact, real ones near the truth, and the same again with the same seed.
+
+use super::*;
+use crate::gas::Gas;
+
+const PRINCIPLES: [(Principle, Range); 5] = [
+    (Principle::Pirani, Range { lowest_pa: 0.08, highest_pa: 1e5 }),
+    (Principle::Diaphragm, Range { lowest_pa: 100.0, highest_pa: 1.5e5 }),
+    (Principle::HotCathode, Range { lowest_pa: 5e-8, highest_pa: 2.0 }),
+    (Principle::ColdCathode, Range { lowest_pa: 1e-7, highest_pa: 1.0 }),
+    (Principle::Atmosphere, Range { lowest_pa: 3e4, highest_pa: 1.2e5 }),
+];
+
+const LOW_EMISSION: Drive = Drive::Emission { milliamperes: 0.025, degas: false };
+
+fn around(gas: Gas, pa: f64) -> Surroundings {
+    Surroundings { gas: Mixture::pure(gas, pa), atmosphere_pa: 98_700.0, temperature_k: REFERENCE_K }
+}
+
+#[test]
+fn an_ideal_sensor_in_nitrogen_indicates_the_truth_whatever_is_done_to_it() {
+    for (principle, range) in PRINCIPLES {
+        let mut sensor = Sensor::ideal(principle, range);
+        for (pa, drive) in [(1e-9, Drive::Off), (1e-3, LOW_EMISSION), (50.0, Drive::On), (2e5, Drive::On)] {
+            let expected = if principle == Principle::Atmosphere { 98_700.0 } else { pa };
+            assert_eq!(sensor.read(&around(Gas::N2, pa), drive, 5.0), expected, "{principle:?}");
+        }
+        assert!(sensor.flaws_mut().is_none() && sensor.filament().is_none());
+        sensor.contaminate(1.0);
+        assert_eq!(sensor.read(&around(Gas::N2, 1e-9), Drive::On, 1.0) > 1.0, principle == Principle::Atmosphere);
+    }
+}
+
+/// The mean of ten seconds in the middle of the range, after a day.
+#[test]
+fn a_real_sensor_is_near_the_truth_and_never_exact() {
+    let middles = [100.0, 1e4, 1e-3, 1e-3, 98_700.0];
+    for ((principle, range), pa) in PRINCIPLES.into_iter().zip(middles) {
+        for seed in 0..20 {
+            let mut sensor = Sensor::real(principle, range, seed);
+            sensor.read(&around(Gas::N2, pa), LOW_EMISSION, 86_400.0);
+            let values: Vec<f64> = (0..1000).map(|_| sensor.read(&around(Gas::N2, pa), LOW_EMISSION, 0.01)).collect();
+            let mean = values.iter().sum::<f64>() / 1000.0;
+            let within = if principle == Principle::ColdCathode { 0.5 } else { 0.2 };
+            assert!((mean / pa - 1.0).abs() < within, "{principle:?}, seed {seed}: {mean} at {pa} Pa");
+            let moves = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            assert!(moves > 990, "{principle:?}, seed {seed}: {moves} of 999");
+        }
+    }
+}
+
+/// Field manual: 3e-5 of full scale.
+#[test]
+fn a_diaphragm_has_the_noise_of_its_full_scale() {
+    let (principle, range) = PRINCIPLES[1];
+    let mut sensor = Sensor::real(principle, range, 1);
+    let values: Vec<f64> = (0..5000).map(|_| sensor.read(&around(Gas::N2, 1e3), Drive::On, 0.01)).collect();
+    let mean = values.iter().sum::<f64>() / 5000.0;
+    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 5000.0).sqrt();
+    assert!((deviation / (3e-5 * range.highest_pa) - 1.0).abs() < 0.05, "{deviation} Pa");
+}
+
+#[test]
+fn one_seed_is_one_sensor_in_whatever_steps_time_passes() {
+    for (principle, range) in PRINCIPLES {
+        let run = |seed, steps: u32| {
+            let mut sensor = Sensor::real(principle, range, seed);
+            let around = around(Gas::Ar, 0.3);
+            sensor.read(&around, LOW_EMISSION, 0.0);
+            (0..steps).map(|_| sensor.read(&around, LOW_EMISSION, 3600.0 / f64::from(steps))).last().unwrap()
+        };
+        let once = run(3, 1);
+        assert_eq!(once, run(3, 1), "{principle:?}");
+        assert!((once / run(3, 360) - 1.0).abs() < 1e-6, "{principle:?}");
+        assert_ne!(once, run(4, 1), "{principle:?}");
+    }
+}
+
+#[test]
+fn a_step_of_pressure_takes_the_time_of_the_principle() {
+    for (principle, range, lag_s) in
+        [(Principle::Pirani, PRINCIPLES[0].1, 0.08), (Principle::Diaphragm, PRINCIPLES[1].1, 0.03)]
+    {
+        let mut sensor = Sensor::real(principle, range, 5);
+        let flaws = sensor.flaws_mut().unwrap();
+        assert_eq!(flaws.lag_s, lag_s);
+        *flaws = Flaws { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        sensor.read(&around(Gas::N2, 0.0), Drive::On, 1.0);
+        assert_eq!(sensor.read(&around(Gas::N2, 100.0), Drive::On, 0.0), 0.0);
+        let after = sensor.read(&around(Gas::N2, 100.0), Drive::On, lag_s);
+        assert!((after - 63.212).abs() < 1e-3, "{principle:?}: {after}");
+        sensor.settle();
+        assert_eq!(sensor.read(&around(Gas::N2, 100.0), Drive::On, 0.0), 100.0);
+    }
+}
+
+#[test]
+fn a_head_is_heated_on_request() {
+    let (principle, range) = PRINCIPLES[1];
+    let read = |mut sensor: Sensor, heated: bool| {
+        if let Some(flaws) = sensor.flaws_mut() {
+            *flaws = Flaws { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        }
+        if heated {
+            sensor.heat_head(373.15);
+        }
+        sensor.read(&around(Gas::N2, 1e-2), Drive::On, 1.0) / 1e-2
+    };
+    assert_eq!(read(Sensor::real(principle, range, 1), false), 1.0);
+    assert!((1.10..1.13).contains(&read(Sensor::real(principle, range, 1), true)));
+    assert_eq!(read(Sensor::ideal(principle, range), true), 1.0);
+}
+
+#[test]
+fn what_has_no_end_stays_a_number() {
+    for (principle, range) in PRINCIPLES {
+        for pa in [0.0, 1e-14, 1e7] {
+            let mut sensor = Sensor::real(principle, range, 9);
+            for drive in [Drive::Off, Drive::On, LOW_EMISSION] {
+                for seconds in [0.0, 1e-6, 1e7] {
+                    let read = sensor.read(&around(Gas::He, pa), drive, seconds);
+                    assert!(read.is_finite(), "{principle:?} at {pa} Pa: {read}");
+                }
+            }
+        }
+    }
+}

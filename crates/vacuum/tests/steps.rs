@@ -1,0 +1,129 @@
+//! Steps of any length lead to the same place, nothing is lost on the way, and no pressure is too high or too low.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_vacuum::network::{Joint, Opening, Outside, Supply, TurboPump, Volume, Wall};
+use profivac_vacuum::pump::{Roughing, Turbo};
+use profivac_vacuum::surface::{Material, Surface};
+use profivac_vacuum::{Atmosphere, Conductance, Gas, Network};
+
+/// A chamber with a turbo, a fore line, a vent, a leak and an argon inlet.
+struct Plant {
+    network: Network,
+    chamber: Volume,
+    fore: Volume,
+    gate: Joint,
+    turbo: TurboPump,
+    vent: Opening,
+    wall: Wall,
+}
+
+impl Plant {
+    fn new() -> Self {
+        let air = Atmosphere::default().mixture();
+        let mut network = Network::new(Atmosphere::default());
+        let [chamber, throat, fore] = [0.1, 0.005, 0.003].map(|m3| network.volume(m3, air));
+        let gate = network.join(chamber, throat, Conductance::tube(0.1, 0.1));
+        let through = Conductance::tube(0.025, 0.3);
+        let turbo = network.turbo(throat, fore, Turbo { through, ..Turbo::ordinary(0.3) });
+        network.roughing(fore, Roughing::dry(0.006, 1.0));
+        let wall = network.wall(chamber, Surface::fresh(1.5, Material::named("steel").unwrap()));
+        let leak = network.opening(chamber, Conductance::wind(1e-11), Outside::Air);
+        network.vent(leak, 1.0);
+        let vent = network.opening(chamber, Conductance::tube(0.004, 0.05), Outside::Air);
+        Self { network, chamber, fore, gate, turbo, vent, wall }
+    }
+
+    /// Pump-down, turbo, argon, a hot wall, the gate closed, a vent; the pressures on the way through each, the last at its end,
+    /// in Pa.
+    fn life(mut self, step: f64) -> Vec<[f64; 2]> {
+        let mut pressures = Vec::new();
+        let argon = self.network.inlet(self.chamber, Gas::Ar);
+        for part in 0..8 {
+            match part {
+                1 => self.network.run_turbo(self.turbo, true),
+                3 => self.network.feed(argon, Supply::Flow(0.02)),
+                4 => self.network.feed(argon, Supply::Closed),
+                5 => self.network.heat(self.wall, 423.0),
+                6 => self.network.open(self.gate, 0.0),
+                7 => self.network.vent(self.vent, 1.0),
+                _ => {}
+            }
+            let times = if part == 7 { [1.0, 3.0, 10.0, 20.0] } else { [10.0, 40.0, 100.0, 300.0] };
+            let mut before = 0.0;
+            for time in times {
+                for _ in 0..((time - before) / step).round() as u32 {
+                    self.network.advance(step);
+                }
+                before = time;
+                pressures.push([self.chamber, self.fore].map(|volume| self.network.mixture(volume).total()));
+            }
+        }
+        pressures
+    }
+}
+
+#[test]
+fn steps_of_ten_milliseconds_and_of_a_second_agree() {
+    let [fine, middle, coarse] = [0.01, 0.1, 1.0].map(|step| Plant::new().life(step));
+    for (number, ((fine, middle), coarse)) in fine.iter().zip(&middle).zip(&coarse).enumerate() {
+        for place in 0..2 {
+            for other in [middle[place], coarse[place]] {
+                let apart = (other / fine[place] - 1.0).abs();
+                assert!(apart < 5e-3, "moment {number}: {:e} and {other:e} Pa", fine[place]);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_came_left_or_is_there() {
+    let mut plant = Plant::new();
+    plant.network.run_turbo(plant.turbo, true);
+    for part in 0..4 {
+        plant.network.advance(600.0);
+        plant.network.vent(plant.vent, if part == 2 { 1.0 } else { 0.0 });
+        let balance = plant.network.balance();
+        for (gas, came) in balance.came.iter() {
+            let elsewhere = balance.left[gas] + balance.there[gas];
+            assert!((elsewhere - came).abs() <= 1e-9 * came, "{gas}: {came:e} came, {elsewhere:e} went or stayed");
+        }
+    }
+}
+
+#[test]
+fn the_pressures_are_those_of_a_plant() {
+    let life = Plant::new().life(0.1);
+    let ends: Vec<_> = life.chunks(4).map(|times| times[3]).collect();
+    let [roughed, turbo, high_vacuum, argon, pumped, hot, closed, vented] = ends[..] else { panic!() };
+    assert!(roughed[0] < 100.0, "{roughed:?}");
+    assert!(turbo[0] < 1e-2 && high_vacuum[0] < turbo[0], "{turbo:?} {high_vacuum:?}");
+    assert!((0.01..1.0).contains(&argon[0]), "{argon:?}");
+    assert!(pumped[0] < argon[0] / 100.0, "{pumped:?}");
+    assert!(hot[0] > 3.0 * pumped[0], "{hot:?}");
+    assert!(closed[0] > 10.0 * hot[0], "{closed:?}");
+    assert!(vented[0] > 1e3 && vented[1] < 10.0, "{vented:?}");
+}
+
+#[test]
+fn nothing_is_too_high_or_too_low() {
+    let air = Atmosphere { pa: 2e5, humidity: 1.0 }.mixture();
+    let mut network = Network::new(Atmosphere::default());
+    let full = network.volume(1e-6, air);
+    let empty = network.volume(100.0, air.scaled(1e-17));
+    let joint = network.join(full, empty, Conductance::tube(0.2, 0.01));
+    let pump = network.turbo(empty, full, Turbo { rotor: 1.0, compression: 1e12, ..Turbo::ordinary(3.0) });
+    for (step, open, running) in
+        [(1e-9, 1.0, false), (1e-3, 0.5, false), (1e6, 1.0, false), (10.0, 0.0, true), (1e4, 1.0, false)]
+    {
+        network.open(joint, open);
+        network.run_turbo(pump, running);
+        network.advance(step);
+        for volume in [full, empty] {
+            let pa = network.mixture(volume).total();
+            assert!(pa.is_finite() && pa > 0.0, "{pa:e} Pa after {step} s");
+        }
+    }
+    let balance = network.balance();
+    assert!((balance.there.total() / balance.came.total() - 1.0).abs() < 1e-9, "{balance:?}");
+}
