@@ -89,7 +89,7 @@ function Measured({ gauge, reading, live, unit, several }: MeasuredProps): JSX.E
         {old ? <Pressure pa={reading.pa!} unit={unit} /> : <Shown pa={reading.pa} quality={quality} unit={unit} />}
       </p>
       <p class="beside">
-        <span class="sensor">{several ? `${reading.instance} · ${sensor}` : sensor}</span>
+        <span class="sensor">{[several ? reading.instance : '', sensor].filter(Boolean).join(' · ')}</span>
         <Limit pa={reading.pa} quality={quality} unit={unit} />
         {quality === 'valid' && <Corrected gauge={gauge} reading={reading} unit={unit} />}
       </p>
