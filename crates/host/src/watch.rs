@@ -110,11 +110,9 @@ impl Watched {
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
-            // IF300P/IF301P manual 3.2.4.1: anything but 0 is no value.
-            let measured = fields.octet(Field::MeasurementStatus(instance)).is_none_or(|status| status == 0);
             // What does not travel says nothing against the value.
             let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
-            let valid = measured && !status.contains(StatusExtension::INVALID);
+            let valid = !status.contains(StatusExtension::INVALID);
             Some(Value { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
         });
         Reading { values: values.collect(), exception: ExceptionStatus::from_bits_retain(exception) }

@@ -60,15 +60,6 @@ fn a_value_that_is_no_pressure_is_told_with_what_to_do() {
     assert_eq!((done.out.as_str(), done.err), ("cdg.process-value = 1 mbar\n", said.replace("ba.", "cdg.") + "\n"));
 }
 
-/// What was read before one is refused is not lost.
-#[test]
-fn what_was_read_is_shown_although_the_next_is_refused() {
-    let line = Line::with(&["bcg450@5"]);
-    let done = line.run("read", 5, &["--json", "0/25", "9/19"]);
-    let rows: Value = serde_json::from_str(&done.out).unwrap();
-    assert_eq!((done.code, &rows[0]["text"], &rows[1]), (1, &json!("IDLE"), &Value::Null));
-}
-
 /// The selector is put back where it was, so that nobody else sees another instance than before.
 #[test]
 fn the_instance_that_was_shown_is_shown_again() {
