@@ -10,17 +10,25 @@ use profivac_host::conform::PortWire;
 use profivac_host::port::Port;
 use profivac_host::tool::{Tool, bus_parameters};
 use profivac_host::{open, rate};
+use profivac_station::config::Segment;
 use std::time::Duration;
 
 /// How long a command waits if nobody says otherwise.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Where the bus is and how to be a master on it.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Bus {
     /// A serial device, a pty, tcp://HOST:PORT, or sim:FILE.toml for a segment in memory
     #[arg(long, value_name = "PORT")]
     port: String,
+    #[command(flatten)]
+    line: Line,
+}
+
+/// How to be a master on a bus.
+#[derive(Args, Clone, Debug)]
+pub struct Line {
     /// Bits per second; on a serial device auto listens until a telegram of another master is heard at some rate
     #[arg(long, value_name = "RATE|auto", default_value = "19200", value_parser = values::rate)]
     baud: Rate,
@@ -40,6 +48,17 @@ pub struct Bus {
 }
 
 impl Bus {
+    /// A bus at `port`.
+    pub fn at(port: &str, line: &Line) -> Self {
+        Self { port: port.to_owned(), line: line.clone() }
+    }
+
+    /// A segment of a station's file.
+    pub fn of(segment: &Segment, line: &Line) -> Self {
+        let line = Line { baud: Rate::Known(segment.baud), master: segment.master, ..line.clone() };
+        Self { port: segment.port.clone(), line }
+    }
+
     /// A master on the bus that has not said anything yet. A port that is lost ends it.
     pub fn open(&self) -> Result<Tool, Failure> {
         self.open_at().map(|(tool, _)| tool)
@@ -53,26 +72,26 @@ impl Bus {
 
     /// A station on the bus that says anything, also what no master would.
     pub fn probe(&self) -> Result<PortWire, Failure> {
-        let (port, baud) = open_port(&self.port, self.baud)?;
+        let (port, baud) = open_port(&self.port, self.line.baud)?;
         Ok(PortWire::new(port, baud, self.parameters(baud)))
     }
 
     fn open_at(&self) -> Result<(Tool, Baud), Failure> {
         // What can be wrong before anything is opened.
-        self.parameters(self.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
-        let (port, baud) = open_port(&self.port, self.baud)?;
-        let tool = Tool::new(port, baud, self.parameters(baud), self.timeout.unwrap_or(TIMEOUT))?;
-        Ok((if self.timeout.is_none() { tool.patient() } else { tool }, baud))
+        self.parameters(self.line.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
+        let (port, baud) = open_port(&self.port, self.line.baud)?;
+        let tool = Tool::new(port, baud, self.parameters(baud), self.line.timeout.unwrap_or(TIMEOUT))?;
+        Ok((if self.line.timeout.is_none() { tool.patient() } else { tool }, baud))
     }
 
     fn parameters(&self, baud: Baud) -> BusParameters {
-        let bus = bus_parameters(self.master, baud);
-        BusParameters { hsa: self.hsa, slot_tbit: self.slot_time.unwrap_or(bus.slot_tbit), ..bus }
+        let bus = bus_parameters(self.line.master, baud);
+        BusParameters { hsa: self.line.hsa, slot_tbit: self.line.slot_time.unwrap_or(bus.slot_tbit), ..bus }
     }
 
     /// Nobody else has the address of this master.
     pub fn check_other(&self, address: u8, option: &str) -> Result<(), Failure> {
-        if address == self.master {
+        if address == self.line.master {
             return Err(Failure::usage(format!("{option} {address} is the address of this master; say --master N")));
         }
         Ok(())
@@ -85,12 +104,12 @@ impl Bus {
 
     /// The address of this master.
     pub const fn master(&self) -> u8 {
-        self.master
+        self.line.master
     }
 
     /// The highest station address.
     pub const fn hsa(&self) -> u8 {
-        self.hsa
+        self.line.hsa
     }
 }
 

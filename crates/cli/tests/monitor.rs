@@ -138,3 +138,34 @@ fn an_address_is_named_once_and_is_not_this_masters() {
         assert_eq!(String::from_utf8(failed.stderr).unwrap(), format!("profivac: {expected}\n"));
     }
 }
+
+/// The file says which port, which rate, which master and which gauges.
+#[test]
+fn a_station_file_says_what_is_watched() {
+    let folder = Folder::new();
+    let (bench, plant) = (folder.name("bench.toml"), folder.name("plant.toml"));
+    std::fs::write(&bench, "devices = [\"bcg450@5\", \"psg550@6\"]\nbaud = 187500\npressure = \"2e-3 mbar\"\n")
+        .unwrap();
+    let gauge = |device: &str, address: u8| {
+        format!("[[segment.gauge]]\nname = \"{device}\"\naddress = {address}\ndevice = \"{device}\"\n")
+    };
+    let segment = format!("[[segment]]\nname = \"bus\"\nport = \"sim:{bench}\"\nbaud = 187500\nmaster = 1\n");
+    let text = segment.clone() + &gauge("bcg450", 5) + &gauge("psg550", 6);
+    std::fs::write(&plant, &text).unwrap();
+    let output = run(&["monitor", "--own", "--csv", "--for", "1.5", &plant]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.contains(",5,bcg450,2e-3,mbar,") && printed.contains(",6,"), "{printed}");
+    let refused = |arguments: &[&str], sentence: &str| {
+        let output = run(&[&["monitor", "--own"], arguments].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), said.contains(sentence)), (Some(2), true), "{said}");
+    };
+    refused(&["--port", &bench, &plant], "a station's file says which port");
+    refused(&["5"], "expected --port PORT with addresses, or a station's FILE.toml alone");
+    std::fs::write(&plant, text + &segment.replace("\"bus\"", "\"annex\"").replace("bench", "other")).unwrap();
+    refused(&[&plant], "expected one segment, got 2: say --port and addresses");
+    std::fs::write(&plant, segment).unwrap();
+    refused(&[&plant], "the segment \"bus\" has no gauges");
+    refused(&[&folder.name("missing.toml")], "the file cannot be read");
+}

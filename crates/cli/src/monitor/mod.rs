@@ -3,7 +3,7 @@
 mod row;
 mod table;
 
-use crate::bus::Bus;
+use crate::bus::{Bus, Line};
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{out, remark, remarks};
@@ -13,8 +13,10 @@ use clap::Args;
 use profivac_dp::master::{Mode, State, Trouble};
 use profivac_host::tool::{Tool, take};
 use profivac_host::watch::Watched;
+use profivac_station::config::Config;
 use row::Row;
 use rustix::fd::AsFd;
+use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
 /// The pressures of slaves, exchanged cyclically: a live table on a terminal, rows once a second otherwise.
@@ -24,8 +26,11 @@ use std::time::{Duration, Instant, SystemTime};
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
+    /// A serial device, a pty, tcp://HOST:PORT, or sim:FILE.toml for a segment in memory; not with a FILE.toml
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
     #[command(flatten)]
-    bus: Bus,
+    line: Line,
     /// Take the slaves over without telling anybody: needed where no terminal is
     #[arg(long)]
     own: bool,
@@ -38,16 +43,17 @@ pub struct Arguments {
     /// End after so long
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
     time: Option<Duration>,
-    /// The addresses of the slaves
-    #[arg(value_name = "ADDR", required = true, value_parser = values::slave_address)]
-    addresses: Vec<u8>,
+    /// The addresses of the slaves, or a station's file with one segment: it says port, rate, master and gauges
+    #[arg(value_name = "ADDR|FILE.toml", required = true)]
+    watched: Vec<String>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
   profivac monitor --port /dev/ttyUSB0 5 6 7
   profivac monitor --port /tmp/line --own --csv 5 > pressures.csv
-  profivac monitor --port tcp://127.0.0.1:4000 --own --json --for 10 5";
+  profivac monitor --port tcp://127.0.0.1:4000 --own --json --for 10 5
+  profivac monitor plant.toml";
 
 /// How often rows are made.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -60,14 +66,14 @@ const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Finds the slaves, takes them, shows them, gives them back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let bus = &arguments.bus;
-    check(&arguments.addresses, bus)?;
+    let (bus, addresses) = &arguments.watched()?;
+    check(addresses, bus)?;
     let signals = Signals::catch()?;
     let mut tool = bus.open_lasting()?;
     let screen = Screen::is_possible() && !arguments.csv && !arguments.json;
     announce(arguments, screen)?;
     let mut slaves = Vec::new();
-    for address in &arguments.addresses {
+    for address in addresses {
         let found = Watched::find(&mut tool, *address, bus.master());
         // If the port went meanwhile, that is why nobody answers.
         remarks(|| tool.next_remark());
@@ -84,6 +90,40 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let verdict = monitor.verdict();
     monitor.give_back()?;
     shown.and(verdict)
+}
+
+impl Arguments {
+    /// Which bus, and who is watched on it.
+    fn watched(&self) -> Result<(Bus, Vec<u8>), Failure> {
+        match (&self.port, self.watched.as_slice()) {
+            (None, [file]) if file.ends_with(".toml") => self.of_file(Path::new(file)),
+            (Some(_), all) if all.iter().any(|text| text.ends_with(".toml")) => {
+                Err(Failure::usage("a station's file says which port: leave --port out, or say addresses"))
+            }
+            (Some(port), all) => {
+                let addresses = all.iter().map(|text| values::slave_address(text));
+                let addresses = addresses.collect::<Result<_, _>>().map_err(Failure::usage)?;
+                Ok((Bus::at(port, &self.line), addresses))
+            }
+            (None, _) => Err(Failure::usage("expected --port PORT with addresses, or a station's FILE.toml alone")),
+        }
+    }
+
+    /// What a station's file says, if it has one segment with gauges.
+    fn of_file(&self, file: &Path) -> Result<(Bus, Vec<u8>), Failure> {
+        let config = Config::read(file)?;
+        let [segment] = config.segments.as_slice() else {
+            let segments = config.segments.len();
+            let sentence =
+                format!("{}: expected one segment, got {segments}: say --port and addresses", file.display());
+            return Err(Failure::usage(sentence));
+        };
+        let addresses: Vec<_> = segment.gauges.iter().map(|gauge| gauge.address).collect();
+        if addresses.is_empty() {
+            return Err(Failure::usage(format!("{}: the segment {:?} has no gauges", file.display(), segment.name)));
+        }
+        Ok((Bus::of(segment, &self.line), addresses))
+    }
 }
 
 /// Every slave once, and none is this master.
