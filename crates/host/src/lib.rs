@@ -22,6 +22,7 @@
 //! | [`scenario`] | a plant, its gauges, what happens, and what has to come of it |
 //! | [`scene`] | a whole segment in memory |
 //! | [`memory`] | their nonvolatile memory, in a file that survives a power cut |
+//! | [`text_file`] | what files that people write have in common |
 //! | [`pressure`] | pressures as people write them |
 
 pub mod bench;
@@ -43,5 +44,6 @@ pub mod scenario;
 pub mod scene;
 pub mod segment;
 pub mod segment_file;
+pub mod text_file;
 pub mod tool;
 pub mod watch;

@@ -18,16 +18,15 @@ use crate::memory::Memory;
 use crate::port::{PortError, Remark, Stream};
 use crate::pressure::Pressure;
 use crate::segment::Segment;
+use crate::text_file::{Parsed, baud, place_of, usual_baud};
 use profivac_dp::link::Baud;
 use profivac_vacuum::Gas;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use std::fmt::Display;
 use std::fs;
 use std::ops::Range;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Duration;
 use toml::Spanned;
 
@@ -42,28 +41,6 @@ struct Described {
     atmosphere: Option<Parsed<Pressure>>,
     gas: Option<Parsed<Gas>>,
     state: Option<Spanned<PathBuf>>,
-}
-
-/// A value that is written as a text.
-#[derive(Debug)]
-struct Parsed<T>(T);
-
-impl<'de, T: FromStr<Err: Display>> Deserialize<'de> for Parsed<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map(Self).map_err(D::Error::custom)
-    }
-}
-
-const fn usual_baud() -> Baud {
-    Baud::B19200
-}
-
-fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Baud, D::Error> {
-    let number = u32::deserialize(deserializer)?;
-    Baud::from_bits_per_second(number).ok_or_else(|| {
-        let rates = Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
-        D::Error::custom(format!("expected a PROFIBUS rate out of {rates}, got {number}"))
-    })
 }
 
 impl Described {
@@ -171,13 +148,6 @@ impl SegmentFile {
         std::thread::Builder::new().name(name.replace('\0', "")).spawn(live).map_err(failed)?;
         Ok(Stream::new(name, ours, remarks))
     }
-}
-
-/// Line and column of an octet of `text`, both from 1.
-fn place_of(text: &str, offset: usize) -> (usize, usize) {
-    let before = text.get(..offset).unwrap_or(text);
-    let line = before.rsplit('\n').next().unwrap_or_default();
-    (before.matches('\n').count().saturating_add(1), line.chars().count().saturating_add(1))
 }
 
 #[cfg(test)]

@@ -28,15 +28,13 @@ use profivac_host::instrument::{DEVICES, entry};
 use profivac_host::port::PortError;
 use profivac_host::pressure::Pressure;
 use profivac_host::segment_file::SegmentFile;
+use profivac_host::text_file::{Parsed, baud, place_of, usual_baud};
 use profivac_vacuum::Gas;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
-use std::fmt::Display;
 use std::net::SocketAddr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Duration;
 use toml::Spanned;
 
@@ -162,28 +160,6 @@ struct WrittenGauge {
     gas: Option<Parsed<Gas>>,
     #[serde(default)]
     levels: BTreeMap<String, Parsed<Pressure>>,
-}
-
-/// A value that is written as a text.
-#[derive(Debug)]
-struct Parsed<T>(T);
-
-impl<'de, T: FromStr<Err: Display>> Deserialize<'de> for Parsed<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map(Self).map_err(D::Error::custom)
-    }
-}
-
-const fn usual_baud() -> Baud {
-    Baud::B19200
-}
-
-fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Baud, D::Error> {
-    let number = u32::deserialize(deserializer)?;
-    Baud::from_bits_per_second(number).ok_or_else(|| {
-        let rates = Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
-        D::Error::custom(format!("expected a PROFIBUS rate out of {rates}, got {number}"))
-    })
 }
 
 /// A complaint about a place in the file.
@@ -365,13 +341,6 @@ impl WrittenGauge {
             levels: self.levels.into_iter().map(|(name, level)| (name, level.0)).collect(),
         }
     }
-}
-
-/// Line and column of an octet of `text`, both from 1.
-fn place_of(text: &str, offset: usize) -> (usize, usize) {
-    let before = text.get(..offset).unwrap_or(text);
-    let line = before.rsplit('\n').next().unwrap_or_default();
-    (before.matches('\n').count().saturating_add(1), line.chars().count().saturating_add(1))
 }
 
 #[cfg(test)]

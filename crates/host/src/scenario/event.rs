@@ -307,7 +307,7 @@ impl Reader<'_> {
         if matches!(of, Subject::Volume(..)) && checks.iter().any(|check| !matches!(check, Check::Pressure(..))) {
             return Err(wrong("expected of a volume nothing but its pressure: above, below, or near"));
         }
-        let (line, _) = words::place_of(self.text, written.span().start);
+        let (line, _) = crate::text_file::place_of(self.text, written.span().start);
         Ok(Expectation { line, of, checks })
     }
 }

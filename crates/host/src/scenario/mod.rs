@@ -128,7 +128,7 @@ impl Scenario {
     /// [`ScenarioError::Wrong`] with the place in the text and what was expected there.
     pub fn parse(text: &str, name: &str) -> Result<Self, ScenarioError> {
         Self::make(text, name).map_err(|Wrong { at, what }| {
-            let (line, column) = words::place_of(text, at);
+            let (line, column) = crate::text_file::place_of(text, at);
             ScenarioError::Wrong { name: name.to_owned(), line, column, what }
         })
     }

@@ -178,13 +178,6 @@ pub fn parser_sentence(message: &str) -> String {
     near.map_or_else(|| message.to_owned(), |near| format!("{message}; did you mean `{near}`?"))
 }
 
-/// Line and column of an octet of `text`, both from 1.
-pub fn place_of(text: &str, offset: usize) -> (usize, usize) {
-    let before = text.get(..offset).unwrap_or(text);
-    let line = before.rsplit('\n').next().unwrap_or_default();
-    (before.matches('\n').count() + 1, line.chars().count() + 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -234,11 +227,5 @@ mod tests {
         assert!(!unknown("a valve", &text("turbo"), known()).what.contains("did you mean"));
         let sentence = parser_sentence("unknown field `opne`, expected one of `at`, `open`");
         assert_eq!(sentence, "unknown field `opne`, expected one of `at`, `open`; did you mean `open`?");
-    }
-
-    #[test]
-    fn places_count_from_one() {
-        assert_eq!(place_of("ab\ncä e", 0), (1, 1));
-        assert_eq!(place_of("ab\ncä e", 7), (2, 4));
     }
 }
