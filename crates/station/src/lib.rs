@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`api`] | what can be asked over HTTP |
 //! | [`config`] | the file that describes a station |
+//! | [`people`] | who asks, and what they may |
 //! | [`plant`] | what all threads share |
 //! | [`recorder`] | what was measured and what happened, in a file that survives a power cut |
 //! | [`rise`] | leaks told from outgassing |
@@ -15,6 +16,7 @@
 
 pub mod api;
 pub mod config;
+pub mod people;
 pub mod plant;
 pub mod recorder;
 pub mod rise;

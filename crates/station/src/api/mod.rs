@@ -1,4 +1,4 @@
-//! The API: what the dashboard uses, and anybody else. Reading only.
+//! The API: what the dashboard uses, and anybody else.
 //!
 //! | Path | Gives |
 //! |---|---|
@@ -26,7 +26,7 @@ use axum::Router;
 use axum::extract::FromRef;
 use axum::routing::get;
 use live::Moments;
-use problem::Problem;
+pub use problem::Problem;
 use std::sync::Arc;
 use utoipa::OpenApi;
 
@@ -84,6 +84,10 @@ impl FromRef<Shared> for Arc<Moments> {
     }
 }
 
+async fn method() -> Problem {
+    Problem::method()
+}
+
 /// The API of a plant, and the dashboard beside it.
 pub fn router(plant: Arc<Plant>) -> Router {
     let (archive, moments) = (Archive::of(Arc::clone(&plant)), Arc::new(Moments::of(Arc::clone(&plant))));
@@ -103,9 +107,9 @@ pub fn router(plant: Arc<Plant>) -> Router {
             "/api/{*rest}",
             get(async || Problem::unknown("there is no such thing in the API; /api/openapi.json says what there is")),
         )
-        .fallback(get(crate::web::file))
+        .fallback(get(crate::web::file).fallback(method))
+        .method_not_allowed_fallback(method)
         .layer(axum::middleware::from_fn(guard::caught))
-        .layer(axum::middleware::from_fn(guard::reading))
         .layer(axum::middleware::from_fn(guard::headers))
         .with_state(Shared { plant, archive, moments })
 }

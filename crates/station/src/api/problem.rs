@@ -27,9 +27,24 @@ impl Problem {
         Self { status: 404, problem: problem.into() }
     }
 
-    /// Only reading is possible.
+    /// Whoever asks is not known.
+    pub fn unauthorised(problem: impl Into<String>) -> Self {
+        Self { status: 401, problem: problem.into() }
+    }
+
+    /// Whoever asks may not.
+    pub fn forbidden(problem: impl Into<String>) -> Self {
+        Self { status: 403, problem: problem.into() }
+    }
+
+    /// It would do something else than what whoever asks expects.
+    pub fn conflict(problem: impl Into<String>) -> Self {
+        Self { status: 409, problem: problem.into() }
+    }
+
+    /// It is not done this way; the header `Allow` says how.
     pub fn method() -> Self {
-        Self { status: 405, problem: "the station is only looked at: expected GET or HEAD".to_owned() }
+        Self { status: 405, problem: "there is no such method here: the header Allow says which there are".to_owned() }
     }
 
     /// Whoever asked took us for somebody else.

@@ -11,10 +11,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The version of the tables, in the file's `user_version`.
-const VERSION: i64 = 1;
+/// The version of the tables, in the file's `user_version`: so many of the [`STEPS`] were taken.
+const VERSION: i64 = STEPS.len() as i64;
 
-const TABLES: &str = "
+/// How an empty file becomes one of this version. A file of an older version takes the steps it lacks; a step that was ever
+/// shipped is never changed.
+const STEPS: [&str; 1] = [MEASURED];
+
+const MEASURED: &str = "
     CREATE TABLE gauge (
         id   INTEGER PRIMARY KEY,
         name TEXT NOT NULL UNIQUE
@@ -308,7 +312,8 @@ impl Store {
     }
 }
 
-/// Opens a file for reading; a file that is not there is an error.
+/// Opens a file for reading; a file that is not there is an error, and so is one without tables. What an older version
+/// recorded can be read as it is.
 ///
 /// # Errors
 /// What SQLite says.
@@ -318,7 +323,7 @@ pub fn open_to_read(path: &Path) -> Result<Connection, StoreError> {
     let connection = Connection::open_with_flags(path, flags).map_err(failed)?;
     connection.busy_timeout(PATIENCE).map_err(failed)?;
     match version(&connection).map_err(failed)? {
-        VERSION => Ok(connection),
+        1..=VERSION => Ok(connection),
         found => Err(StoreError::Version { path: path.to_owned(), found }),
     }
 }
@@ -332,8 +337,7 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
     let connection = Connection::open(path).map_err(failed)?;
     prepare(&connection).map_err(failed)?;
     match version(&connection).map_err(failed)? {
-        0 => create(&connection).map_err(failed)?,
-        VERSION => {}
+        found @ 0..=VERSION => take_steps(&connection, found).map_err(failed)?,
         found => return Err(StoreError::Version { path: path.to_owned(), found }),
     }
     Ok(connection)
@@ -355,8 +359,13 @@ fn version(connection: &Connection) -> rusqlite::Result<i64> {
     connection.query_row("PRAGMA user_version", [], |row| row.get(0))
 }
 
-fn create(connection: &Connection) -> rusqlite::Result<()> {
-    connection.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {VERSION}; COMMIT;"))
+fn take_steps(connection: &Connection, found: i64) -> rusqlite::Result<()> {
+    let lacking = STEPS.iter().skip(usize::try_from(found).unwrap_or(STEPS.len()));
+    let lacking: String = lacking.copied().collect();
+    if lacking.is_empty() {
+        return Ok(());
+    }
+    connection.execute_batch(&format!("BEGIN; {lacking} PRAGMA user_version = {VERSION}; COMMIT;"))
 }
 
 fn number_of(connection: &Connection, name: &str) -> rusqlite::Result<i64> {

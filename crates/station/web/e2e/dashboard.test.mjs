@@ -191,6 +191,18 @@ test('every page is reached by keys', async () => {
   })
 })
 
+test('a key that is pressed while a page is being drawn counts', async () => {
+  await visit('/events', async (page) => {
+    await page.evaluate(async () => {
+      const press = (key) => document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }))
+      press('1')
+      while (!document.querySelector('.big')) await Promise.resolve()
+      press('u')
+    })
+    await page.locator('.big', { hasText: 'hPa' }).first().waitFor()
+  })
+})
+
 test('everything that can be pressed is reached by Tab, and shows it', async () => {
   await visit('/bus', async (page) => {
     const wanted = await page.evaluate(() => document.querySelectorAll('a, button, select, input, [tabindex="0"]').length)

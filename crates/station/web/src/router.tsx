@@ -9,6 +9,7 @@ export interface Place {
 }
 
 const here = (): Place => ({ path: location.pathname, query: new URLSearchParams(location.search) })
+const isHere = ({ path, query }: Place): boolean => path + query === location.pathname + new URLSearchParams(location.search)
 const listeners = new Set<() => void>()
 
 addEventListener('popstate', () => listeners.forEach((listener) => listener()))
@@ -31,6 +32,8 @@ export function usePlace(): Place {
   useEffect(() => {
     const listener = (): void => setPlace(here())
     listeners.add(listener)
+    // Somebody may have gone on between the first drawing and here; the same place is not drawn again.
+    setPlace((place) => (isHere(place) ? place : here()))
     return () => void listeners.delete(listener)
   }, [])
   return place

@@ -68,6 +68,8 @@ function useSetting<T>(read: () => T): T {
     const changed = (): void => setValue(read)
     listeners.add(changed)
     dark.addEventListener('change', changed)
+    // It may have changed between the first drawing and here.
+    changed()
     return () => {
       listeners.delete(changed)
       dark.removeEventListener('change', changed)
