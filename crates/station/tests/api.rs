@@ -299,7 +299,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described: Vec<_> = description["paths"].as_object().unwrap().keys().cloned().collect();
     let desk = Desk::new();
-    assert_eq!(described.len(), 10);
+    assert_eq!(described.len(), 11);
     for path in described.iter().filter(|path| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = desk.get(&path.replace("{name}", "chamber"));
         assert!(status == 200 || status == 400, "{path}: {text}");

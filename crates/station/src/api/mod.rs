@@ -10,6 +10,7 @@
 //! | `/api/events` | what happened |
 //! | `/api/rise` | a rise of pressure, told apart |
 //! | `/api/export.csv` | what was recorded, as a table |
+//! | `/api/session` | who asks, and what they may |
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
@@ -19,6 +20,7 @@ mod live;
 mod problem;
 mod recorded;
 mod seen;
+mod session;
 
 use crate::plant::Plant;
 use archive::Archive;
@@ -47,7 +49,8 @@ use utoipa::OpenApi;
         recorded::events,
         recorded::rise,
         recorded::export,
-        live::live
+        live::live,
+        session::session
     )
 )]
 struct Description;
@@ -101,6 +104,7 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/events", get(recorded::events))
         .route("/api/rise", get(recorded::rise))
         .route("/api/export.csv", get(recorded::export))
+        .route("/api/session", get(session::session))
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(

@@ -7,6 +7,13 @@ export type SegmentState = 'waiting' | 'listening' | 'running'
 export type Principle = 'pirani' | 'hot-cathode' | 'cold-cathode' | 'diaphragm' | 'atmosphere'
 export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note'
 
+export type Role = 'viewer' | 'operator' | 'engineer'
+
+export interface Session {
+  name: string
+  role: Role
+}
+
 export interface Recorder {
   written_ms: number | null
   error: string | null
@@ -126,9 +133,18 @@ export class Refused extends Error {}
 
 const LOST = 'The station does not answer.'
 
-async function get<T>(path: string, query: Record<string, string | number>, signal?: AbortSignal): Promise<T> {
-  const answer = await fetch(address(path, query), signal ? { signal } : {}).catch((error: unknown) => {
-    throw signal?.aborted ? error : new Refused(LOST)
+export function get<T>(path: string, query: Record<string, string | number>, signal?: AbortSignal): Promise<T> {
+  return answer(address(path, query), signal ? { signal } : {})
+}
+
+/** Something is to be done. */
+export function post<T>(path: string, body: unknown): Promise<T> {
+  return answer(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) })
+}
+
+async function answer<T>(path: string, request: RequestInit): Promise<T> {
+  const answer = await fetch(path, request).catch((error: unknown) => {
+    throw request.signal?.aborted ? error : new Refused(LOST)
   })
   const body: unknown = await answer.json().catch(() => null)
   if (answer.ok) return body as T
