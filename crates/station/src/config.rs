@@ -268,7 +268,7 @@ fn check_gauge(gauge: &WrittenGauge) -> Result<(), Complaint> {
         (gauge.device.span(), format!("{error}{alike}"))
     })?;
     match &gauge.poll {
-        Some(poll) if !(POLLS.0..=POLLS.1).contains(&poll.get_ref().0) => {
+        Some(poll) if !(POLLS.0..=POLLS.1).contains(&*poll.get_ref().0) => {
             Err((poll.span(), format!("expected a time from 20ms to 1h, got {}", poll.get_ref().0)))
         }
         _ => Ok(()),

@@ -5,7 +5,7 @@ export type Quality = 'valid' | 'overrange' | 'underrange' | 'invalid' | 'gap'
 export type Standing = 'ourselves' | 'master' | 'exchanging' | 'faulty' | 'starting' | 'missing' | 'foreign'
 export type SegmentState = 'waiting' | 'listening' | 'running'
 export type Principle = 'pirani' | 'hot-cathode' | 'cold-cathode' | 'diaphragm' | 'atmosphere'
-export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note'
+export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note' | 'access'
 
 export type Role = 'viewer' | 'operator' | 'engineer'
 
