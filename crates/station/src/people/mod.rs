@@ -9,6 +9,7 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`access`] | whether people log in here, and where we may listen then |
+//! | [`door`] | who comes in |
 //! | [`password`] | what a password must be, and how it is kept |
 //! | [`private`] | files that only their owner may read |
 //! | [`rates`] | how often somebody may ask |
@@ -17,6 +18,7 @@
 //! | [`users`] | the file with names, roles and passwords |
 
 pub mod access;
+pub mod door;
 pub mod password;
 pub mod private;
 pub mod rates;

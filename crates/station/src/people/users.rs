@@ -166,11 +166,11 @@ impl Users {
         self.0.iter().find(|user| user.name.eq_ignore_ascii_case(name))
     }
 
-    /// One more.
+    /// Nothing, if somebody can be added under this name.
     ///
     /// # Errors
     /// [`UsersError`] when the name cannot be had.
-    pub fn add(&mut self, name: &str, role: Role, password: Hash) -> Result<(), UsersError> {
+    pub fn can_add(&self, name: &str) -> Result<(), UsersError> {
         let letter = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
         if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(letter) {
             return Err(UsersError::Name(name.chars().take(LONGEST_NAME).collect()));
@@ -181,6 +181,15 @@ impl Users {
         if self.0.len() >= MOST {
             return Err(UsersError::Many);
         }
+        Ok(())
+    }
+
+    /// One more.
+    ///
+    /// # Errors
+    /// As [`Self::can_add`].
+    pub fn add(&mut self, name: &str, role: Role, password: Hash) -> Result<(), UsersError> {
+        self.can_add(name)?;
         self.0.push(User { name: Arc::from(name), role, password });
         Ok(())
     }
