@@ -31,7 +31,7 @@ A viewer looks. An operator also acknowledges alarms and carries out commands of
 
 Examples:
   profivac user add ada --role engineer plant.toml
-  profivac user add wall --role viewer plant.toml --password-stdin < password.txt
+  profivac user add wall --role viewer plant.toml --password-stdin
   profivac user list plant.toml
   profivac user role ada operator plant.toml
   profivac user password ada plant.toml
