@@ -64,12 +64,7 @@ fn what_cannot_be_is_told_and_changes_nothing() {
     let users = folder.path("plant.users.toml");
     for (name, role, password, sentence) in [
         ("ada", "engineer", "short", "expected a password of at least 8 characters, better 15, got 5"),
-        (
-            "ada",
-            "engineer",
-            "password1",
-            "this password is easily guessed: this is a very common password",
-        ),
+        ("ada", "engineer", "password1", "this password is easily guessed: this is a very common password"),
         ("lovelace", "engineer", "lovelace", "this password is easily guessed"),
         ("ada", "boss", PASSWORD, "expected viewer, operator or engineer"),
         (
