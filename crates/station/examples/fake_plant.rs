@@ -5,8 +5,9 @@
 //! ```
 //!
 //! For work on the dashboard and for its tests in a browser. Three segments, thirteen gauges, a week of record. Everything is
-//! a function of the seconds since it was started. It ends when its input ends. `hostile` as the last argument adds a gauge
-//! whose name is a script.
+//! a function of the seconds since it was started. It ends when its input ends. Further arguments: `hostile` adds a gauge
+//! whose name is a script. `viewer` lets everybody only look, otherwise everybody is an engineer. `users` lets in ada (engineer), olga
+//! (operator) and vera (viewer), all with the password `tin whisker plateau`; the name of their file is printed as well.
 
 #[path = "fake_plant/blocks.rs"]
 mod blocks;
@@ -16,12 +17,16 @@ mod gauges;
 mod segments;
 
 use gauges::{Fake, Shown};
+use profivac_station::people::password::Hash;
+use profivac_station::people::users::Users;
+use profivac_station::people::{Access, Role};
 use profivac_station::plant::{Plant, Question, Scenery};
 use profivac_station::recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
-use profivac_station::server::Server;
+use profivac_station::server::{Server, Setup};
 use std::error::Error;
 use std::io::Read;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -37,7 +42,9 @@ const BATCH: u64 = 20_000;
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let address: SocketAddr = arguments.next().unwrap_or_else(|| "127.0.0.1:0".to_owned()).parse()?;
-    let fakes = gauges::all(arguments.next().as_deref() == Some("hostile"));
+    let more: Vec<String> = arguments.collect();
+    let said = |word: &str| more.iter().any(|argument| argument == word);
+    let fakes = gauges::all(said("hostile"));
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("fake.db");
     let recorder = Recorder::start(&file, Settings::default())?;
@@ -48,12 +55,29 @@ fn main() -> Result<(), Box<dyn Error>> {
     for segment in ["beam line", "hall"] {
         answer(&plant, segment);
     }
-    let server = Server::start(Arc::clone(&plant), address, false)?;
-    println!("http://{}", server.address());
+    let users = folder.path().join("users.toml");
+    let access = match (said("users"), said("viewer")) {
+        (true, _) => with_users(&users)?,
+        (_, true) => Access::look(),
+        _ => Access::everybody("demo", Role::Engineer),
+    };
+    let server = Server::start(Arc::clone(&plant), Setup::new(address, access))?;
+    println!("{}", server.url());
+    println!("{}", users.display());
     std::thread::spawn(move || live(&plant, &fakes, start));
     // Until whoever started it is gone.
     std::io::stdin().read_to_end(&mut Vec::new())?;
     Ok(())
+}
+
+fn with_users(file: &Path) -> Result<Access, Box<dyn Error>> {
+    let hash = Hash::of("tin whisker plateau")?;
+    Users::change(file, |users| {
+        users.add("ada", Role::Engineer, hash.clone())?;
+        users.add("olga", Role::Operator, hash.clone())?;
+        users.add("vera", Role::Viewer, hash)
+    })?;
+    Ok(Access::Users(file.to_owned()))
 }
 
 /// The week before the start.

@@ -11,10 +11,12 @@
 //! | `/api/rise` | a rise of pressure, told apart |
 //! | `/api/export.csv` | what was recorded, as a table |
 //! | `/api/session` | who asks, and what they may |
+//! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes a password |
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
 mod archive;
+pub mod gate;
 pub mod guard;
 mod live;
 mod problem;
@@ -26,7 +28,7 @@ use crate::plant::Plant;
 use archive::Archive;
 use axum::Router;
 use axum::extract::FromRef;
-use axum::routing::get;
+use axum::routing::{get, post};
 use live::Moments;
 pub use problem::Problem;
 use std::sync::Arc;
@@ -50,7 +52,10 @@ use utoipa::OpenApi;
         recorded::rise,
         recorded::export,
         live::live,
-        session::session
+        session::session,
+        session::login,
+        session::logout,
+        session::password
     )
 )]
 struct Description;
@@ -105,6 +110,9 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/rise", get(recorded::rise))
         .route("/api/export.csv", get(recorded::export))
         .route("/api/session", get(session::session))
+        .route("/api/login", post(session::login))
+        .route("/api/logout", post(session::logout))
+        .route("/api/password", post(session::password))
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(

@@ -101,10 +101,12 @@ pub enum EventKind {
     Command,
     /// Somebody wrote something down.
     Note,
+    /// Somebody logged in or out, was refused, or was made a user.
+    Access,
 }
 
 impl EventKind {
-    const ALL: [Self; 5] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note];
+    const ALL: [Self; 6] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access];
 
     /// As it stands in the file.
     #[must_use]
@@ -115,6 +117,7 @@ impl EventKind {
             Self::Gauge => "gauge",
             Self::Command => "command",
             Self::Note => "note",
+            Self::Access => "access",
         }
     }
 

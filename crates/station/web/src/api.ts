@@ -5,13 +5,19 @@ export type Quality = 'valid' | 'overrange' | 'underrange' | 'invalid' | 'gap'
 export type Standing = 'ourselves' | 'master' | 'exchanging' | 'faulty' | 'starting' | 'missing' | 'foreign'
 export type SegmentState = 'waiting' | 'listening' | 'running'
 export type Principle = 'pirani' | 'hot-cathode' | 'cold-cathode' | 'diaphragm' | 'atmosphere'
-export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note'
+export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note' | 'access'
 
 export type Role = 'viewer' | 'operator' | 'engineer'
+
+/** Whether one logs in here: not at all, has done so, has not yet. */
+export type Door = 'open' | 'in' | 'out'
 
 export interface Session {
   name: string
   role: Role
+  /** Proves with everything that is not only looked at that this page is the station's own. */
+  token: string
+  door: Door
 }
 
 export interface Recorder {
@@ -129,18 +135,42 @@ export interface Block {
 }
 
 /** A refusal, in the station's own sentence. */
-export class Refused extends Error {}
+export class Refused extends Error {
+  constructor(
+    sentence: string,
+    readonly status = 0,
+  ) {
+    super(sentence)
+  }
+}
 
 const LOST = 'The station does not answer.'
+
+/** What the session gives to everything that is asked: its token, and what to do when it has ended or has another token. */
+export const proof = {
+  token: '',
+  ended: (): void => {},
+  /** Whether the same person has another token now, from another window. */
+  renewed: (): Promise<boolean> => Promise.resolve(false),
+}
 
 export function get<T>(path: string, query: Record<string, string | number>, signal?: AbortSignal): Promise<T> {
   return answer(address(path, query), signal ? { signal } : {})
 }
 
 /** Something is to be done. */
-export function post<T>(path: string, body: unknown): Promise<T> {
-  return answer(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) })
+export async function post<T>(path: string, body: unknown): Promise<T> {
+  const send = (): Promise<T> => {
+    const headers = { 'content-type': 'application/json', 'x-csrf-token': proof.token }
+    return answer(path, { method: 'POST', headers, body: JSON.stringify(body) })
+  }
+  return send().catch(async (error: unknown) => {
+    if (error instanceof Refused && error.status === 403 && (await proof.renewed())) return send()
+    throw error
+  })
 }
+
+const LOGIN = '/api/login'
 
 async function answer<T>(path: string, request: RequestInit): Promise<T> {
   const answer = await fetch(path, request).catch((error: unknown) => {
@@ -148,9 +178,15 @@ async function answer<T>(path: string, request: RequestInit): Promise<T> {
   })
   const body: unknown = await answer.json().catch(() => null)
   if (answer.ok) return body as T
+  if (answer.status === 401 && path !== LOGIN) proof.ended()
   const problem = (body as { problem?: string } | null)?.problem
-  throw new Refused(problem ?? `The station answers with ${answer.status}.`)
+  throw new Refused(problem ?? `The station answers with ${answer.status}.`, answer.status)
 }
+
+export const session = (): Promise<Session> => get('/api/session', {})
+export const login = (name: string, password: string): Promise<Session> => post(LOGIN, { name, password })
+export const logout = (): Promise<void> => post('/api/logout', null)
+export const changePassword = (current: string, next: string): Promise<Session> => post('/api/password', { current, new: next })
 
 function address(path: string, query: Record<string, string | number>): string {
   const text = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)])).toString()
