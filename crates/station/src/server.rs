@@ -5,8 +5,9 @@
 
 use crate::api::{self, guard};
 use crate::plant::Plant;
-use axum::Router;
+use axum::extract::ConnectInfo;
 use axum::middleware::from_fn;
+use axum::{Extension, Router};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
@@ -18,7 +19,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{Semaphore, oneshot};
 
-/// The longest head of a request, in octets. What follows a head is never read.
+/// The longest head of a request, in octets. How long a body may be is said where one is read.
 const LONGEST_HEAD: usize = 32 << 10;
 
 /// When the system has no room for a connection, the next is taken so much later.
@@ -76,6 +77,14 @@ impl Server {
     /// # Errors
     /// [`ServerError`] says what is in the way.
     pub fn within(limits: Limits, plant: Arc<Plant>, address: SocketAddr, public: bool) -> Result<Self, ServerError> {
+        Self::of(limits, api::router(plant), address, public)
+    }
+
+    /// The same for a router that somebody has put something before.
+    ///
+    /// # Errors
+    /// [`ServerError`] says what is in the way.
+    pub fn of(limits: Limits, router: Router, address: SocketAddr, public: bool) -> Result<Self, ServerError> {
         if !address.ip().is_loopback() && !public {
             return Err(ServerError::Public(address));
         }
@@ -83,7 +92,6 @@ impl Server {
         let runtime = runtime().map_err(failed)?;
         let listener = runtime.block_on(TcpListener::bind(address)).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let router = api::router(plant);
         let router = if address.ip().is_loopback() { router.layer(from_fn(guard::ourselves)) } else { router };
         let (stop, stopped) = oneshot::channel::<()>();
         let thread = std::thread::spawn(move || {
@@ -123,12 +131,13 @@ fn runtime() -> std::io::Result<Runtime> {
 async fn serve(listener: &TcpListener, router: &Router, limits: Limits) {
     let places = Arc::new(Semaphore::new(limits.connections));
     loop {
-        let Ok((stream, _)) = listener.accept().await else {
+        let Ok((stream, peer)) = listener.accept().await else {
             tokio::time::sleep(NO_ROOM).await;
             continue;
         };
         if let Ok(place) = Arc::clone(&places).try_acquire_owned() {
-            let router = router.clone();
+            // What is asked over a connection comes from its other end.
+            let router = router.clone().layer(Extension(ConnectInfo(peer)));
             tokio::spawn(async move {
                 answer(stream, router, limits).await;
                 drop(place);

@@ -142,9 +142,9 @@ fn blocks_are_asked_of_the_segment() {
     assert_eq!(desk.problem("/api/gauges/nobody/blocks").0, 404);
     let questions = desk.plant.take_questions("hall");
     let answering = std::thread::spawn(move || {
-        let Question::Blocks(gauge, answer) = questions.recv().unwrap();
+        let Question::Blocks(gauge, answer) = questions.recv().unwrap() else { panic!("blocks") };
         answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
-        let Question::Blocks(_, answer) = questions.recv().unwrap();
+        let Question::Blocks(_, answer) = questions.recv().unwrap() else { panic!("blocks") };
         answer.send(Err("the gauge does not answer".to_owned())).unwrap();
     });
     assert_eq!(desk.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");

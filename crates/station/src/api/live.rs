@@ -1,7 +1,8 @@
 //! Gauges and segments as they change.
 
+use crate::act;
 use crate::plant::Plant;
-use crate::view::{Gauge, Segment, Station};
+use crate::view::{Gauge, Mastership, Segment, Station};
 use axum::extract::State;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
@@ -22,6 +23,7 @@ pub struct Moment {
     station: Station,
     segments: Vec<Segment>,
     gauges: Vec<Gauge>,
+    mastership: Mastership,
 }
 
 /// The present moment as JSON, made once for all who watch.
@@ -51,7 +53,9 @@ impl Moments {
 
     fn json(&self) -> String {
         let Self { plant, .. } = self;
-        let moment = Moment { station: plant.station(), segments: plant.segments(), gauges: plant.gauges() };
+        let mastership = act::mastership(plant, Instant::now());
+        let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
+        let moment = Moment { station, segments, gauges, mastership };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }

@@ -6,6 +6,11 @@
 //! | `/api/segments` | segments, and who is on them |
 //! | `/api/gauges` | gauges and what they show |
 //! | `/api/gauges/{name}/blocks` | a gauge's blocks and parameters, read now |
+//! | `/api/gauges/{name}/commands` | its commands with what they ask for and risk |
+//! | `/api/gauges/{name}/arm` | the first step of a command or a write |
+//! | `/api/orders/{id}`, `/api/orders/{id}/fire` | the second step |
+//! | `/api/mastership` and below | who may act |
+//! | `/api/audit`, `/api/audit.csv` | who did what |
 //! | `/api/trend` | what was recorded, drawn for so many pixels |
 //! | `/api/events` | what happened |
 //! | `/api/rise` | a rise of pressure, told apart |
@@ -14,7 +19,10 @@
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
+mod acting;
 mod archive;
+mod audit;
+mod body;
 pub mod guard;
 mod live;
 mod problem;
@@ -26,7 +34,7 @@ use crate::plant::Plant;
 use archive::Archive;
 use axum::Router;
 use axum::extract::FromRef;
-use axum::routing::get;
+use axum::routing::{delete, get, post};
 use live::Moments;
 pub use problem::Problem;
 use std::sync::Arc;
@@ -50,7 +58,18 @@ use utoipa::OpenApi;
         recorded::rise,
         recorded::export,
         live::live,
-        session::session
+        session::session,
+        acting::commands,
+        acting::arm,
+        acting::fire,
+        acting::disarm,
+        acting::mastership,
+        acting::ask,
+        acting::release,
+        acting::grant,
+        acting::take_over,
+        audit::audit,
+        audit::csv
     )
 )]
 struct Description;
@@ -91,6 +110,20 @@ async fn method() -> Problem {
     Problem::method()
 }
 
+/// Everything that changes something.
+fn acts() -> Router<Shared> {
+    Router::new()
+        .route("/api/gauges/{name}/commands", get(acting::commands))
+        .route("/api/gauges/{name}/arm", post(acting::arm))
+        .route("/api/orders/{id}/fire", post(acting::fire))
+        .route("/api/orders/{id}", delete(acting::disarm))
+        .route("/api/mastership", get(acting::mastership))
+        .route("/api/mastership/ask", post(acting::ask))
+        .route("/api/mastership/release", post(acting::release))
+        .route("/api/mastership/grant", post(acting::grant))
+        .route("/api/mastership/take-over", post(acting::take_over))
+}
+
 /// The API of a plant, and the dashboard beside it.
 pub fn router(plant: Arc<Plant>) -> Router {
     let (archive, moments) = (Archive::of(Arc::clone(&plant)), Arc::new(Moments::of(Arc::clone(&plant))));
@@ -105,6 +138,9 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/rise", get(recorded::rise))
         .route("/api/export.csv", get(recorded::export))
         .route("/api/session", get(session::session))
+        .route("/api/audit", get(audit::audit))
+        .route("/api/audit.csv", get(audit::csv))
+        .merge(acts())
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(

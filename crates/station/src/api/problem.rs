@@ -53,6 +53,21 @@ impl Problem {
         Self { status: 421, problem }
     }
 
+    /// More was sent than anybody needs to say.
+    pub fn too_large() -> Self {
+        Self { status: 413, problem: format!("expected a body of at most {} octets", super::body::LONGEST) }
+    }
+
+    /// What was sent is no JSON.
+    pub fn media() -> Self {
+        Self { status: 415, problem: "expected a body with content-type application/json".to_owned() }
+    }
+
+    /// The body did not come.
+    pub fn slow() -> Self {
+        Self { status: 408, problem: "the body of the request did not come in time".to_owned() }
+    }
+
     /// We have made a mistake.
     pub fn defect() -> Self {
         Self { status: 500, problem: "a defect of the program: the station itself goes on".to_owned() }
