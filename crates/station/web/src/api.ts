@@ -78,11 +78,20 @@ export interface Gauge {
   poll_ms: number
 }
 
+/** Who may act now. */
+export interface Mastership {
+  holder: string | null
+  since_ms: number | null
+  asked_by: string | null
+  asked_ms: number | null
+}
+
 /** What /api/live sends four times a second. */
 export interface Moment {
   station: Station
   segments: Segment[]
   gauges: Gauge[]
+  mastership: Mastership
 }
 
 /** One entry of each list for every pixel in which something was recorded. */
@@ -121,6 +130,23 @@ export interface Parameter {
   access: string
   value: string | null
   refusal: string | null
+  write: Writing | null
+}
+
+export type RiskClass = 'harmless' | 'volatile' | 'on-request' | 'kept' | 'dangerous'
+
+export interface Risk {
+  class: RiskClass
+  words: string
+}
+
+/** What it takes to write a parameter. */
+export interface Writing {
+  takes: string
+  choices: string[]
+  risk: Risk
+  role: Role
+  barred: string | null
 }
 
 export interface Block {
@@ -129,7 +155,16 @@ export interface Block {
 }
 
 /** A refusal, in the station's own sentence. */
-export class Refused extends Error {}
+export class Refused extends Error {
+  constructor(
+    sentence: string,
+    readonly status = 0,
+    /** What else it says. */
+    readonly body: unknown = null,
+  ) {
+    super(sentence)
+  }
+}
 
 const LOST = 'The station does not answer.'
 
@@ -139,7 +174,16 @@ export function get<T>(path: string, query: Record<string, string | number>, sig
 
 /** Something is to be done. */
 export function post<T>(path: string, body: unknown): Promise<T> {
-  return answer(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) })
+  return send('POST', path, body)
+}
+
+/** Something is to be no more. */
+export function remove<T>(path: string): Promise<T> {
+  return send('DELETE', path, null)
+}
+
+function send<T>(method: string, path: string, body: unknown): Promise<T> {
+  return answer(path, { method, headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) })
 }
 
 async function answer<T>(path: string, request: RequestInit): Promise<T> {
@@ -149,10 +193,10 @@ async function answer<T>(path: string, request: RequestInit): Promise<T> {
   const body: unknown = await answer.json().catch(() => null)
   if (answer.ok) return body as T
   const problem = (body as { problem?: string } | null)?.problem
-  throw new Refused(problem ?? `The station answers with ${answer.status}.`)
+  throw new Refused(problem ?? `The station answers with ${answer.status}.`, answer.status, body)
 }
 
-function address(path: string, query: Record<string, string | number>): string {
+export function address(path: string, query: Record<string, string | number>): string {
   const text = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)])).toString()
   return text ? `${path}?${text}` : path
 }
