@@ -148,7 +148,7 @@ fn blocks_are_asked_of_the_segment() {
         answer.send(Err("the gauge does not answer".to_owned())).unwrap();
     });
     assert_eq!(desk.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
-    assert_eq!(desk.problem("/api/gauges/chamber/blocks"), (503, "the gauge does not answer".to_owned()));
+    assert_eq!(desk.problem("/api/gauges/chamber/blocks"), (409, "the gauge does not answer".to_owned()));
     answering.join().unwrap();
     assert_eq!(desk.problem("/api/gauges/chamber/blocks").0, 503);
 }

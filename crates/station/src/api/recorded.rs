@@ -24,12 +24,15 @@ const MOST_FITTED: u32 = 20_000;
 
 /// Which series, and when.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Window {
     /// The name of what was recorded.
     series: String,
     /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
     from: i64,
     /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// How many pixels there are, 1 to 20000; 1000 if nothing is said.
     pixels: Option<u32>,
@@ -37,10 +40,13 @@ pub struct Window {
 
 /// Which time.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Time {
     /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
     from: i64,
     /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// How many at most, 1 to 10000; 200 if nothing is said.
     most: Option<u32>,
@@ -48,12 +54,15 @@ pub struct Time {
 
 /// Which rise, in what volume.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Rising {
     /// The name of what was recorded.
     series: String,
     /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
     from: i64,
     /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// The volume in m³, for flows.
     volume_m3: Option<f64>,
@@ -61,12 +70,15 @@ pub struct Rising {
 
 /// What to export.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Export {
     /// Names, separated by commas; everything if nothing is said.
     series: Option<String>,
     /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
     from: i64,
     /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
     to: i64,
 }
 

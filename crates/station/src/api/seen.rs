@@ -42,14 +42,24 @@ pub async fn gauge(State(plant): State<Arc<Plant>>, Path(name): Path<String>) ->
     get,
     path = "/api/gauges/{name}/blocks",
     params(("name" = String, Path, description = "The name of the gauge")),
-    responses((status = 200, body = [Block]), (status = 404, body = Problem), (status = 503, body = Problem))
+    responses((status = 200, body = [Block]), (status = 404, body = Problem), (status = 409, body = Problem), (status = 503, body = Problem))
 )]
 pub async fn blocks(State(plant): State<Arc<Plant>>, Path(name): Path<String>) -> Result<Json<Vec<Block>>, Problem> {
     let asked = tokio::task::spawn_blocking(move || plant.blocks(&name)).await;
     match asked {
         Ok(Ok(blocks)) => Ok(Json(blocks)),
-        Ok(Err(error @ NoAnswer::Unknown(_))) => Err(Problem::unknown(error.to_string())),
-        Ok(Err(error)) => Err(Problem::unavailable(error.to_string())),
+        Ok(Err(error)) => Err(error.into()),
         Err(error) => Err(stopped(&error)),
+    }
+}
+
+impl From<NoAnswer> for Problem {
+    fn from(error: NoAnswer) -> Self {
+        match error {
+            NoAnswer::Unknown(_) => Self::unknown(error.to_string()),
+            // A gauge that is switched off is no fault of the station.
+            NoAnswer::Refused(_) => Self::conflict(error.to_string()),
+            NoAnswer::Busy | NoAnswer::Slow => Self::unavailable(error.to_string()),
+        }
     }
 }
