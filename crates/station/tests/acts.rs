@@ -325,3 +325,26 @@ fn the_others_go_on_while_something_is_done() {
     assert_eq!(lost, 0);
     until("all exchange data", || (desk.gauge().standing == Standing::Exchanging).then_some(()));
 }
+
+#[test]
+fn what_was_fired_is_written_down_also_when_the_browser_is_gone() {
+    let desk = Desk::new(1e-6);
+    desk.masters(ENGINEER);
+    let (_, armed) = desk.arm(ENGINEER, &wish(SAFE_VALUE, "1"));
+    desk.fire_and_leave(ENGINEER, &armed, || (trail(&desk).last()?[0] == "fired").then_some(()));
+    until("its outcome", || trail(&desk).last().filter(|row| row[5] == "done").cloned());
+}
+
+#[test]
+fn a_body_that_is_none_is_answered() {
+    let desk = Desk::new(1e-6);
+    let path = "/api/gauges/chamber/arm";
+    let long = format!("{{\"command\": \"{}\"}}", "x".repeat(20_000));
+    for (kind, body, status) in [
+        ("application/json", "{", 400),
+        ("application/json", long.as_str(), 413),
+        ("text/plain", "{\"command\": \"stop\"}", 415),
+    ] {
+        assert_eq!(desk.send_as(ENGINEER, "POST", path, kind, body.to_owned()).0, status, "{kind}");
+    }
+}

@@ -223,7 +223,10 @@ pub async fn commands(
         (status = 400, body = Problem),
         (status = 403, body = Problem),
         (status = 404, body = Problem),
-        (status = 409, body = Unmet)
+        (status = 408, body = Problem, description = "The body did not come"),
+        (status = 409, body = Unmet, description = "Not the mastership, a condition that does not hold, or a gauge that does not answer"),
+        (status = 413, body = Problem, description = "The body is too long"),
+        (status = 415, body = Problem, description = "The body is no JSON")
     )
 )]
 pub async fn arm(

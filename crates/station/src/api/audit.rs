@@ -20,10 +20,13 @@ const MOST: u32 = 100_000;
 
 /// Which rows.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Rows {
     /// The beginning, in milliseconds since 1970; everything if nothing is said.
+    #[param(example = 0)]
     from: Option<i64>,
     /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
     to: Option<i64>,
     /// Of this gauge only.
     gauge: Option<String>,

@@ -117,16 +117,31 @@ impl Desk {
 
     /// Status and body of an answer.
     fn send(&self, who: Who, method: &str, path: &str, body: Option<&Value>) -> (u16, String) {
+        self.send_as(who, method, path, "application/json", body.map_or_else(String::new, ToString::to_string))
+    }
+
+    pub fn send_as(&self, who: Who, method: &str, path: &str, kind: &str, body: String) -> (u16, String) {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
         runtime.block_on(async {
-            let text = body.map_or_else(String::new, ToString::to_string);
-            let request = Request::builder().method(method).uri(path).header("content-type", "application/json");
-            let person = Person { name: Arc::from(who.0), role: who.1 };
-            let request = request.extension(person).body(Body::from(text)).unwrap();
+            let request = request(who, method, path, kind, body);
             let (head, body) = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap().into_parts();
             let text = String::from_utf8(to_bytes(body, usize::MAX).await.unwrap().to_vec()).unwrap();
             (head.status.as_u16(), text)
         })
+    }
+
+    /// Asks to fire while the segment is held up, and leaves as soon as `taken` sees that it was taken.
+    pub fn fire_and_leave(&self, who: Who, armed: &Value, taken: impl FnMut() -> Option<()>) {
+        let (release, gate) = channel::<()>();
+        let hold: Blow = Box::new(move |_| gate.recv().unwrap_or_default());
+        self.blows.as_ref().unwrap().send(hold).unwrap();
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_time().build().unwrap();
+        let path = format!("/api/orders/{}/fire", armed["order"].as_str().unwrap());
+        let request = request(who, "POST", &path, "application/json", String::new());
+        let asked = runtime.spawn(router(Arc::clone(&self.plant)).oneshot(request));
+        until("it is taken", taken);
+        asked.abort();
+        drop(release);
     }
 
     fn json(&self, who: Who, method: &str, path: &str, body: Option<&Value>) -> (u16, Value) {
@@ -184,6 +199,12 @@ pub fn until<T>(what: &str, mut seen: impl FnMut() -> Option<T>) -> T {
         assert!(Instant::now() < end, "never seen: {what}");
         std::thread::yield_now();
     }
+}
+
+fn request(who: Who, method: &str, path: &str, kind: &str, body: String) -> Request<Body> {
+    let person = Person { name: Arc::from(who.0), role: who.1 };
+    let request = Request::builder().method(method).uri(path).header("content-type", kind);
+    request.extension(person).body(Body::from(body)).unwrap()
 }
 
 /// The segment, until nobody can do anything to it any more.

@@ -111,7 +111,7 @@ function Row({ row }: { row: Audited }): JSX.Element {
         )}
       </td>
       <td>{target}</td>
-      <td>{before !== null || after !== null ? `${before ?? '·'} → ${after ?? '·'}` : ''}</td>
+      <td>{before === null ? after : `${before} → ${after ?? 'unknown'}`}</td>
       <td>{outcome}</td>
     </tr>
   )

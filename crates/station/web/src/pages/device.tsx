@@ -229,7 +229,15 @@ function Change({ parameter, begin }: { parameter: Parameter; begin: (wish: Wish
   const { target, name, value, write } = parameter
   // What one's role never allows needs no button at every row: the line above says so.
   if (write === null || !may(session, write.role)) return null
-  const reason = obstacle(session, mastership, write.role, write.barred)
+  if (write.barred !== null) {
+    return (
+      <details class="barred">
+        <summary>not from here</summary>
+        {write.barred}
+      </details>
+    )
+  }
+  const reason = obstacle(session, mastership, write.role, null)
   if (!open || reason !== null) {
     return (
       <button type="button" class="change" disabled={reason !== null} title={reason ?? undefined} aria-label={`Change ${name}`} onClick={() => setOpen(true)}>

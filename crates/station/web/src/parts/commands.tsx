@@ -41,7 +41,8 @@ export function Permission(): JSX.Element | null {
 
 export function Commands({ gauge, begin }: { gauge: Gauge; begin: (wish: Wish) => void }): JSX.Element {
   const asked = useAsked(gauge.name, null, (signal) => commands(gauge.name, signal))
-  const all = asked.value ?? []
+  // The manuals have one that does nothing in every block.
+  const all = (asked.value ?? []).filter(({ command }) => !/[./]inactive$/.test(command))
   return (
     <section class="panel commands" aria-label="Commands">
       <div class="bar">
