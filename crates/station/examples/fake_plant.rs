@@ -17,6 +17,7 @@ mod gauges;
 mod segments;
 
 use gauges::{Fake, Shown};
+use profivac_station::act::draft::Refusal;
 use profivac_station::people::password::Hash;
 use profivac_station::people::users::Users;
 use profivac_station::people::{Access, Role};
@@ -139,14 +140,22 @@ fn live(plant: &Plant, fakes: &[Fake], start: Micros) {
 fn answer(plant: &Plant, segment: &str) {
     let questions = plant.take_questions(segment);
     std::thread::spawn(move || {
-        while let Ok(Question::Blocks(gauge, answer)) = questions.recv() {
+        while let Ok(question) = questions.recv() {
             std::thread::sleep(Duration::from_millis(400));
-            let answered = match gauge.as_str() {
-                "turbo outlet" => Err(format!("{gauge} does not answer")),
-                _ => Ok(blocks::all()),
-            };
             // Whoever asked may have gone.
-            answer.send(answered).ok();
+            match question {
+                Question::Blocks(gauge, answer) if gauge == "turbo outlet" => {
+                    answer.send(Err(format!("{gauge} does not answer"))).ok();
+                }
+                Question::Blocks(_, answer) => drop(answer.send(Ok(blocks::all()))),
+                Question::Draft(gauge, _, answer) => drop(answer.send(Err(scenery(&gauge)))),
+                Question::Fire(order, _, answer) => drop(answer.send(Err(scenery(&order.gauge)))),
+            }
         }
     });
+}
+
+/// Nothing can be done to what is painted.
+fn scenery(gauge: &str) -> Refusal {
+    Refusal::Away(format!("{gauge} is scenery: the example acting_plant has a gauge that acts"))
 }

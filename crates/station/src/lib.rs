@@ -2,6 +2,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | [`act`] | commands and parameters: armed, fired, by one person at a time, and written down |
 //! | [`api`] | what can be asked over HTTP |
 //! | [`config`] | the file that describes a station |
 //! | [`people`] | who asks, and what they may |
@@ -14,6 +15,7 @@
 //! | [`view`] | what can be seen |
 //! | [`web`] | the dashboard |
 
+pub mod act;
 pub mod api;
 pub mod config;
 pub mod people;

@@ -1,5 +1,8 @@
 //! What all threads of the station share: what is seen of each segment now, the recorder, and the questions that are asked.
 
+use crate::act::Acts;
+use crate::act::draft::{Choice, Done, Draft, Refusal};
+use crate::act::orders::Order;
 use crate::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
 use crate::view::{Block, Gauge, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds};
 use std::collections::BTreeMap;
@@ -21,6 +24,10 @@ pub struct Scenery {
 pub enum Question {
     /// The blocks of the gauge of this name, with what their parameters show.
     Blocks(String, SyncSender<Result<Vec<Block>, String>>),
+    /// What the gauge of this name says to what somebody wants; nothing is changed.
+    Draft(String, Choice, SyncSender<Result<Draft, Refusal>>),
+    /// What was armed is to be done, unless it is not begun by then.
+    Fire(Box<Order>, Instant, SyncSender<Result<Done, Refusal>>),
 }
 
 /// Why a question has no answer.
@@ -78,6 +85,7 @@ pub struct Plant {
     /// Segments by name, with when they were shown last.
     scenery: RwLock<BTreeMap<String, (Instant, Scenery)>>,
     questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
+    acts: Acts,
 }
 
 impl Plant {
@@ -91,12 +99,24 @@ impl Plant {
             recorder,
             scenery: RwLock::new(BTreeMap::new()),
             questions: Mutex::new(BTreeMap::new()),
+            acts: Acts::default(),
         }
     }
 
     /// The recorder.
     pub const fn recorder(&self) -> &Recorder {
         &self.recorder
+    }
+
+    /// Who may act, and what is armed.
+    pub const fn acts(&self) -> &Acts {
+        &self.acts
+    }
+
+    /// When it began.
+    #[must_use]
+    pub const fn started(&self) -> Micros {
+        self.started
     }
 
     /// A reader of what was recorded.
@@ -209,16 +229,43 @@ impl Plant {
     /// # Errors
     /// [`NoAnswer`] says why there are none.
     pub fn blocks(&self, name: &str) -> Result<Vec<Block>, NoAnswer> {
+        let ask = |answer| Question::Blocks(name.to_owned(), answer);
+        self.ask(name, ask)?.map_err(NoAnswer::Refused)
+    }
+
+    /// What a gauge says to what somebody wants; nothing is changed. Waits for the segment.
+    ///
+    /// # Errors
+    /// [`Refusal`] says why it cannot be.
+    pub fn draft(&self, name: &str, choice: Choice) -> Result<Draft, Refusal> {
+        self.ask(name, |answer| Question::Draft(name.to_owned(), choice, answer))?
+    }
+
+    /// What was armed is done, unless the segment has not begun by then. Waits for the segment.
+    ///
+    /// # Errors
+    /// [`Refusal`] says what came of it instead.
+    pub fn fire(&self, order: Order, begin_by: Instant) -> Result<Done, Refusal> {
+        let name = order.gauge.clone();
+        match self.ask(&name, |answer| Question::Fire(Box::new(order), begin_by, answer)) {
+            Ok(came) => came,
+            Err(NoAnswer::Slow) => Err(Refusal::Unsure("the gauge has not answered in time".to_owned())),
+            Err(NoAnswer::Refused(sentence)) => Err(Refusal::Unsure(sentence)),
+            Err(error @ (NoAnswer::Unknown(_) | NoAnswer::Busy)) => Err(error.into()),
+        }
+    }
+
+    /// Asks the segment of a gauge, and waits for the answer.
+    fn ask<T>(&self, name: &str, question: impl FnOnce(SyncSender<T>) -> Question) -> Result<T, NoAnswer> {
         let unknown = || NoAnswer::Unknown(name.to_owned());
         let segment = self.gauge(name).ok_or_else(unknown)?.segment;
         let line = self.lines().get(&segment).cloned().ok_or_else(unknown)?;
         let (sender, answer) = sync_channel(1);
-        line.try_send(Question::Blocks(name.to_owned(), sender)).map_err(|_| NoAnswer::Busy)?;
-        match answer.recv_timeout(PATIENCE) {
-            Ok(answer) => answer.map_err(NoAnswer::Refused),
-            Err(RecvTimeoutError::Timeout) => Err(NoAnswer::Slow),
-            Err(RecvTimeoutError::Disconnected) => Err(NoAnswer::Refused("the segment was stopped".to_owned())),
-        }
+        line.try_send(question(sender)).map_err(|_| NoAnswer::Busy)?;
+        answer.recv_timeout(PATIENCE).map_err(|error| match error {
+            RecvTimeoutError::Timeout => NoAnswer::Slow,
+            RecvTimeoutError::Disconnected => NoAnswer::Refused("the segment was stopped".to_owned()),
+        })
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! Pressures are in Pa. Whatever shows them in another unit, or corrected for a gas, does so for the eye alone.
 
+use crate::act::allowed::Risk;
+use crate::people::Role;
 use crate::recorder::{Event, Micros, Qualities, Quality};
 use serde::Serialize;
 use std::time::Duration;
@@ -243,6 +245,19 @@ pub struct Block {
     pub parameters: Vec<Parameter>,
 }
 
+/// Who may act on gauges now.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Mastership {
+    /// Who; nothing if it is free.
+    pub holder: Option<String>,
+    /// Since when, in milliseconds since 1970.
+    pub since_ms: Option<i64>,
+    /// Who wants it.
+    pub asked_by: Option<String>,
+    /// Since when.
+    pub asked_ms: Option<i64>,
+}
+
 /// A parameter of a gauge.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Parameter {
@@ -258,6 +273,23 @@ pub struct Parameter {
     pub value: Option<String>,
     /// Why it could not be read.
     pub refusal: Option<String>,
+    /// What it takes to write it; nothing if it is not written, or only as a command.
+    pub write: Option<Writing>,
+}
+
+/// What it takes to write a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Writing {
+    /// What it takes, in words with its unit.
+    pub takes: String,
+    /// The values it takes, if it takes only these.
+    pub choices: Vec<String>,
+    /// What it risks.
+    pub risk: Risk,
+    /// Who may.
+    pub role: Role,
+    /// Why nobody may from here.
+    pub barred: Option<String>,
 }
 
 /// Milliseconds since 1970.

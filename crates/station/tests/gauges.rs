@@ -6,7 +6,10 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
+use profivac_station::act::draft::{Given, Wish};
+use profivac_station::act::{self, Actor, Fired, Move, NotDone};
 use profivac_station::config::Config;
+use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
 use profivac_station::recorder::{Micros, Quality};
 use profivac_station::station::Station;
@@ -135,5 +138,69 @@ fn who_asks_for_parameters_makes_no_hole_in_the_record() {
     (0..5).for_each(|_| assert!(desk.plant.blocks("chamber").unwrap().len() > 5));
     let during = desk.sampled("fore") - before;
     assert!(during > 30, "sampled {during} times");
+    desk.station.stop();
+}
+
+fn engineer(desk: &Desk) -> Actor {
+    let actor = Actor { person: Person { name: Arc::from("Erna"), role: Role::Engineer }, peer: None };
+    act::pass(&desk.plant, &actor, Move::Ask, Instant::now()).unwrap();
+    actor
+}
+
+fn value(number: f64) -> Wish {
+    let (target, value) = (Some("pirani.safe-value".to_owned()), Some(Given::Number(number)));
+    Wish { target, value, command: None }
+}
+
+fn written(desk: &Desk, actor: &Actor, number: f64) -> Result<Fired, NotDone> {
+    let order = act::arm(&desk.plant, actor, "chamber", &value(number))?;
+    act::fire(&desk.plant, actor, &order.id)
+}
+
+#[test]
+fn who_acts_makes_no_hole_in_the_record() {
+    let desk = Desk::new(&["bcg450@5", "psg550@6"], &["chamber bcg450 5", "fore psg550 6"]);
+    desk.exchanging("chamber");
+    desk.exchanging("fore");
+    let actor = engineer(&desk);
+    let before = desk.sampled("fore");
+    for number in 1..=20 {
+        let done = written(&desk, &actor, f64::from(number)).unwrap().done;
+        assert_eq!(done.after, Some(format!("{number} mbar")));
+    }
+    // A write and what is asked around it take some sampling times.
+    let during = desk.sampled("fore") - before;
+    assert!(during > 10, "sampled {during} times");
+    assert_eq!(desk.plant.gauge("chamber").unwrap().standing, Standing::Exchanging);
+    desk.station.stop();
+}
+
+#[test]
+fn a_gauge_that_answers_nobody_is_told_and_holds_nobody_up() {
+    let desk = Desk::new(&["bcg450@5", "psg550@6"], &["chamber bcg450 5", "fore psg550 6"]);
+    desk.exchanging("chamber");
+    let actor = engineer(&desk);
+    let order = act::arm(&desk.plant, &actor, "chamber", &value(1.0)).unwrap();
+    desk.bench.strike(Blow::Deaf(5, true));
+    let NotDone::Conflict(sentence, _) = act::fire(&desk.plant, &actor, &order.id).unwrap_err() else {
+        panic!("fired")
+    };
+    assert!(sentence.contains("bcg450 at address 5"), "{sentence}");
+    desk.exchanging("fore");
+    desk.bench.strike(Blow::Deaf(5, false));
+    assert!(written(&desk, &actor, 2.0).is_ok());
+    desk.station.stop();
+}
+
+#[test]
+fn a_controller_without_dp_v1_says_how_it_is_written() {
+    let desk = Desk::new(&["tpg300@8"], &["old tpg300 8"]);
+    desk.until("old", |gauge| !gauge.readings.is_empty());
+    let actor = engineer(&desk);
+    let wish = Wish { command: Some("store".to_owned()), ..Wish::default() };
+    let NotDone::Conflict(sentence, _) = act::arm(&desk.plant, &actor, "old", &wish).unwrap_err() else {
+        panic!("armed")
+    };
+    assert!(sentence.contains("`profivac write --via pkw`"), "{sentence}");
     desk.station.stop();
 }

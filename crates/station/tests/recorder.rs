@@ -226,8 +226,9 @@ fn a_file_of_a_newer_program_is_left_alone() {
     let desk = Desk::new();
     drop(desk.recorder(Settings::default()));
     let connection = rusqlite::Connection::open(&desk.path).unwrap();
-    connection.execute_batch("PRAGMA user_version = 2").unwrap();
+    connection.execute_batch("PRAGMA user_version = 99").unwrap();
     drop(connection);
     let complaint = Recorder::start(&desk.path, Settings::default()).map(drop).unwrap_err().to_string();
-    assert_eq!(complaint, format!("{} has tables of version 2, this program knows version 1", desk.path.display()));
+    let expected = format!("{} has tables of version 99, this program knows version ", desk.path.display());
+    assert!(complaint.starts_with(&expected), "{complaint}");
 }

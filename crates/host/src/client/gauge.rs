@@ -1,6 +1,6 @@
 //! A gauge by name: what it measures, its parameters, its commands.
 
-use super::conditions;
+use super::conditions::{self, Condition};
 use super::error::{ClientError, Doing, Place};
 use super::identify;
 use super::names::{Named, Names, Target, TargetError};
@@ -292,6 +292,16 @@ impl<R: Records> Gauge<R> {
     /// [`ClientError::Value`] for what the parameter does not take, [`ClientError::Condition`] for a command whose
     /// conditions are not met.
     pub fn prepare(&mut self, named: &Named, text: &str) -> Result<Order, ClientError> {
+        let order = self.draft(named, text)?;
+        conditions::check(self, named, order.code)?;
+        Ok(order)
+    }
+
+    /// The same without the conditions: those are for the caller to [ask for](Self::conditions).
+    ///
+    /// # Errors
+    /// [`ClientError::Value`] for what the parameter does not take.
+    pub fn draft(&mut self, named: &Named, text: &str) -> Result<Order, ClientError> {
         self.check_access(named, Direction::Write)?;
         let readable = named.parameter.row.access.allows(self.records.via(), Direction::Read);
         let before = if readable && !named.parameter.row.codes.is_command() { Some(self.read(named)?) } else { None };
@@ -306,8 +316,15 @@ impl<R: Records> Gauge<R> {
         let value = Value::of(named.parameter.row, &octets);
         let text = meaning.show(&value);
         let code = code_of(named.parameter.row, &value);
-        conditions::check(self, named, code)?;
         Ok(Order { named: named.clone(), octets, text, code, before })
+    }
+
+    /// All conditions of what is to be written, with what is the case now.
+    ///
+    /// # Errors
+    /// What reading may lead to.
+    pub fn conditions(&mut self, order: &Order) -> Result<Vec<Condition>, ClientError> {
+        conditions::all(self, &order.named, order.code)
     }
 
     /// Sends what was prepared, and reads it back.

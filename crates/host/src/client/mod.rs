@@ -11,13 +11,14 @@
 //! | [`identify`] | which device stands at an address |
 //! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
 //! | `gauge` | [`Gauge`]: read, write, command |
-//! | `conditions`, `access` | what is checked before anything is sent |
+//! | [`conditions`] | what must be the case before a command, and what is |
+//! | `access` | which way and direction a table allows |
 //! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
 
 mod access;
 pub mod address;
 pub mod bus;
-mod conditions;
+pub mod conditions;
 mod error;
 mod gauge;
 pub mod identify;
@@ -27,5 +28,6 @@ pub mod records;
 pub mod settings;
 pub mod values;
 
+pub use conditions::Condition;
 pub use error::{ClientError, Doing, Place, Severity};
 pub use gauge::{Gauge, Order, Pressure, Reading, Written};

@@ -61,5 +61,6 @@ fn parameter((target, name, numbers, access, read): &Row) -> Parameter {
         access: (*access).to_owned(),
         value: read.ok().map(str::to_owned),
         refusal: read.err().map(str::to_owned),
+        write: None,
     }
 }

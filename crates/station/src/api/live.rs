@@ -1,8 +1,9 @@
 //! Gauges and segments as they change.
 
 use super::gate::Visit;
+use crate::act;
 use crate::plant::Plant;
-use crate::view::{Gauge, Segment, Station};
+use crate::view::{Gauge, Mastership, Segment, Station};
 use axum::extract::State;
 use axum::http::Extensions;
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -24,6 +25,7 @@ pub struct Moment {
     station: Station,
     segments: Vec<Segment>,
     gauges: Vec<Gauge>,
+    mastership: Mastership,
 }
 
 /// The present moment as JSON, made once for all who watch.
@@ -53,7 +55,9 @@ impl Moments {
 
     fn json(&self) -> String {
         let Self { plant, .. } = self;
-        let moment = Moment { station: plant.station(), segments: plant.segments(), gauges: plant.gauges() };
+        let mastership = act::mastership(plant, Instant::now());
+        let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
+        let moment = Moment { station, segments, gauges, mastership };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }

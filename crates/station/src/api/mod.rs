@@ -6,6 +6,11 @@
 //! | `/api/segments` | segments, and who is on them |
 //! | `/api/gauges` | gauges and what they show |
 //! | `/api/gauges/{name}/blocks` | a gauge's blocks and parameters, read now |
+//! | `/api/gauges/{name}/commands` | its commands with what they ask for and risk |
+//! | `/api/gauges/{name}/arm` | the first step of a command or a write |
+//! | `/api/orders/{id}`, `/api/orders/{id}/fire` | the second step |
+//! | `/api/mastership` and below | who may act |
+//! | `/api/audit`, `/api/audit.csv` | who did what |
 //! | `/api/trend` | what was recorded, drawn for so many pixels |
 //! | `/api/events` | what happened |
 //! | `/api/rise` | a rise of pressure, told apart |
@@ -15,7 +20,10 @@
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
+mod acting;
 mod archive;
+mod audit;
+mod body;
 pub mod gate;
 pub mod guard;
 mod live;
@@ -28,7 +36,7 @@ use crate::plant::Plant;
 use archive::Archive;
 use axum::Router;
 use axum::extract::FromRef;
-use axum::routing::{get, post};
+use axum::routing::{delete, get, post};
 use live::Moments;
 pub use problem::Problem;
 use std::sync::Arc;
@@ -55,7 +63,18 @@ use utoipa::OpenApi;
         session::session,
         session::login,
         session::logout,
-        session::password
+        session::password,
+        acting::commands,
+        acting::arm,
+        acting::fire,
+        acting::disarm,
+        acting::mastership,
+        acting::ask,
+        acting::release,
+        acting::grant,
+        acting::take_over,
+        audit::audit,
+        audit::csv
     )
 )]
 struct Description;
@@ -96,6 +115,20 @@ async fn method() -> Problem {
     Problem::method()
 }
 
+/// Everything that changes something.
+fn acts() -> Router<Shared> {
+    Router::new()
+        .route("/api/gauges/{name}/commands", get(acting::commands))
+        .route("/api/gauges/{name}/arm", post(acting::arm))
+        .route("/api/orders/{id}/fire", post(acting::fire))
+        .route("/api/orders/{id}", delete(acting::disarm))
+        .route("/api/mastership", get(acting::mastership))
+        .route("/api/mastership/ask", post(acting::ask))
+        .route("/api/mastership/release", post(acting::release))
+        .route("/api/mastership/grant", post(acting::grant))
+        .route("/api/mastership/take-over", post(acting::take_over))
+}
+
 /// The API of a plant, and the dashboard beside it.
 pub fn router(plant: Arc<Plant>) -> Router {
     let (archive, moments) = (Archive::of(Arc::clone(&plant)), Arc::new(Moments::of(Arc::clone(&plant))));
@@ -113,6 +146,9 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/login", post(session::login))
         .route("/api/logout", post(session::logout))
         .route("/api/password", post(session::password))
+        .route("/api/audit", get(audit::audit))
+        .route("/api/audit.csv", get(audit::csv))
+        .merge(acts())
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(

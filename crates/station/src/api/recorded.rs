@@ -150,7 +150,7 @@ pub async fn export(
     Ok((headers, archive.deliver(export)))
 }
 
-fn taken<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
+pub(super) fn taken<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
     query.map(|Query(query)| query).map_err(|rejection| Problem::bad(rejection.body_text()))
 }
 
@@ -161,7 +161,7 @@ fn times(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
     Ok((Micros(from.saturating_mul(1000)), Micros(to.saturating_mul(1000))))
 }
 
-fn within(name: &str, given: u32, most: u32) -> Result<u32, Problem> {
+pub(super) fn within(name: &str, given: u32, most: u32) -> Result<u32, Problem> {
     let fits = (1..=most).contains(&given);
     if fits { Ok(given) } else { Err(Problem::bad(format!("expected {name} from 1 to {most}, got {given}"))) }
 }

@@ -79,6 +79,7 @@ fn quoted(name: &str) -> String {
 }
 
 /// A moment as ISO 8601 has it, in UTC with microseconds.
-fn iso(at: Micros) -> String {
+#[must_use]
+pub fn iso(at: Micros) -> String {
     humantime::format_rfc3339_micros(at.to_system_time()).to_string()
 }

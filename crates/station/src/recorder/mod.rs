@@ -13,6 +13,7 @@
 //! | [`ring`] | full rate around events |
 //! | [`rollup`] | the levels in which long times are kept and drawn |
 //! | [`store`] | the file: tables, transactions, retention |
+//! | [`audit`] | who did what: rows that are only ever added |
 //! | [`writer`] | the thread that owns the file |
 //! | `claim` | where the file lies, and that nobody else records into it |
 //! | `clock` | whether somebody has set the clock |
@@ -24,6 +25,7 @@
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. No number stands for "no value": a sample says of what
 //! quality it is, and has no pressure where it has none.
 
+pub mod audit;
 mod claim;
 mod clock;
 pub mod export;
@@ -35,6 +37,7 @@ pub mod store;
 pub mod thin;
 pub mod writer;
 
+pub use audit::{Deed, Entry};
 pub use export::Export;
 pub use reader::{Bin, Reader};
 pub use sample::{Micros, Qualities, Quality, Sample};

@@ -1,5 +1,6 @@
 //! Drawing and reading. A reader has a connection of its own and never holds up the one that writes.
 
+use super::audit::{self, Recorded, Wanted};
 use super::rollup::{Extent, LEVELS, Level};
 use super::sample::{Micros, Qualities, Quality, Sample};
 use super::store::{Event, EventKind, StoreError, open_to_read};
@@ -51,6 +52,14 @@ impl Reader {
     /// [`StoreError`] when there is no such file.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         Ok(Self { path: path.to_owned(), connection: open_to_read(path)? })
+    }
+
+    /// Rows of the audit trail, the latest first.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be read.
+    pub fn audit(&self, wanted: &Wanted) -> Result<Vec<Recorded>, StoreError> {
+        audit::select(&self.connection, wanted).map_err(|error| self.failed(error))
     }
 
     /// The names of all gauges that were ever recorded, in the order of their first sample.

@@ -3,6 +3,7 @@
 //! SQLite with a write-ahead log and `synchronous = FULL`: what a transaction has returned from is on the disk, and a power
 //! cut in the middle of one leaves the file as it was before.
 
+use super::audit::{self, Entry};
 use super::claim::{Claim, beside};
 use super::rollup::{Additions, LEVELS};
 use super::sample::{Micros, Sample};
@@ -16,7 +17,7 @@ const VERSION: i64 = STEPS.len() as i64;
 
 /// How an empty file becomes one of this version. A file of an older version takes the steps it lacks; a step that was ever
 /// shipped is never changed.
-const STEPS: [&str; 1] = [MEASURED];
+const STEPS: [&str; 2] = [MEASURED, audit::TABLE];
 
 const MEASURED: &str = "
     CREATE TABLE gauge (
@@ -189,7 +190,25 @@ impl Store {
         let mut claim = Claim::of(path)?;
         let connection = connect(path)?;
         claim.remember(path)?;
-        Ok(Self { path: path.to_owned(), claim: Some(claim), connection, names: Vec::new(), ids: Vec::new() })
+        let store = Self { path: path.to_owned(), claim: Some(claim), connection, names: Vec::new(), ids: Vec::new() };
+        // Nobody else writes: what has no outcome now was cut off.
+        audit::close(&store.connection, Micros::now()).map_err(|error| store.failed(error))?;
+        Ok(store)
+    }
+
+    /// Adds rows to the audit trail, all or none. Says which they are.
+    ///
+    /// # Errors
+    /// [`StoreError`] when nothing was written.
+    pub fn audit(&mut self, entries: &[Entry]) -> Result<Vec<i64>, StoreError> {
+        self.be_there()?;
+        let begun = self.connection.transaction_with_behavior(TransactionBehavior::Immediate);
+        let written = begun.and_then(|transaction| {
+            let rows = entries.iter().map(|entry| audit::insert(&transaction, entry)).collect::<Result<_, _>>()?;
+            transaction.commit()?;
+            Ok(rows)
+        });
+        written.map_err(|error| self.failed(error))
     }
 
     /// The number of a gauge, for as long as this store is open.

@@ -1,5 +1,6 @@
 //! The thread that owns the file. Whoever measures never waits for the disk.
 
+use super::audit::{Deed, Entry};
 use super::clock::Clock;
 use super::ring::Ring;
 use super::rollup::Additions;
@@ -8,7 +9,7 @@ use super::store::{Event, EventKind, Retention, Store, StoreError};
 use super::thin::{Band, Thinner};
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -63,9 +64,23 @@ enum Message {
     Sample(Arc<str>, Sample),
     /// Somebody may want to know when it is on the disk.
     Event(Event, Option<Sender<()>>),
+    /// A row of the audit trail, now or never: which row it is, or why there is none.
+    Intent(Box<Entry>, Sender<Result<i64, String>>),
+    /// A row of the audit trail that must not be lost; somebody wants to know when it is on the disk.
+    Audit(Box<Entry>, Sender<()>),
     Flush(Sender<()>),
     /// A flush with what the dead band holds back.
     Finish(Sender<()>),
+}
+
+/// A row of the audit trail on its way to the disk.
+pub struct OnItsWay(Receiver<()>);
+
+impl OnItsWay {
+    /// Returns when it is there, `false` if that could not be had in ten seconds.
+    pub fn wait(self) -> bool {
+        self.0.recv_timeout(PATIENCE).is_ok()
+    }
 }
 
 /// Takes samples and events from any thread.
@@ -112,6 +127,28 @@ impl Recorder {
             count(&mut self.locked().lost_events);
         }
         sent && wait.recv_timeout(PATIENCE).is_ok()
+    }
+
+    /// A row of the audit trail before something is done. Returns its number when it is on the disk; if it does not get
+    /// there now, it is not tried again.
+    ///
+    /// # Errors
+    /// Why it is not there.
+    pub fn intend(&self, entry: Entry) -> Result<i64, String> {
+        let (done, wait) = channel();
+        if !self.send(Message::Intent(Box::new(entry), done)) {
+            return Err("the recorder has too much to write".to_owned());
+        }
+        wait.recv_timeout(PATIENCE).unwrap_or_else(|_| Err("the disk is too slow".to_owned()))
+    }
+
+    /// A row of the audit trail after something was done. If the disk does not take it now, it is tried again.
+    pub fn audit(&self, entry: Entry) -> OnItsWay {
+        let (done, wait) = channel();
+        if !self.send(Message::Audit(Box::new(entry), done)) {
+            count(&mut self.locked().lost_events);
+        }
+        OnItsWay(wait)
     }
 
     /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in ten seconds.
@@ -173,6 +210,7 @@ struct Work {
     samples: Vec<(usize, Sample)>,
     additions: Additions,
     events: Vec<Event>,
+    audit: Vec<Entry>,
     acknowledgements: Vec<Sender<()>>,
     clock: Clock,
     /// So much fits into memory.
@@ -192,6 +230,7 @@ impl Work {
             samples: Vec::new(),
             additions: Additions::default(),
             events: Vec::new(),
+            audit: Vec::new(),
             acknowledgements: Vec::new(),
             clock: Clock::new(now, Micros::now()),
             room: UNWRITTEN,
@@ -220,6 +259,18 @@ impl Work {
         match message {
             Message::Sample(gauge, sample) => self.sample(&gauge, sample),
             Message::Event(event, done) => self.event(event, done),
+            Message::Intent(entry, done) => {
+                let written = self.intend((*entry).clone());
+                // Whoever asked has gone when it took too long, and does nothing then.
+                if let Err(SendError(Ok(row))) = done.send(written) {
+                    let outcome = Some("not sent: the disk was too slow".to_owned());
+                    self.audit.push(Entry { what: Deed::Outcome, of: Some(row), outcome, ..*entry });
+                }
+            }
+            Message::Audit(entry, done) => {
+                self.audit.push(*entry);
+                self.acknowledgements.push(done);
+            }
             Message::Flush(done) => self.acknowledgements.push(done),
             Message::Finish(done) => {
                 self.let_go();
@@ -280,13 +331,37 @@ impl Work {
         }
     }
 
+    /// What waits before it goes first: rows stand in the order in which things happened.
+    fn intend(&mut self, entry: Entry) -> Result<i64, String> {
+        let mut entries = std::mem::take(&mut self.audit);
+        entries.push(entry);
+        match self.store.audit(&entries) {
+            Ok(rows) => rows.last().copied().ok_or_else(|| "no row was written".to_owned()),
+            Err(error) => {
+                entries.pop();
+                self.audit = entries;
+                Err(error.to_string())
+            }
+        }
+    }
+
+    /// Writes what waits of the audit trail.
+    fn write_audit(&mut self) -> Result<(), StoreError> {
+        if !self.audit.is_empty() {
+            self.store.audit(&self.audit)?;
+            self.audit.clear();
+        }
+        Ok(())
+    }
+
     /// Writes what is there. What could not be written is tried again with the next.
     fn write(&mut self) {
         self.due = Instant::now() + PERIOD;
         if let Some(text) = self.clock.step(Instant::now(), Micros::now()) {
             self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
         }
-        let written = self.store.write(&self.samples, &self.additions, &self.events);
+        let written = self.write_audit();
+        let written = written.and_then(|()| self.store.write(&self.samples, &self.additions, &self.events));
         if let Some(crowded) = self.told(written) {
             let mut health = self.locked();
             health.lost = health.lost.saturating_add(crowded);

@@ -1,7 +1,7 @@
 //! A segment in memory on the dashboard: what a demonstration shows is measured, recorded and asked like anything else.
 
 use super::member::Member;
-use super::questions::{self, Missed};
+use super::questions;
 use crate::config;
 use crate::plant::{Plant, Question, Scenery};
 use crate::view::{OnBus, Segment, SegmentState, Standing};
@@ -11,6 +11,7 @@ use profivac_dp::master::{Handle, Ms2Parameters, NotTaken, Outcome};
 use profivac_host::client::records::{RecordError, Records};
 use profivac_host::scene::Scene;
 use profivac_host::tool::BusMaster;
+use profivac_host::watch::Watched;
 use profivac_vacuum::Gas;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -60,10 +61,10 @@ impl Exhibit {
             self.show_at = Instant::now() + POLL;
             self.show(scene);
         }
-        if let Ok(Question::Blocks(name, answer)) = self.questions.try_recv() {
-            let blocks = self.blocks(&name, scene).map_err(Missed::sentence);
-            // Whoever asked may have gone.
-            answer.send(blocks).ok();
+        if let Ok(question) = self.questions.try_recv() {
+            let watched = |name: &str| self.watched(name);
+            // There is no port that could be lost.
+            questions::settle(question, watched, |address| SceneRecords { scene, address, connection: None }).ok();
         }
     }
 
@@ -79,12 +80,10 @@ impl Exhibit {
         }
     }
 
-    fn blocks(&self, name: &str, scene: &mut Scene) -> Result<Vec<crate::view::Block>, Missed> {
-        let known = self.members.iter().find(|member| member.config.name == name);
-        let watched = known.and_then(|member| member.watched);
-        let watched = watched.ok_or_else(|| Missed::Because(format!("there is no gauge {name:?}")))?;
-        let records = SceneRecords { scene, address: watched.address, connection: None };
-        questions::read_blocks(name, &watched, records)
+    fn watched(&self, name: &str) -> Result<Watched, String> {
+        let member = self.members.iter().find(|member| member.config.name == name);
+        let member = member.ok_or_else(|| format!("there is no gauge {name:?}"))?;
+        member.watched.ok_or_else(|| format!("{name} does not answer"))
     }
 
     fn show(&self, scene: &Scene) {

@@ -6,6 +6,7 @@
 //!    └── port is lost, back-off ┴────────────────────────────────────────────────┘
 //! ```
 
+mod deeds;
 mod exhibit;
 mod member;
 mod questions;

@@ -1,41 +1,87 @@
-//! What a segment is asked beside its cycle: the parameters of a gauge.
+//! What a segment is asked beside its cycle: the parameters of a gauge, and what is done to one.
 //!
 //! Meanwhile the gauges are sampled: who asks does not make holes in a record.
 
-use super::Worker;
+use super::{Worker, deeds};
+use crate::act::allowed;
+use crate::act::draft::Refusal;
 use crate::plant::Question;
-use crate::view::{Block, Parameter};
-use profivac_devices::model::{Direction, Via};
+use crate::view::{Block, Parameter, Writing};
+use profivac_devices::model::{Codes, DataType, Direction, Model, NumberType, Unit, Via};
 use profivac_host::client::names::Named;
 use profivac_host::client::records::Records;
+use profivac_host::client::values::Meaning;
 use profivac_host::client::{ClientError, Gauge};
 use profivac_host::ms2::Ms2;
 use profivac_host::tool::{Tool, ToolError};
 use profivac_host::watch::Watched;
 use std::sync::mpsc::Receiver;
+use std::time::Instant;
 
 /// Answers one question, if there is one.
 ///
 /// # Errors
 /// The name of the port, when it was lost.
 pub fn answer(worker: &Worker, tool: &mut Tool) -> Result<(), String> {
-    let Ok(Question::Blocks(name, answer)) = worker.questions.try_recv() else { return Ok(()) };
-    let blocks = blocks(&name, worker, tool);
-    let lost = matches!(blocks, Err(Missed::Port));
+    let Ok(question) = worker.questions.try_recv() else { return Ok(()) };
+    let settled = settle(question, |name| watched(name, worker), |address| Ms2::new(tool, address));
+    settled.map_err(|Lost| tool.port_name().to_owned())
+}
+
+/// The port was lost meanwhile.
+pub struct Lost;
+
+/// Answers a question. `watched` says what is known of a gauge, `records` is the way to it.
+///
+/// # Errors
+/// [`Lost`].
+pub fn settle<R: Records>(
+    question: Question,
+    watched: impl FnOnce(&str) -> Result<Watched, String>,
+    records: impl FnOnce(u8) -> R,
+) -> Result<(), Lost> {
     // Whoever asked may have gone.
-    answer.send(blocks.map_err(|missed| missed.sentence())).ok();
-    if lost { Err(tool.port_name().to_owned()) } else { Ok(()) }
+    match question {
+        Question::Blocks(name, answer) => {
+            let watched = watched(&name).map_err(Missed::Because);
+            let blocks = watched.and_then(|watched| read_blocks(&name, &watched, records(watched.address)));
+            let lost = matches!(blocks, Err(Missed::Port));
+            answer.send(blocks.map_err(Missed::sentence)).ok();
+            return if lost { Err(Lost) } else { Ok(()) };
+        }
+        Question::Draft(name, choice, answer) => {
+            let watched = watched(&name).map_err(Refusal::Away);
+            let draft = watched.and_then(|watched| deeds::draft(&name, &watched, records(watched.address), &choice));
+            answer.send(draft).ok();
+        }
+        Question::Fire(order, begin_by, answer) if Instant::now() >= begin_by => {
+            let sentence = format!("the segment of {} was busy for too long", order.gauge);
+            answer.send(Err(Refusal::Away(sentence))).ok();
+        }
+        Question::Fire(order, _, answer) => {
+            let watched = watched(&order.gauge).map_err(Refusal::Away);
+            let done = watched.and_then(|watched| deeds::carry_out(&watched, records(watched.address), &order));
+            answer.send(done).ok();
+        }
+    }
+    // If the port was lost, serving the line finds it out.
+    Ok(())
 }
 
 /// Refuses all questions.
 pub fn refuse(questions: &Receiver<Question>, sentence: &str) {
-    while let Ok(Question::Blocks(_, answer)) = questions.try_recv() {
-        answer.send(Err(sentence.to_owned())).ok();
+    while let Ok(question) = questions.try_recv() {
+        let away = || Refusal::Away(sentence.to_owned());
+        match question {
+            Question::Blocks(_, answer) => answer.send(Err(sentence.to_owned())).ok(),
+            Question::Draft(_, _, answer) => answer.send(Err(away())).ok(),
+            Question::Fire(_, _, answer) => answer.send(Err(away())).ok(),
+        };
     }
 }
 
 /// Why there are no blocks.
-pub enum Missed {
+enum Missed {
     /// The port is lost.
     Port,
     /// In a sentence.
@@ -44,7 +90,7 @@ pub enum Missed {
 
 impl Missed {
     /// For people.
-    pub fn sentence(self) -> String {
+    fn sentence(self) -> String {
         match self {
             Self::Port => "the port is lost".to_owned(),
             Self::Because(sentence) => sentence,
@@ -52,13 +98,8 @@ impl Missed {
     }
 }
 
-fn blocks(name: &str, worker: &Worker, tool: &mut Tool) -> Result<Vec<Block>, Missed> {
-    let watched = watched(name, worker).map_err(Missed::Because)?;
-    read_blocks(name, &watched, Ms2::new(tool, watched.address))
-}
-
 /// All blocks of a gauge, with what their parameters show.
-pub fn read_blocks<R: Records>(name: &str, watched: &Watched, records: R) -> Result<Vec<Block>, Missed> {
+fn read_blocks<R: Records>(name: &str, watched: &Watched, records: R) -> Result<Vec<Block>, Missed> {
     if !watched.model.features.dpv1 {
         let sentence = format!("{name} has no DP-V1: its parameters are read with `profivac dump --via pkw`");
         return Err(Missed::Because(sentence));
@@ -66,7 +107,7 @@ pub fn read_blocks<R: Records>(name: &str, watched: &Watched, records: R) -> Res
     let mut gauge = Gauge::known(records, watched.address, watched.model).in_unit(watched.unit);
     let mut blocks: Vec<Block> = Vec::new();
     for named in gauge.names().all() {
-        let Some(parameter) = parameter(&mut gauge, named)? else { continue };
+        let Some(parameter) = parameter(&mut gauge, named, watched.unit)? else { continue };
         let title = title(named);
         match blocks.last_mut().filter(|block| block.name == title) {
             Some(block) => block.parameters.push(parameter),
@@ -87,7 +128,11 @@ fn watched(name: &str, worker: &Worker) -> Result<Watched, String> {
 }
 
 /// A parameter with what it shows; nothing if nobody can read or write it on the way we have.
-fn parameter<R: Records>(gauge: &mut Gauge<R>, named: &Named) -> Result<Option<Parameter>, Missed> {
+fn parameter<R: Records>(
+    gauge: &mut Gauge<R>,
+    named: &Named,
+    unit: &'static Unit,
+) -> Result<Option<Parameter>, Missed> {
     let row = named.parameter.row;
     let readable = row.access.allows(Via::Class2, Direction::Read);
     if !readable && !row.access.allows(Via::Class2, Direction::Write) {
@@ -106,7 +151,23 @@ fn parameter<R: Records>(gauge: &mut Gauge<R>, named: &Named) -> Result<Option<P
         access: row.access_text.to_owned(),
         value,
         refusal,
+        write: writing(gauge.model(), named, unit),
     }))
+}
+
+/// What it takes to write a parameter; nothing if it is not written, or only as a command.
+fn writing(model: &'static Model, named: &Named, unit: &'static Unit) -> Option<Writing> {
+    let row = named.parameter.row;
+    if !row.access.allows(Via::Class2, Direction::Write) || row.codes.is_command() {
+        return None;
+    }
+    let choices = match (&row.codes, row.data_type) {
+        (Codes::Plain, DataType::Boolean) => vec!["true".to_owned(), "false".to_owned()],
+        (codes, _) => codes.list().iter().map(|code| code.name.to_owned()).collect(),
+    };
+    let takes = Meaning { named, model, unit: Some(unit) }.takes(NumberType::Float);
+    let barred = allowed::barred(row).map(str::to_owned);
+    Some(Writing { takes, choices, risk: allowed::risk(row, None), role: allowed::role(row, None), barred })
 }
 
 /// The name of a block, with its instance where there are several.

@@ -10,14 +10,22 @@ import { chromium } from 'playwright-core'
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
 const ROOT = fileURLToPath(new URL('../../../..', import.meta.url))
 
-/** The program that serves the scenery; `cargo build -p profivac-station --example fake_plant` makes it. */
-const PLANT = process.env.FAKE_PLANT ?? `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/examples/fake_plant`
+const EXAMPLES = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/examples`
 
-export async function startPlant(address = '127.0.0.1:0', ...more) {
-  const child = spawn(PLANT, [address, ...more], { stdio: ['pipe', 'pipe', 'inherit'] })
+/** The program that serves the scenery; `cargo build -p profivac-station --example fake_plant` makes it. */
+const PLANT = process.env.FAKE_PLANT ?? `${EXAMPLES}/fake_plant`
+
+/** The program with a gauge that acts; `cargo build -p profivac-station --example acting_plant` makes it. */
+const ACTING = process.env.ACTING_PLANT ?? `${EXAMPLES}/acting_plant`
+
+export const startPlant = (address = '127.0.0.1:0', ...more) => startProgram(PLANT, address, ...more)
+export const startActing = () => startProgram(ACTING, '127.0.0.1:0')
+
+async function startProgram(program, address, ...more) {
+  const child = spawn(program, [address, ...more], { stdio: ['pipe', 'pipe', 'inherit'] })
   const lines = createInterface({ input: child.stdout })
   const failed = once(child, 'error').then(([error]) => Promise.reject(error))
-  const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${PLANT} ended with ${code}`)))
+  const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${program} ended with ${code}`)))
   ended.catch(() => {})
   failed.catch(() => {})
   // The second line is where the users are.
@@ -30,6 +38,7 @@ export async function startPlant(address = '127.0.0.1:0', ...more) {
     users,
     address: url.replace('http://', ''),
     json: async (path) => (await fetch(url + path)).json(),
+    say: (line) => child.stdin.write(`${line}\n`),
     stop: async () => {
       if (child.exitCode !== null || child.signalCode !== null) return
       const gone = once(child, 'exit')

@@ -1,6 +1,6 @@
 // Takes the pictures of docs/dashboard.md: node pictures.mjs FOLDER
 
-import { drawn, openPage, startBrowser, startPlant } from './desk.mjs'
+import { drawn, openPage, startActing, startBrowser, startPlant } from './desk.mjs'
 
 const folder = process.argv[2]
 if (!folder) throw new Error('expected the folder for the pictures')
@@ -60,15 +60,43 @@ function pictures(start) {
   ]
 }
 
-const plant = await startPlant()
-const browser = await startBrowser()
-const { started_ms } = await plant.json('/api/station')
-for (const [name, path, options, ready] of pictures(started_ms)) {
-  const { page, complaints, close } = await openPage(browser, plant.url + path, options)
-  await ready(page)
-  if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
-  await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: true, clip: await shown(page) })
-  await close()
+/** A degas that is armed; pressed before, it was fired. */
+async function armed(page) {
+  await page.locator('.mastership', { hasText: 'You act' }).waitFor()
+  await page.locator('[data-command="ba.degas-on"] button').click()
+  await page.getByRole('button', { name: 'Fire' }).waitFor()
 }
+
+async function fired(page) {
+  await page.getByRole('button', { name: 'Ask for it' }).click()
+  await armed(page)
+  await page.getByRole('button', { name: 'Fire' }).click()
+  await page.getByText('Done: ').waitFor()
+  await page.goto(new URL('/audit', page.url()).href)
+  await page.locator('.audit [data-what="outcome"]').waitFor()
+}
+
+const ACTING = [
+  ['audit', '/gauge/chamber', LIGHT, fired],
+  ['order', '/gauge/chamber', LIGHT, armed],
+]
+
+const browser = await startBrowser()
+
+async function take(plant, all) {
+  for (const [name, path, options, ready] of all) {
+    const { page, complaints, close } = await openPage(browser, plant.url + path, options)
+    await ready(page)
+    if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
+    const clip = name === 'order' ? undefined : await shown(page)
+    await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: clip !== undefined, ...(clip ? { clip } : {}) })
+    await close()
+  }
+  await plant.stop()
+}
+
+const plant = await startPlant()
+const { started_ms } = await plant.json('/api/station')
+await take(plant, pictures(started_ms))
+await take(await startActing(), ACTING)
 await browser.close()
-await plant.stop()

@@ -84,11 +84,20 @@ export interface Gauge {
   poll_ms: number
 }
 
+/** Who may act now. */
+export interface Mastership {
+  holder: string | null
+  since_ms: number | null
+  asked_by: string | null
+  asked_ms: number | null
+}
+
 /** What /api/live sends four times a second. */
 export interface Moment {
   station: Station
   segments: Segment[]
   gauges: Gauge[]
+  mastership: Mastership
 }
 
 /** One entry of each list for every pixel in which something was recorded. */
@@ -127,6 +136,23 @@ export interface Parameter {
   access: string
   value: string | null
   refusal: string | null
+  write: Writing | null
+}
+
+export type RiskClass = 'harmless' | 'volatile' | 'on-request' | 'kept' | 'dangerous'
+
+export interface Risk {
+  class: RiskClass
+  words: string
+}
+
+/** What it takes to write a parameter. */
+export interface Writing {
+  takes: string
+  choices: string[]
+  risk: Risk
+  role: Role
+  barred: string | null
 }
 
 export interface Block {
@@ -139,6 +165,8 @@ export class Refused extends Error {
   constructor(
     sentence: string,
     readonly status = 0,
+    /** What else it says. */
+    readonly body: unknown = null,
   ) {
     super(sentence)
   }
@@ -159,13 +187,22 @@ export function get<T>(path: string, query: Record<string, string | number>, sig
 }
 
 /** Something is to be done. */
-export async function post<T>(path: string, body: unknown): Promise<T> {
-  const send = (): Promise<T> => {
+export function post<T>(path: string, body: unknown): Promise<T> {
+  return send('POST', path, body)
+}
+
+/** Something is to be no more. */
+export function remove<T>(path: string): Promise<T> {
+  return send('DELETE', path, null)
+}
+
+async function send<T>(method: string, path: string, body: unknown): Promise<T> {
+  const once = (): Promise<T> => {
     const headers = { 'content-type': 'application/json', 'x-csrf-token': proof.token }
-    return answer(path, { method: 'POST', headers, body: JSON.stringify(body) })
+    return answer(path, { method, headers, body: JSON.stringify(body) })
   }
-  return send().catch(async (error: unknown) => {
-    if (error instanceof Refused && error.status === 403 && (await proof.renewed())) return send()
+  return once().catch(async (error: unknown) => {
+    if (error instanceof Refused && error.status === 403 && (await proof.renewed())) return once()
     throw error
   })
 }
@@ -180,7 +217,7 @@ async function answer<T>(path: string, request: RequestInit): Promise<T> {
   if (answer.ok) return body as T
   if (answer.status === 401 && path !== LOGIN) proof.ended()
   const problem = (body as { problem?: string } | null)?.problem
-  throw new Refused(problem ?? `The station answers with ${answer.status}.`, answer.status)
+  throw new Refused(problem ?? `The station answers with ${answer.status}.`, answer.status, body)
 }
 
 export const session = (): Promise<Session> => get('/api/session', {})
@@ -188,7 +225,7 @@ export const login = (name: string, password: string): Promise<Session> => post(
 export const logout = (): Promise<void> => post('/api/logout', null)
 export const changePassword = (current: string, next: string): Promise<Session> => post('/api/password', { current, new: next })
 
-function address(path: string, query: Record<string, string | number>): string {
+export function address(path: string, query: Record<string, string | number>): string {
   const text = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)])).toString()
   return text ? `${path}?${text}` : path
 }

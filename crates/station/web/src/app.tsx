@@ -4,12 +4,14 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { useLive, type Live } from './live.ts'
 import { Help } from './help.tsx'
+import { Audit } from './pages/audit.tsx'
 import { Bus } from './pages/bus.tsx'
 import { Device } from './pages/device.tsx'
 import { Events } from './pages/events.tsx'
 import { Overview } from './pages/overview.tsx'
 import { Rise } from './pages/rise.tsx'
 import { Trends } from './pages/trends.tsx'
+import { MastershipMark } from './parts/mastership.tsx'
 import { Login } from './pages/login.tsx'
 import { Person } from './parts/person.tsx'
 import { age } from './pure/format.ts'
@@ -25,6 +27,7 @@ export const PAGES = [
   { path: '/gauge', name: 'Gauge', key: '4' },
   { path: '/rise', name: 'Rate of rise', key: '5' },
   { path: '/events', name: 'Events', key: '6' },
+  { path: '/audit', name: 'Audit', key: '8' },
 ]
 
 export function App(): JSX.Element {
@@ -74,6 +77,8 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
       return <Rise />
     case '/events':
       return <Events />
+    case '/audit':
+      return <Audit />
     default:
       return (
         <p>
@@ -92,6 +97,7 @@ function Header({ current, live, showHelp }: { current: string | undefined; live
         {!out && <Heard live={live} />}
       </div>
       {out ? <span class="filler" /> : <Pages current={current} />}
+      {live.moment && !out && <MastershipMark mastership={live.moment.mastership} now={live.now} />}
       <div class="choices">
         <Person />
         {!out && <UnitChoice />}

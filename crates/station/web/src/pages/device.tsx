@@ -2,8 +2,11 @@
 
 import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
+import type { Outcome, Wish } from '../acting.ts'
 import { blocks, type Block, type Gauge, type Parameter } from '../api.ts'
 import { useLive, type Live } from '../live.ts'
+import { Commands, obstacle, Permission } from '../parts/commands.tsx'
+import { OrderPanel, RiskMark } from '../parts/order.tsx'
 import { Limit, Shown } from '../parts/pressure.tsx'
 import { Spark } from '../parts/spark.tsx'
 import { StandingMark } from '../parts/standing.tsx'
@@ -14,7 +17,7 @@ import { isStale, worth } from '../pure/stale.ts'
 import type { Unit } from '../pure/units.ts'
 import { PRINCIPLES } from '../pure/words.ts'
 import { gaugePath, go, Link, usePlace } from '../router.tsx'
-import { isIn, onChange } from '../session.ts'
+import { isIn, may, onChange, useSession } from '../session.ts'
 import { useUnit } from '../settings.ts'
 import { Age, Complaints, Corrected } from './overview.tsx'
 
@@ -43,7 +46,7 @@ export function Device(): JSX.Element {
       {gauge ? (
         <>
           <Now gauge={gauge} live={live} unit={unit} />
-          <Blocks gauge={gauge} key={gauge.name} />
+          <Acting gauge={gauge} key={gauge.name} />
         </>
       ) : (
         <p class="alarm">There is no gauge {name ? `called ${name}` : 'in the station'}.</p>
@@ -97,6 +100,23 @@ function Now({ gauge, live, unit }: { gauge: Gauge; live: Live; unit: Unit }): J
   )
 }
 
+/** Commands and parameters, and the panel over them when somebody acts. */
+function Acting({ gauge }: { gauge: Gauge }): JSX.Element {
+  const [wish, setWish] = useState<Wish | null>(null)
+  const [done, setDone] = useState<Outcome | null>(null)
+  const close = (outcome: Outcome | null): void => {
+    setWish(null)
+    setDone(outcome)
+  }
+  return (
+    <>
+      <Commands gauge={gauge} begin={setWish} />
+      <Blocks gauge={gauge} begin={setWish} done={done} />
+      {wish && <OrderPanel gauge={gauge.name} wish={wish} close={close} />}
+    </>
+  )
+}
+
 interface Read {
   blocks: Block[] | null
   at: number | null
@@ -107,7 +127,7 @@ interface Read {
 const kept = new Map<string, Read>()
 onChange(() => isIn() || kept.clear())
 
-function Blocks({ gauge }: { gauge: Gauge }): JSX.Element {
+function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => void; done: Outcome | null }): JSX.Element {
   const [read, setRead] = useState<Read>(kept.get(gauge.name) ?? { blocks: null, at: null, error: null })
   const [begun, setBegun] = useState<number | null>(null)
   const [wanted, setWanted] = useState('')
@@ -124,6 +144,13 @@ function Blocks({ gauge }: { gauge: Gauge }): JSX.Element {
   useEffect(() => {
     if (!kept.has(gauge.name) && (gauge.standing === 'exchanging' || gauge.standing === 'faulty')) void again()
   }, [])
+  // What was written was read back: it need not be read again.
+  useEffect(() => {
+    if (done === null || done.after === null || read.blocks === null) return
+    const next = { ...read, blocks: read.blocks.map((block) => ({ ...block, parameters: block.parameters.map((it) => written(it, done)) })) }
+    kept.set(gauge.name, next)
+    setRead(next)
+  }, [done])
   const found = matching(read.blocks ?? [], wanted)
   return (
     <section class="panel blocks" aria-label="Parameters" aria-busy={begun !== null}>
@@ -135,13 +162,14 @@ function Blocks({ gauge }: { gauge: Gauge }): JSX.Element {
         </button>
         <Progress begun={begun} read={read} />
       </div>
+      <Permission />
       {read.error && <p class="alarm">{read.error}</p>}
       {found.map(({ name, parameters }) => (
         <details open key={name}>
           <summary>
             {name} <span class="muted">{parameters.length}</span>
           </summary>
-          <Table parameters={parameters} />
+          <Table parameters={parameters} begin={begin} />
         </details>
       ))}
       {read.blocks && found.length === 0 && <p class="muted">Nothing is called {wanted}.</p>}
@@ -159,7 +187,11 @@ function Progress({ begun, read }: { begun: number | null; read: Read }): JSX.El
   )
 }
 
-function Table({ parameters }: { parameters: Parameter[] }): JSX.Element {
+function written(parameter: Parameter, { target, after }: Outcome): Parameter {
+  return parameter.target === target ? { ...parameter, value: after, refusal: null } : parameter
+}
+
+function Table({ parameters, begin }: { parameters: Parameter[]; begin: (wish: Wish) => void }): JSX.Element {
   return (
     <table class="parameters">
       <thead>
@@ -171,18 +203,74 @@ function Table({ parameters }: { parameters: Parameter[] }): JSX.Element {
         </tr>
       </thead>
       <tbody>
-        {parameters.map(({ target, name, value, refusal, access, numbers }) => (
-          <tr key={target}>
+        {parameters.map((parameter) => (
+          <tr key={parameter.target} data-target={parameter.target}>
             <th scope="row">
-              {name}
-              <code>{target}</code>
+              {parameter.name}
+              <code>{parameter.target}</code>
             </th>
-            <td class={refusal ? 'refusal' : 'value'}>{value ?? refusal ?? 'only written'}</td>
-            <td>{access}</td>
-            <td>{numbers}</td>
+            <td class={parameter.refusal ? 'refusal' : 'value'}>
+              {parameter.value ?? parameter.refusal ?? 'only written'}
+              <Change parameter={parameter} begin={begin} />
+            </td>
+            <td>{parameter.access}</td>
+            <td>{parameter.numbers}</td>
           </tr>
         ))}
       </tbody>
     </table>
+  )
+}
+
+/** The way to another value, for who may. */
+function Change({ parameter, begin }: { parameter: Parameter; begin: (wish: Wish) => void }): JSX.Element | null {
+  const session = useSession()
+  const { mastership } = useLive().moment!
+  const [open, setOpen] = useState(false)
+  const { target, name, value, write } = parameter
+  // What one's role never allows needs no button at every row: the line above says so.
+  if (write === null || !may(session, write.role)) return null
+  if (write.barred !== null) {
+    return (
+      <details class="barred">
+        <summary>not from here</summary>
+        {write.barred}
+      </details>
+    )
+  }
+  const reason = obstacle(session, mastership, write.role, null)
+  if (!open || reason !== null) {
+    return (
+      <button type="button" class="change" disabled={reason !== null} title={reason ?? undefined} aria-label={`Change ${name}`} onClick={() => setOpen(true)}>
+        Change
+      </button>
+    )
+  }
+  const arm = (event: JSX.TargetedSubmitEvent<HTMLFormElement>): void => {
+    event.preventDefault()
+    begin({ target, value: String(new FormData(event.currentTarget).get('value') ?? '') })
+    setOpen(false)
+  }
+  return (
+    <form class="change" onSubmit={arm}>
+      {write.choices.length > 0 ? (
+        <select name="value" aria-label={`New value of ${name}`} autofocus>
+          {write.choices.map((choice) => (
+            <option value={choice} selected={choice === value} key={choice}>
+              {choice}
+            </option>
+          ))}
+        </select>
+      ) : (
+        <input name="value" aria-label={`New value of ${name}`} defaultValue={value ?? ''} autocomplete="off" required autofocus />
+      )}
+      <button class="main">Arm</button>
+      <button type="button" onClick={() => setOpen(false)}>
+        Cancel
+      </button>
+      <span class="muted takes">
+        <RiskMark risk={write.risk} /> {write.choices.length === 0 && write.takes}
+      </span>
+    </form>
   )
 }

@@ -1,6 +1,6 @@
 // The words for what the API has as codes.
 
-import type { EventKind, Principle, Quality, Segment, SegmentState, Standing } from '../api.ts'
+import type { EventKind, Principle, Quality, RiskClass, Segment, SegmentState, Standing } from '../api.ts'
 
 export const STANDINGS: Record<Standing, { word: string; sentence: string }> = {
   ourselves: { word: 'our master', sentence: 'The master of this station.' },
@@ -41,6 +41,14 @@ export const KINDS: Record<EventKind, string> = {
   command: 'Command',
   note: 'Note',
   access: 'Access',
+}
+
+export const RISKS: Record<RiskClass, string> = {
+  harmless: 'harmless',
+  volatile: 'volatile',
+  'on-request': 'kept on request',
+  kept: 'kept',
+  dangerous: 'risk',
 }
 
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO', air: 'air' }

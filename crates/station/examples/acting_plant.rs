@@ -1,0 +1,90 @@
+//! A station over one gauge in memory that acts: for tests in a browser.
+//!
+//! ```text
+//! cargo run -p profivac-station --example acting_plant -- 127.0.0.1:8080
+//! ```
+//!
+//! A bcg450 called chamber at 1e-6 mbar. Erna is engineer, Otto operator and Vera viewer; all have the same password. A line `mbar 5e-4` on its input is the pressure from then on. It ends when its input ends.
+
+use profivac_dp::link::Baud;
+use profivac_host::bench::{Conditions, VirtualDevice};
+use profivac_host::instrument::{Spec, entry};
+use profivac_host::memory::Memory;
+use profivac_host::pressure::Pressure;
+use profivac_host::scene::Scene;
+use profivac_host::watch::Watched;
+use profivac_station::people::password::Hash;
+use profivac_station::people::users::Users;
+use profivac_station::people::{Access, Role};
+use profivac_station::plant::Plant;
+use profivac_station::recorder::{EventKind, Recorder, Settings};
+use profivac_station::segment::Exhibit;
+use profivac_station::server::{Server, Setup};
+use profivac_vacuum::Gas;
+use std::error::Error;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+const BAUD: Baud = Baud::B187500;
+
+/// The gauge lives in pieces of so long.
+const PIECE: Duration = Duration::from_millis(20);
+
+const PEOPLE: [(&str, Role); 3] = [("Erna", Role::Engineer), ("Otto", Role::Operator), ("Vera", Role::Viewer)];
+
+const PASSWORD: &str = "tin whisker plateau";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let address: SocketAddr = std::env::args().nth(1).unwrap_or_else(|| "127.0.0.1:0".to_owned()).parse()?;
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("acting.db");
+    let recorder = Recorder::start(&file, Settings::default())?;
+    let plant = Arc::new(Plant::new("Test hall".to_owned(), file, recorder));
+    plant.note(None, EventKind::Station, "the station begins");
+    let (pressures, inbox) = channel();
+    let scene = scene()?;
+    let exhibit = Exhibit::new(Arc::clone(&plant), "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
+    std::thread::spawn(move || live(scene, exhibit, &inbox));
+    let users = folder.path().join("users.toml");
+    let hash = Hash::of(PASSWORD)?;
+    Users::change(&users, |users| PEOPLE.iter().try_for_each(|(name, role)| users.add(name, *role, hash.clone())))?;
+    let server = Server::start(plant, Setup::new(address, Access::Users(users.clone())))?;
+    println!("{}", server.url());
+    println!("{}", users.display());
+    for line in std::io::stdin().lines() {
+        if let Some(mbar) = line?.strip_prefix("mbar ") {
+            pressures.send(mbar.parse()?)?;
+        }
+    }
+    Ok(())
+}
+
+fn around(mbar: f64) -> Conditions {
+    Conditions { pressure: Pressure::from_mbar(mbar), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 }
+}
+
+fn scene() -> Result<Scene, Box<dyn Error>> {
+    let spec: Spec = "bcg450@5".parse()?;
+    let device = VirtualDevice::new(spec.build(Memory::volatile(), BAUD)?, 5, BAUD, around(1e-6));
+    let model = entry("bcg450")?.model;
+    let unit = model.unit_named("mbar").ok_or("there is no such unit")?;
+    let watched = Watched { address: 5, model, configuration: model.default_configuration, unit };
+    Ok(Scene::new(vec![device], vec![watched], 1, BAUD)?)
+}
+
+fn live(mut scene: Scene, mut exhibit: Exhibit, pressures: &Receiver<f64>) {
+    let mut lived = Instant::now();
+    loop {
+        match pressures.recv_timeout(PIECE) {
+            Ok(mbar) => scene.surround(around(mbar)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return,
+        }
+        let now = Instant::now();
+        scene.run_until(scene.seconds() + now.duration_since(lived).as_secs_f64().min(0.2));
+        lived = now;
+        exhibit.look(&mut scene);
+    }
+}

@@ -1,0 +1,191 @@
+//! What somebody wants to do to a gauge, what the gauge says to it, and what came of it.
+
+use super::allowed::{self, Risk};
+use crate::people::Role;
+use profivac_devices::model::{Code, Model};
+use profivac_host::client::Condition;
+use profivac_host::client::names::{Named, Names, Target, command_name, slug};
+use profivac_host::client::values::hex;
+use serde::Deserialize;
+use std::fmt;
+use utoipa::ToSchema;
+
+/// A value as people and programs give it.
+#[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub enum Given {
+    /// `1e-3 mbar`, `use-safe-value`
+    Text(String),
+    /// In the unit the gauge has.
+    Number(f64),
+    /// Yes or no.
+    Flag(bool),
+}
+
+impl fmt::Display for Given {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Flag(flag) => write!(f, "{flag}"),
+        }
+    }
+}
+
+/// What is to be armed: a command, or a parameter and its value.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Wish {
+    /// The command: `degas-on`, `ba.degas-on`.
+    pub command: Option<String>,
+    /// The parameter: `trip-point.1/high-trip-point`, `2/61`.
+    pub target: Option<String>,
+    /// Its value.
+    pub value: Option<Given>,
+}
+
+/// What a wish means for a device. No gauge was asked.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// The parameter, or the parameter by which the command is sent.
+    pub named: Named,
+    /// Its value as it was given, or the name of the command.
+    pub text: String,
+    /// The command.
+    pub command: Option<&'static Code>,
+}
+
+/// What the gauge says to it before anything is sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Draft {
+    /// The octets that are sent.
+    pub octets: Vec<u8>,
+    /// What it is now, in words with its unit, and the octets of it; nothing if it cannot be read.
+    pub before: Option<(String, Vec<u8>)>,
+    /// What it is to be, in words with its unit.
+    pub after: String,
+    /// What it risks.
+    pub risk: Risk,
+    /// All conditions.
+    pub conditions: Vec<Condition>,
+}
+
+impl Draft {
+    /// The octets that are sent, as hexadecimal digits.
+    #[must_use]
+    pub fn hex(&self) -> String {
+        hex(&self.octets)
+    }
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Done {
+    /// What it was.
+    pub before: Option<String>,
+    /// What it is now; nothing if it cannot be read.
+    pub after: Option<String>,
+}
+
+/// Why it was not done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// The parameter does not take this. Nothing was sent.
+    #[error("{0}")]
+    Value(String),
+    /// Conditions that do not hold, among all. Nothing was sent.
+    #[error("{}", unmet(.0))]
+    Unmet(Vec<Condition>),
+    /// It is not as it was when it was armed. Nothing was sent.
+    #[error("{0}")]
+    Changed(String),
+    /// It cannot be asked. Nothing was sent.
+    #[error("{0}")]
+    Away(String),
+    /// The gauge refused it.
+    #[error("{0}")]
+    Refused(String),
+    /// It was sent, and nobody knows what came of it.
+    #[error("{0}")]
+    Unsure(String),
+}
+
+impl Refusal {
+    /// For the audit trail.
+    #[must_use]
+    pub fn outcome(&self) -> String {
+        match self {
+            Self::Value(_) | Self::Unmet(_) | Self::Changed(_) | Self::Away(_) => format!("not sent: {self}"),
+            Self::Refused(_) => format!("refused: {self}"),
+            Self::Unsure(_) => format!("not known: {self}"),
+        }
+    }
+}
+
+fn unmet(conditions: &[Condition]) -> String {
+    conditions.iter().filter_map(|condition| condition.unmet.as_deref()).collect::<Vec<_>>().join("; ")
+}
+
+impl Choice {
+    /// What a wish means for a device.
+    ///
+    /// # Errors
+    /// In a sentence: what was expected and what came.
+    pub fn of(model: &'static Model, wish: &Wish) -> Result<Self, String> {
+        let names = Names::known(model).ok_or_else(|| format!("{} has no parameters", model.name))?;
+        match (&wish.command, &wish.target, &wish.value) {
+            (Some(command), None, None) => Self::command(model, names, command),
+            (None, Some(target), Some(value)) => Self::parameter(model, names, target, &value.to_string()),
+            _ => Err("expected either a command, or a target and its value".to_owned()),
+        }
+    }
+
+    fn command(model: &'static Model, names: &Names, text: &str) -> Result<Self, String> {
+        let found = names.command(text).map_err(|error| error.to_string())?;
+        let (named, code) = found.ok_or_else(|| format!("{} has no command {text:?}", model.name))?;
+        Ok(Self { named: named.clone(), text: code.name.to_owned(), command: Some(code) })
+    }
+
+    fn parameter(model: &'static Model, names: &Names, target: &str, value: &str) -> Result<Self, String> {
+        let named = match names.find(model.name, target).map_err(|error| error.to_string())? {
+            Target::Named(named) => named.clone(),
+            Target::Shown { slot, index } => {
+                return Err(format!("expected the instance too, {slot}:INSTANCE/{index}, got {target:?}"));
+            }
+            Target::Raw { .. } => return Err(format!("{} has no parameter {target:?}", model.name)),
+        };
+        let codes = &named.parameter.row.codes;
+        if !codes.is_command() {
+            return Ok(Self { named, text: value.to_owned(), command: None });
+        }
+        let code = codes.list().iter().find(|code| slug(code.name) == slug(value)).ok_or_else(|| {
+            let commands = codes.list().iter().map(|code| code.name).collect::<Vec<_>>().join(", ");
+            format!("{}: expected one of {commands}, got {value:?}", named.name)
+        })?;
+        Ok(Self { named, text: code.name.to_owned(), command: Some(code) })
+    }
+
+    /// By what it is armed again: `ba.degas-on`, `trip-point.1/high-trip-point`.
+    #[must_use]
+    pub fn target(&self) -> String {
+        self.command.map_or_else(|| self.named.name.clone(), |code| command_name(&self.named, code))
+    }
+
+    /// The manual's name and numbers: `High Trip Point (2/61)`.
+    #[must_use]
+    pub fn manual(&self) -> String {
+        format!("{} ({})", self.named.parameter.row.name, self.named.parameter.numbers())
+    }
+
+    /// Who may do it.
+    #[must_use]
+    pub fn role(&self) -> Role {
+        allowed::role(self.named.parameter.row, self.command)
+    }
+
+    /// Why nobody may do it from here.
+    #[must_use]
+    pub fn barred(&self) -> Option<&'static str> {
+        allowed::barred(self.named.parameter.row)
+    }
+}

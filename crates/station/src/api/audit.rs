@@ -1,0 +1,164 @@
+//! The audit trail.
+
+use super::archive::Archive;
+use super::problem::Problem;
+use super::recorded::{taken, within};
+use crate::recorder::Micros;
+use crate::recorder::audit::{Recorded, Wanted};
+use crate::recorder::export::iso;
+use crate::view::milliseconds;
+use axum::Json;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::IntoResponse;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+/// More rows than anybody reads at once.
+const MOST: u32 = 100_000;
+
+/// Which rows.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Rows {
+    /// The beginning, in milliseconds since 1970; everything if nothing is said.
+    #[param(example = 0)]
+    from: Option<i64>,
+    /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
+    to: Option<i64>,
+    /// Of this gauge only.
+    gauge: Option<String>,
+    /// By this person only.
+    who: Option<String>,
+    /// How many at most, 1 to 100000; 200 if nothing is said, 100000 as CSV.
+    most: Option<u32>,
+}
+
+impl Rows {
+    fn wanted(self, most: u32) -> Result<Wanted, Problem> {
+        let most = within("most", self.most.unwrap_or(most), MOST)?;
+        let micros = |at: i64| Micros(at.saturating_mul(1000));
+        let (from, to) = (self.from.map_or(Micros(0), micros), self.to.map_or(Micros(i64::MAX), micros));
+        if from >= to {
+            return Err(Problem::bad("expected from to lie before to"));
+        }
+        let filled = |text: Option<String>| text.filter(|text| !text.is_empty());
+        Ok(Wanted { from, to, gauge: filled(self.gauge), who: filled(self.who), most })
+    }
+}
+
+/// A row of the audit trail.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Audited {
+    /// Its number, rising.
+    id: i64,
+    /// When, in milliseconds since 1970.
+    at_ms: i64,
+    /// `fired` before it is sent, `outcome` after it, `refused` when a condition did not hold, `disarmed`, `mastership`.
+    what: &'static str,
+    /// The row whose outcome this is.
+    of: Option<i64>,
+    /// Who.
+    who: String,
+    /// Their role then.
+    role: String,
+    /// From which address.
+    peer: Option<String>,
+    /// The gauge.
+    gauge: Option<String>,
+    /// Its segment.
+    segment: Option<String>,
+    /// Its address on the bus.
+    address: Option<u8>,
+    /// The manual's name and numbers.
+    target: Option<String>,
+    /// What it was.
+    before: Option<String>,
+    /// What it was to be; of an outcome, what was read back.
+    after: Option<String>,
+    /// What came of it.
+    outcome: Option<String>,
+    /// The order.
+    order: Option<String>,
+}
+
+impl From<Recorded> for Audited {
+    fn from(Recorded { id, entry }: Recorded) -> Self {
+        Self {
+            id,
+            at_ms: milliseconds(entry.at),
+            what: entry.what.word(),
+            of: entry.of,
+            who: entry.who,
+            role: entry.role,
+            peer: entry.peer,
+            gauge: entry.gauge,
+            segment: entry.segment,
+            address: entry.address,
+            target: entry.target,
+            before: entry.before,
+            after: entry.after,
+            outcome: entry.outcome,
+            order: entry.order,
+        }
+    }
+}
+
+/// Who did what, the latest first.
+#[utoipa::path(get, path = "/api/audit", params(Rows), responses((status = 200, body = [Audited]), (status = 400, body = Problem)))]
+pub async fn audit(
+    State(archive): State<Archive>,
+    rows: Result<Query<Rows>, QueryRejection>,
+) -> Result<Json<Vec<Audited>>, Problem> {
+    let wanted = taken(rows)?.wanted(200)?;
+    let read = archive.read(move |reader| Ok(reader.audit(&wanted)?));
+    Ok(Json(read.await?.into_iter().map(Audited::from).collect()))
+}
+
+/// The same as a table, the earliest first: times are ISO 8601 in UTC.
+#[utoipa::path(get, path = "/api/audit.csv", params(Rows), responses((status = 200, content_type = "text/csv", body = String), (status = 400, body = Problem)))]
+pub async fn csv(
+    State(archive): State<Archive>,
+    rows: Result<Query<Rows>, QueryRejection>,
+) -> Result<impl IntoResponse, Problem> {
+    let wanted = taken(rows)?.wanted(MOST)?;
+    let read = archive.read(move |reader| Ok(reader.audit(&wanted)?)).await?;
+    let headers =
+        [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\"")];
+    let lines: String = read.iter().rev().map(line).collect();
+    Ok((headers, format!("{HEAD}{lines}")))
+}
+
+const HEAD: &str = "id,time,what,of,who,role,peer,gauge,segment,address,target,before,after,outcome,order\n";
+
+fn line(row: &Recorded) -> String {
+    let Recorded { id, entry } = row;
+    let text = |text: &Option<String>| text.as_deref().map(quoted).unwrap_or_default();
+    let number = |number: Option<i64>| number.map(|number| number.to_string()).unwrap_or_default();
+    let cells = [
+        id.to_string(),
+        iso(entry.at),
+        entry.what.word().to_owned(),
+        number(entry.of),
+        quoted(&entry.who),
+        entry.role.clone(),
+        text(&entry.peer),
+        text(&entry.gauge),
+        text(&entry.segment),
+        number(entry.address.map(i64::from)),
+        text(&entry.target),
+        text(&entry.before),
+        text(&entry.after),
+        text(&entry.outcome),
+        text(&entry.order),
+    ];
+    cells.join(",") + "\n"
+}
+
+/// A cell that a spreadsheet takes for text: what would begin a formula gets an apostrophe before it.
+fn quoted(text: &str) -> String {
+    let guard = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
+    format!("\"{guard}{}\"", text.replace('"', "\"\""))
+}
