@@ -18,6 +18,7 @@ mod list;
 mod monitor;
 mod output;
 mod read;
+mod report;
 mod restore;
 mod run;
 mod scan;
@@ -69,6 +70,7 @@ enum Command {
     Monitor(monitor::Arguments),
     Run(run::Arguments),
     Init(init::Arguments),
+    Report(report::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
     Sniff(sniff::Arguments),
@@ -92,6 +94,7 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),

@@ -158,7 +158,8 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
 
 /// Where more is to be seen.
 fn address(demo: &Demo) -> String {
-    demo.dashboard.as_ref().map(|dashboard| format!(" dashboard {} ", dashboard.url())).unwrap_or_default()
+    let url = demo.dashboard.as_ref().and_then(super::dashboard::Dashboard::url);
+    url.map(|url| format!(" dashboard {url} ")).unwrap_or_default()
 }
 
 /// A row for each device: what the master reads, and what stands on its front.
