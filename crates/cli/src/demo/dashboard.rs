@@ -47,7 +47,10 @@ impl Dashboard {
         let file = wanted.record.map_or_else(|| folder.path().join("demo.db"), Path::to_owned);
         if file.exists() {
             // What is in it may have been measured.
-            return Err(Failure::usage(format!("{} is there already; a demonstration begins a new record", file.display())));
+            return Err(Failure::usage(format!(
+                "{} is there already; a demonstration begins a new record",
+                file.display()
+            )));
         }
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
         let plant = Arc::new(Plant::new(scenario.title.clone(), file, recorder));

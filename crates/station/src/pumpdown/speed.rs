@@ -66,7 +66,11 @@ fn all(piece: &Piece) -> Vec<Fall> {
             foot += 1;
         }
         if let Some((t0, p0)) = points.get(foot).filter(|_| is_foot(foot)) {
-            falls.push(Fall { s: *t, pa: (p0 * pa).sqrt(), per_s: (p0 / pa).ln() / (t - t0) });
+            // A fall that bounces back at once is noise, as at the end of a range.
+            let middle = (p0 * pa).sqrt();
+            if points.iter().skip(place + 1).take(SAMPLES).all(|(_, later)| *later <= middle) {
+                falls.push(Fall { s: *t, pa: middle, per_s: (p0 / pa).ln() / (t - t0) });
+            }
         }
     }
     falls

@@ -256,6 +256,18 @@ fn a_closed_valve_is_a_rise_and_its_leak_is_found() {
 }
 
 #[test]
+fn what_holds_at_the_end_is_told_by_the_next_sample() {
+    let invalid = |s| Sample::new(at(s), None, Quality::Invalid);
+    let span = |end| Span { start: at(0.0), end: at(end) };
+    let lost = [valid(0.0, 1.0), invalid(1.0), invalid(55.0)];
+    assert_eq!(Trace::new(&lost, span(40.0)).seconds_of(Quality::Invalid), 39.0);
+    let falling = [valid(0.0, 100.0), valid(50.0, 1.0)];
+    let trace = Trace::new(&falling, span(25.0));
+    near(trace.ends().unwrap()[2].1, 10.0, 0.1);
+    assert_eq!(Trace::new(&[valid(0.0, 100.0), valid(500.0, 1.0)], span(25.0)).ends(), Some([(0.0, 100.0); 3]));
+}
+
+#[test]
 fn what_was_held_at_the_beginning_holds_there() {
     let samples = [valid(0.0, 500.0), valid(50.0, 400.0), valid(51.0, 4.0), valid(52.0, 3.0)];
     let trace = Trace::new(&samples, Span { start: at(10.0), end: at(52.0) });

@@ -36,7 +36,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// What `samples` show from the beginning of `span` to its end. The last sample before the beginning holds there.
+    /// What `samples` show from the beginning of `span` to its end. Those before and after it say what held at its ends.
     #[must_use]
     pub fn new(samples: &[Sample], span: Span) -> Self {
         let first = samples.partition_point(|sample| sample.at < span.start);
@@ -53,6 +53,9 @@ impl Trace {
             .filter(|held| inside.first().is_some_and(|next| next.at > held.at));
         let mut trace = Self { pieces: Vec::new(), samples: inside.len(), spacing_s };
         held.iter().chain(inside).for_each(|sample| trace.take(sample, span.start, longest));
+        if let Some(next) = samples.get(end) {
+            trace.hold(seconds(span.start, next.at), next.pa, span.seconds(), longest);
+        }
         trace.pieces.iter_mut().filter(|piece| piece.quality == Quality::Valid).for_each(Piece::calm);
         trace
     }
@@ -78,6 +81,16 @@ impl Trace {
             piece.to_s = t;
             piece.points.extend(sample.pa.map(|pa| (t, pa)));
         }
+    }
+
+    /// What was last before the end holds there, as the next sample shows, which comes after it.
+    fn hold(&mut self, next_s: f64, next_pa: Option<f64>, end_s: f64, longest: f64) {
+        let Some(piece) = self.pieces.last_mut().filter(|piece| next_s - piece.to_s <= longest) else { return };
+        let last = piece.points.last().copied().filter(|_| piece.quality == Quality::Valid);
+        if let Some(((s, pa), next_pa)) = last.zip(next_pa) {
+            piece.points.push((end_s, pa * (next_pa / pa).powf((end_s - s) / (next_s - s))));
+        }
+        piece.to_s = end_s;
     }
 
     /// A piece without a curve lasts until the next begins.

@@ -58,62 +58,44 @@ fn head(report: &Report) -> String {
     )
 }
 
-/// The four numbers that everybody asks for first, of the gauge that saw most.
+/// The four numbers that everybody asks for first, of one gauge: the one that saw most of it.
 fn key_figures(report: &Report) -> String {
-    let lowest = |gauge: &&Gauge| gauge.lowest.map_or(f64::MAX, |seen| seen.pa);
-    let Some(best) = report.gauges.iter().min_by(|one, two| lowest(one).total_cmp(&lowest(two))) else {
-        return String::new();
-    };
+    let Some(lead) = lead(report) else { return String::new() };
     let mut figures = String::new();
     let mut put = |what: &str, value: &str, more: &str| {
         let figure = format!("<div><dt>{what}</dt><dd>{value}<small>{more}</small></dd></div>\n");
         figures.push_str(&figure);
     };
-    if let Some(first) = report
-        .gauges
-        .iter()
-        .filter_map(|gauge| gauge.first)
-        .filter(|first| first.s < 1.0)
-        .max_by(|one, two| one.pa.total_cmp(&two.pa))
-    {
+    if let Some(first) = lead.first {
         put("Pressure at the beginning", &with_unit(first.pa, report.unit), &moment(report.span.start, &report.zone));
     }
-    if let Some(lowest) = best.lowest {
-        put(
-            "Lowest pressure",
-            &with_unit(lowest.pa, report.unit),
-            &format!("after {}, {}", duration(lowest.s), escape(&best.name)),
-        );
+    if let Some(lowest) = lead.lowest {
+        put("Lowest pressure", &with_unit(lowest.pa, report.unit), &format!("after {}", duration(lowest.s)));
     }
-    if let Some((asked, s, name)) = last_reached(report) {
-        put(&format!("Time to {}", escape(&asked)), &duration(s), &escape(&name));
+    let last = report.asked.iter().zip(&lead.times).rfind(|(_, reached)| reached.outcome == "reached");
+    if let Some((asked, s)) = last.and_then(|(asked, reached)| Some((asked, reached.s?))) {
+        put(&format!("Time to {}", escape(&asked.words(report.unit))), &duration(s), "since the beginning");
     }
-    put_speed(report, &mut put);
-    format!("<dl class=\"key\">\n{figures}</dl>\n")
+    if let Some(fall) = lead.quickest {
+        let more = format!("near {}", with_unit(fall.pa, report.unit));
+        match fall.speed_m3_per_s {
+            Some(speed) => put("Highest effective speed", &format!("{} l/s", number(speed * 1e3)), &more),
+            None => put("Shortest time constant", &duration(fall.time_constant_s), &more),
+        }
+    }
+    let note = format!("<p class=\"note\">As {} saw it, which saw most of it.</p>\n", escape(&lead.name));
+    format!("<dl class=\"key\">\n{figures}</dl>\n{}", if report.gauges.len() > 1 { note } else { String::new() })
 }
 
-/// The lowest pressure that was asked for and reached at a known time, by the gauge that was first.
-fn last_reached(report: &Report) -> Option<(String, f64, String)> {
-    report.asked.iter().enumerate().rev().find_map(|(place, asked)| {
-        let reached = report.gauges.iter().filter_map(|gauge| {
-            let reached = gauge.times.get(place).filter(|reached| reached.outcome == "reached")?;
-            Some((reached.s?, gauge))
-        });
-        let (s, gauge) = reached.min_by(|one, two| one.0.total_cmp(&two.0))?;
-        Some((asked.words(report.unit), s, gauge.name.clone()))
-    })
-}
-
-fn put_speed(report: &Report, put: &mut impl FnMut(&str, &str, &str)) {
-    let falls = report.gauges.iter().filter_map(|gauge| Some((gauge.quickest?, gauge)));
-    let Some((fall, gauge)) = falls.min_by(|one, two| one.0.time_constant_s.total_cmp(&two.0.time_constant_s)) else {
-        return;
+/// Who saw most of it: over the most decades, and from the beginning if anybody did.
+fn lead(report: &Report) -> Option<&Gauge> {
+    let rank = |gauge: &Gauge| {
+        let (first, lowest) = gauge.first.zip(gauge.lowest)?;
+        Some((first.s < 1.0, (first.pa / lowest.pa).log10()))
     };
-    let more = format!("near {}, {}", with_unit(fall.pa, report.unit), escape(&gauge.name));
-    match fall.speed_m3_per_s {
-        Some(speed) => put("Highest effective speed", &format!("{} l/s", number(speed * 1e3)), &more),
-        None => put("Shortest time constant", &duration(fall.time_constant_s), &more),
-    }
+    let ranked = report.gauges.iter().filter_map(|gauge| Some((rank(gauge)?, gauge)));
+    let best = ranked.reduce(|best, one| if one.0 > best.0 { one } else { best });
+    best.map(|(_, gauge)| gauge)
 }
 
 fn facts(report: &Report) -> String {
@@ -122,9 +104,9 @@ fn facts(report: &Report) -> String {
         // Writing into a text does not fail.
         writeln!(facts, "<dt>{what}</dt><dd>{value}</dd>").ok();
     };
-    let both = |at: Micros| match report.zone == TimeZone::UTC {
-        true => moment(at, &TimeZone::UTC),
-        false => format!("{} ({})", moment(at, &report.zone), moment(at, &TimeZone::UTC)),
+    let both = |at: Micros| {
+        let [local, utc] = [&report.zone, &TimeZone::UTC].map(|zone| moment(at, zone));
+        if local == utc { utc } else { format!("{local} ({utc})") }
     };
     put("Begin", &both(report.span.start));
     put("End", &format!("{}, after {}", both(report.span.end), duration(report.seconds)));

@@ -14,6 +14,9 @@ const MOST: u32 = 200_000;
 /// In so many bins, where there are more.
 const BINS: u32 = 20_000;
 
+/// So long before and after a span lies what holds at its ends: twice what the recorder leaves out.
+const HELD: Duration = Duration::from_secs(120);
+
 /// The first part of a span; each further one is ten times as long.
 const FIRST_PART: i64 = 3_600 * Micros::SECOND;
 
@@ -29,16 +32,17 @@ pub struct Series {
     pub coarsest_s: Option<f64>,
 }
 
-/// Everything between two moments, and two minutes before: what was held there.
+/// Everything between two moments, and two minutes before and after: what was held at both ends.
 ///
 /// # Errors
 /// [`StoreError`] when the record cannot be read.
 pub fn series(reader: &Reader, gauge: &str, span: Span) -> Result<Series, StoreError> {
     let mut series = Series::default();
-    let mut from = span.start.before(Duration::from_secs(120));
+    let mut from = span.start.before(HELD);
+    let end = span.end.after(HELD);
     let mut part = FIRST_PART;
-    while from <= span.end {
-        let to = Micros(from.0.saturating_add(part).min(span.end.0));
+    while from <= end {
+        let to = Micros(from.0.saturating_add(part).min(end.0));
         series.read(reader, gauge, from, to)?;
         from = Micros(to.0.saturating_add(1));
         part = part.saturating_mul(10);
@@ -91,7 +95,8 @@ pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Ve
         // One that begins where the look begins may have begun before.
         let begun = |one: &Chosen| one.span.start.0 > start.0 + 60 * Micros::SECOND;
         if is_last || found.last().is_some_and(begun) {
-            return found.iter().map(|one| sharpened(reader, gauges, one, width)).collect();
+            let sharp: Result<Vec<_>, _> = found.iter().map(|one| sharpened(reader, gauges, one, width)).collect();
+            return Ok(chosen(sharp?.into_iter().flatten().collect()));
         }
     }
     Ok(Vec::new())
@@ -139,12 +144,12 @@ fn outlines(bins: &[Bin]) -> Vec<Sample> {
     bins.iter().flat_map(|bin| [sample(bin, bin.extent.high), sample(bin, bin.extent.low)]).collect()
 }
 
-/// The same pump-down in the samples themselves.
-fn sharpened(reader: &Reader, gauges: &[String], one: &Chosen, width: i64) -> Result<Chosen, StoreError> {
+/// The same pump-down in the samples themselves; nothing if it was none, but a rise and a fall in one bin.
+fn sharpened(reader: &Reader, gauges: &[String], one: &Chosen, width: i64) -> Result<Option<Chosen>, StoreError> {
     let margin = Duration::from_secs(width.unsigned_abs().saturating_mul(3));
     let around = Span { start: one.span.start.before(margin), end: one.span.end.after(margin) };
-    let Some(gauge) = gauges.get(one.gauge) else { return Ok(*one) };
+    let Some(gauge) = gauges.get(one.gauge) else { return Ok(None) };
     let found = find(&series(reader, gauge, around)?.samples, one.gauge);
     let nearest = found.into_iter().filter(|other| other.span.overlaps(&one.span));
-    Ok(nearest.max_by(|one, two| one.span.seconds().total_cmp(&two.span.seconds())).unwrap_or(*one))
+    Ok(nearest.max_by(|one, two| one.span.seconds().total_cmp(&two.span.seconds())))
 }

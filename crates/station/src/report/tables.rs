@@ -1,9 +1,9 @@
 //! The tables of a report.
 
-use super::figures::{Gauge, Report, Rising, Slope};
+use super::figures::{Gauge, Happening, Report, Rising, Seen, Slope};
 use super::page::{columns, reached};
 use super::plot::swatch;
-use super::words::{Unit, duration, escape, number, pressure, time_of_day, with_unit};
+use super::words::{Unit, asked, duration, escape, number, pressure, time_of_day, with_unit};
 use crate::pumpdown::trace::seconds;
 use crate::recorder::Micros;
 
@@ -32,28 +32,34 @@ fn named(style: usize, gauge: &Gauge) -> String {
     format!("<th scope=\"row\" class=\"text\">{}{}</th>", swatch(style), escape(&gauge.name))
 }
 
-/// Who measured.
+/// Who measured. What no station's file has told has no column.
 pub fn gauges(report: &Report) -> String {
-    let known = |text: Option<&String>| text.map_or("–".to_owned(), |text| escape(text));
+    let is_known = report.gauges.iter().any(|gauge| gauge.identity.device.is_some());
     let row = |(style, gauge): (usize, &Gauge)| {
-        let identity = &gauge.identity;
-        let pressure =
-            |seen: Option<super::figures::Seen>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
-        let cells = [
-            known(identity.device.as_ref()),
-            identity.address.map_or("–".to_owned(), |address| address.to_string()),
-            known(identity.segment.as_ref()),
-            identity.gas.as_ref().map_or("nitrogen, air".to_owned(), |gas| escape(gas)),
-            pressure(gauge.first),
-            pressure(gauge.lowest),
-            pressure(gauge.last),
-        ];
-        named(style, gauge) + &cells.iter().map(|text| cell(text)).collect::<String>()
+        let identity = if is_known { identity(gauge) } else { String::new() };
+        let pressure = |seen: Option<Seen>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
+        let ends = [gauge.first, gauge.lowest, gauge.last].map(|seen| cell(&pressure(seen)));
+        named(style, gauge) + &identity + &ends.concat()
     };
     let rows: Vec<String> = report.gauges.iter().enumerate().map(row).collect();
     let unit = report.unit.name();
-    let [first, lowest, last] = ["First", "Lowest", "Last"].map(|word| format!("{word}, {unit}"));
-    table("", &heads(&["Gauge", "Device", "Address", "Segment", "Gas", &first, &lowest, &last]), &rows)
+    let ends = ["First", "Lowest", "Last"].map(|word| format!("{word}, {unit}"));
+    let ends = heads(&ends.each_ref().map(String::as_str));
+    let known = if is_known { heads(&["Device", "Address", "Segment", "Gas"]) } else { String::new() };
+    table("", &(heads(&["Gauge"]) + &known + &ends), &rows)
+}
+
+fn identity(gauge: &Gauge) -> String {
+    let identity = &gauge.identity;
+    let known = |text: Option<&String>| text.map_or("–".to_owned(), |text| escape(text));
+    [
+        known(identity.device.as_ref()),
+        identity.address.map_or("–".to_owned(), |address| address.to_string()),
+        known(identity.segment.as_ref()),
+        identity.gas.as_ref().map_or("nitrogen, air".to_owned(), |gas| escape(gas)),
+    ]
+    .map(|text| cell(&text))
+    .concat()
 }
 
 /// When each pressure was reached.
@@ -89,11 +95,7 @@ fn decade_row(report: &Report, from: usize, to: usize) -> Option<String> {
         .iter()
         .map(|gauge| took(gauge).map_or("<td class=\"no\">–</td>".to_owned(), |s| cell(&duration(s))));
     let [from, to] = [from, to].map(|place| report.asked.get(place).map_or(0.0, |asked| asked.pa));
-    let head = format!(
-        "<th scope=\"row\">{} – {}</th>",
-        super::words::asked(from, report.unit),
-        super::words::asked(to, report.unit)
-    );
+    let head = format!("<th scope=\"row\">{} – {}</th>", asked(from, report.unit), asked(to, report.unit));
     Some(head + &cells.collect::<String>())
 }
 
@@ -174,7 +176,7 @@ pub fn rises(report: &Report) -> String {
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
-    let place = |seen: super::figures::Seen| {
+    let place = |seen: Seen| {
         let at = Micros(seen.at.as_microsecond());
         format!(
             "{}<small>{}</small>",
@@ -201,7 +203,7 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
 
 /// What happened.
 pub fn events(report: &Report) -> String {
-    let row = |event: &super::figures::Happening| {
+    let row = |event: &Happening| {
         let s = seconds(report.span.start, event.moment);
         let at = time_of_day(event.moment, report.span.start, &report.zone);
         let cells = [

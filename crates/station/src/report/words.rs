@@ -160,6 +160,8 @@ pub fn decade(exponent: i32) -> String {
 pub fn duration(seconds: f64) -> String {
     let whole = seconds.round() as i64;
     match seconds {
+        // Nobody times a valve better than to a tenth; time constants can be shorter.
+        0.000_1..0.995 => format!("{}\u{a0}s", number(seconds)),
         ..99.95 => format!("{seconds:.1}\u{a0}s"),
         ..3_599.5 => two(whole / 60, "min", whole % 60, "s"),
         ..86_370.0 => {
@@ -233,7 +235,7 @@ mod tests {
     fn times_are_read_in_two_units_at_most() {
         let shown = [0.04, 13.84, 99.97, 725.0, 3_599.6, 11_520.0, 86_399.0, 187_300.0].map(duration);
         let plain = shown.map(|text| text.replace('\u{a0}', " "));
-        assert_eq!(plain, ["0.0 s", "13.8 s", "1 min 40 s", "12 min 5 s", "1 h", "3 h 12 min", "1 d", "2 d 4 h"]);
+        assert_eq!(plain, ["0.040 s", "13.8 s", "1 min 40 s", "12 min 5 s", "1 h", "3 h 12 min", "1 d", "2 d 4 h"]);
     }
 
     #[test]
