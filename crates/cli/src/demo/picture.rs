@@ -286,6 +286,7 @@ mod tests {
         let arguments = Arguments {
             scenario: None,
             listen: None,
+            record: None,
             public: false,
             speed: 1.0,
             time: None,

@@ -122,7 +122,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let wish = Wish {
         station: station.filter(|station| *station != title),
         title,
-        record: source.path.display().to_string(),
+        // Where it lies is nobody's business but ours.
+        record: source.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
         span,
         why,
         gauges: gauges.collect(),
@@ -144,9 +145,9 @@ impl Source {
         let path = config.as_ref().map_or_else(|| given.clone(), |config| config.record.clone());
         if !path.exists() {
             let hint = if is_file { format!("; `profivac run {}` makes it", given.display()) } else { String::new() };
-            return Err(Failure::usage(format!("there is no record {}{hint}", path.display())));
+            return Err(Failure::usage(format!("{} is not there{hint}", path.display())));
         }
-        let reader = Reader::open(&path)?;
+        let reader = Reader::open(&path).map_err(|error| no_record(error, &path))?;
         let all = reader.gauges()?;
         let names = if arguments.gauge.is_empty() { all } else { chosen(&arguments.gauge, &all, &path)? };
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
@@ -226,15 +227,15 @@ impl Source {
 
     /// Whose curves are shown.
     fn shown(&self, arguments: &Arguments, span: Span) -> Result<Vec<String>, Failure> {
-        if !arguments.gauge.is_empty() {
-            return Ok(self.names.clone());
-        }
         let mut all = Vec::new();
         for name in &self.names {
             all.extend(moved(&self.reader, name, span)?.map(|decades| (decades, name)));
         }
         if all.is_empty() {
             return Err(self.nothing(span.start, Some(span.end), self.known()?));
+        }
+        if !arguments.gauge.is_empty() {
+            return Ok(self.names.clone());
         }
         if all.iter().any(|(decades, _)| *decades > MOVED) {
             all.retain(|(decades, _)| *decades > MOVED);
@@ -307,6 +308,16 @@ fn chosen(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, 
         }
     }
     Ok(chosen)
+}
+
+/// A file that is no database, or the database of something else.
+fn no_record(error: StoreError, path: &Path) -> Failure {
+    let is = |what: &str| Failure::usage(format!("{} is no record of a station: {what}", path.display()));
+    match error {
+        StoreError::Version { found: 0, .. } => is("it has none of its tables"),
+        StoreError::Sql { error, .. } => is(&error.to_string()),
+        other => other.into(),
+    }
 }
 
 fn micros(at: Timestamp) -> Micros {

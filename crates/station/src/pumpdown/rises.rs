@@ -1,6 +1,6 @@
 //! Rises within a pump-down: a valve to the pump that was closed, a leak, a degas.
 
-use super::trace::Trace;
+use super::trace::{Piece, Trace};
 use crate::rise::{Rise, fit};
 
 /// A rise by so many decades, in so many seconds and samples, is one. free choice: three times the pressure.
@@ -35,10 +35,12 @@ pub struct Climb {
 /// The rises there are, the earliest first.
 #[must_use]
 pub fn climbs(trace: &Trace) -> Vec<Climb> {
-    trace.valid().flat_map(|piece| in_piece(&piece.smooth)).collect()
+    trace.valid().flat_map(in_piece).collect()
 }
 
-fn in_piece(points: &[(f64, f64)]) -> Vec<Climb> {
+/// Found in what is free of outliers, and fitted to what was measured: a median rounds corners.
+fn in_piece(piece: &Piece) -> Vec<Climb> {
+    let points = &piece.smooth;
     let mut found = Vec::new();
     // The lowest pressure, the last place near it, and the highest since.
     let (mut lowest, mut foot, mut high) = (f64::MAX, 0, 0);
@@ -50,7 +52,7 @@ fn in_piece(points: &[(f64, f64)]) -> Vec<Climb> {
         }
         let is_over = y < decades(high) - OVER || place + 1 == points.len();
         if is_over && decades(high) - lowest >= HEIGHT {
-            found.extend(climb(points, foot, high));
+            found.extend(climb(&piece.points, foot, high));
             (lowest, foot, high) = (y, place, place);
         } else if y <= lowest + BOTTOM {
             (lowest, foot, high) = (lowest.min(y), place, place);

@@ -130,6 +130,18 @@ impl Reader {
         Ok(known.map(|(first, last)| (Micros(first), Micros(last))))
     }
 
+    /// When the first sample that is still there was taken.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be read.
+    pub fn first_sample(&self, gauge: &str) -> Result<Option<Micros>, StoreError> {
+        let Some(number) = self.number(gauge)? else { return Ok(None) };
+        let sql = "SELECT min(at) FROM sample WHERE gauge = ?1";
+        let first: Option<i64> =
+            self.connection.query_row(sql, [number], |row| row.get(0)).map_err(|error| self.failed(error))?;
+        Ok(first.map(Micros))
+    }
+
     /// What happened in a time, the latest first, at most so much.
     ///
     /// # Errors

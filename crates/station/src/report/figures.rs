@@ -339,10 +339,12 @@ fn wanted<'a>(wish: &Wish, traces: impl Iterator<Item = &'a Trace>) -> Vec<Asked
     let (top, bottom) = ends.fold((f64::MIN, f64::MAX), |(top, bottom), [first, low, _]| {
         (top.max((first.1 / one).log10()), bottom.min((low.1 / one).log10()))
     });
-    let decades = if top >= bottom { (bottom.floor() as i32)..=(top.ceil() as i32 - 1) } else { 1..=0 };
+    let decades = (top >= bottom).then(|| bottom.floor() as i32..=top.ceil() as i32 - 1).into_iter().flatten();
     let named = wish.gauges.iter().flat_map(|(_, identity)| &identity.levels);
     let named = named.map(|(name, pa)| Asked { pa: *pa, name: Some(name.clone()) });
-    let plain = wish.pressures.iter().copied().chain(decades.map(|decade| one * 10_f64.powi(decade)));
+    // A power of ten above one is exact, its inverse is not.
+    let power = |decade: i32| if decade < 0 { one / 10_f64.powi(-decade) } else { one * 10_f64.powi(decade) };
+    let plain = wish.pressures.iter().copied().chain(decades.map(power));
     let mut all: Vec<Asked> = named.chain(plain.map(|pa| Asked { pa, name: None })).collect();
     // Sorting keeps the order of equals, so a named one stays before a decade at the same pressure.
     all.sort_by(|one, two| two.pa.total_cmp(&one.pa));
@@ -429,7 +431,7 @@ impl Asked {
     /// The pressure with its unit, and the name if it has one.
     #[must_use]
     pub fn words(&self, unit: Unit) -> String {
-        let pressure = format!("{} {}", asked(self.pa, unit), unit.name());
+        let pressure = format!("{}\u{a0}{}", asked(self.pa, unit), unit.name());
         self.name.as_ref().map_or(pressure.clone(), |name| format!("{name}: {pressure}"))
     }
 }

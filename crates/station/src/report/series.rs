@@ -53,17 +53,40 @@ pub fn series(reader: &Reader, gauge: &str, span: Span) -> Result<Series, StoreE
 impl Series {
     fn read(&mut self, reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<(), StoreError> {
         let page = reader.page(gauge, from, to, MOST)?;
-        if !page.is_empty() && page.len() < MOST as usize {
+        if page.len() >= MOST as usize {
+            let bins = reader.draw(gauge, from, to, BINS)?;
+            self.take(&bins, width(&bins));
+        } else if page.is_empty() {
+            let bins = older(reader, gauge, from, to)?;
+            self.take(&bins, width(&bins));
+        } else {
             self.samples.extend(page);
-            return Ok(());
         }
-        let bins = reader.draw(gauge, from, to, BINS)?;
-        let width = bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min();
+        Ok(())
+    }
+
+    fn take(&mut self, bins: &[Bin], width: Option<i64>) {
         let width = width.map(|width| width as f64 / Micros::SECOND as f64);
         self.coarsest_s = [self.coarsest_s, width].into_iter().flatten().reduce(f64::max);
         self.samples.extend(bins.iter().map(|bin| Sample::new(bin.start, bin.extent.mean(), quality(bin))));
-        Ok(())
     }
+}
+
+/// What is left of a time of which there are no samples any more. A span that reaches to where samples begin is not of it.
+fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Bin>, StoreError> {
+    let Some(first) = reader.first_sample(gauge)? else { return reader.draw(gauge, from, to, BINS) };
+    if first <= from {
+        return Ok(Vec::new());
+    }
+    let mut bins = reader.draw(gauge, from, to.min(first), BINS)?;
+    let width = width(&bins);
+    bins.retain(|bin| width.is_some_and(|width| bin.start.0.saturating_add(width) <= first.0));
+    Ok(bins)
+}
+
+/// How far bins are apart.
+fn width(bins: &[Bin]) -> Option<i64> {
+    bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min()
 }
 
 /// A span counts as what it is least of: a mean of valid pressures and the end of a range is neither.
@@ -117,15 +140,21 @@ pub fn known(reader: &Reader, gauges: &[String]) -> Result<Option<Span>, StoreEr
     Ok(known)
 }
 
-/// By how many decades a gauge moved in a time; nothing if there is no pressure of it.
+/// By how many decades a gauge moved in a time; nothing if nothing is recorded of it.
 ///
 /// # Errors
 /// [`StoreError`] when the record cannot be read.
 pub fn moved(reader: &Reader, gauge: &str, span: Span) -> Result<Option<f64>, StoreError> {
-    let bins = reader.draw(gauge, span.start, span.end, 1_000)?;
+    let is_sampled = !reader.page(gauge, span.start, span.end, 1)?.is_empty();
+    let bins = if is_sampled {
+        reader.draw(gauge, span.start, span.end, 1_000)?
+    } else {
+        older(reader, gauge, span.start, span.end)?
+    };
     let low = bins.iter().filter_map(|bin| bin.extent.low).reduce(f64::min);
     let high = bins.iter().filter_map(|bin| bin.extent.high).reduce(f64::max);
-    Ok(high.zip(low).map(|(high, low)| (high / low).log10()))
+    let moved = high.zip(low).map(|(high, low)| (high / low).log10());
+    Ok(moved.or(is_sampled.then_some(0.0)))
 }
 
 fn within(reader: &Reader, gauges: &[String], span: Span, width: i64) -> Result<Vec<Chosen>, StoreError> {
@@ -151,5 +180,7 @@ fn sharpened(reader: &Reader, gauges: &[String], one: &Chosen, width: i64) -> Re
     let Some(gauge) = gauges.get(one.gauge) else { return Ok(None) };
     let found = find(&series(reader, gauge, around)?.samples, one.gauge);
     let nearest = found.into_iter().filter(|other| other.span.overlaps(&one.span));
-    Ok(nearest.max_by(|one, two| one.span.seconds().total_cmp(&two.span.seconds())))
+    let longest = nearest.max_by(|one, two| one.span.seconds().total_cmp(&two.span.seconds()));
+    // What vented it may lie behind a gap, and so behind what was read here.
+    Ok(longest.map(|sharp| Chosen { is_vented: sharp.is_vented || one.is_vented, ..sharp }))
 }

@@ -28,8 +28,12 @@ fn cell(text: &str) -> String {
     format!("<td>{text}</td>")
 }
 
+/// A name of this length stands in one line.
+const SHORT: usize = 24;
+
 fn named(style: usize, gauge: &Gauge) -> String {
-    format!("<th scope=\"row\" class=\"text\">{}{}</th>", swatch(style), escape(&gauge.name))
+    let class = if gauge.name.chars().count() > SHORT { " class=\"text\"" } else { "" };
+    format!("<th scope=\"row\"{class}>{}{}</th>", swatch(style), escape(&gauge.name))
 }
 
 /// Who measured. What no station's file has told has no column.
@@ -129,10 +133,11 @@ pub fn speeds(report: &Report) -> String {
 pub fn slopes(report: &Report) -> String {
     let row = |(style, gauge): (usize, &Gauge)| {
         let slope = gauge.slope?;
+        let rose = gauge.rises.iter().any(|rise| rise.to.s > slope.from_s);
         let cells = [
             cell(&format!("{:.2} ± {:.2}", slope.exponent, slope.error.max(0.005))),
             cell(&format!("{} to {}", duration(slope.from_s), duration(slope.to_s))),
-            cell(meaning(&slope)),
+            cell(if rose { "no straight line: the pressure rose in this time" } else { meaning(&slope) }),
         ];
         Some(named(style, gauge) + &cells.concat())
     };
@@ -148,7 +153,7 @@ pub fn slopes(report: &Report) -> String {
 
 fn meaning(slope: &Slope) -> &'static str {
     match slope.exponent {
-        _ if slope.error > 0.15 => "no straight line: something changed in this time",
+        _ if slope.error > 0.1 => "no straight line: something changed in this time",
         ..0.1 => "it hardly falls any more: ultimate pressure, a leak, or the end of the range",
         0.1..0.35 => "it flattens out: near an ultimate pressure, or a leak beside outgassing",
         0.35..0.7 => "as where gas comes by diffusion, out of polymers and elastomers (about 0.5)",
@@ -192,9 +197,9 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
     };
     let words = match (rise.steady_pa_per_s, rise.slowing_pa_per_s) {
         (None, _) => "no rise of a closed volume: pumped meanwhile, or in steps",
-        (Some(_), None) => "straight: a leak, or outgassing far from its equilibrium",
-        (Some(steady), Some(slowing)) if steady < 0.1 * slowing => "it slows down: outgassing",
-        (Some(_), Some(_)) => "a steady part, and outgassing that slows down",
+        (Some(_), None) => "straight, as of a leak, or of outgassing far from its equilibrium",
+        (Some(steady), Some(slowing)) if steady < 0.1 * slowing => "it slows down, as outgassing does",
+        (Some(_), Some(_)) => "a steady part as of a leak, and one that slows down as outgassing does",
     };
     [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), steady, words.to_owned()]
         .map(|text| cell(&text))

@@ -92,7 +92,7 @@ pub fn pressure(pa: f64, unit: Unit) -> String {
 /// The same with its unit.
 #[must_use]
 pub fn with_unit(pa: f64, unit: Unit) -> String {
-    format!("{} {}", pressure(pa, unit), unit.name())
+    format!("{}\u{a0}{}", pressure(pa, unit), unit.name())
 }
 
 /// A number with two digits, three from 100 on.
