@@ -246,6 +246,36 @@ fn nothing_valid_is_a_page_too() {
 }
 
 #[test]
+fn what_is_older_than_samples_are_kept_is_read_from_spans() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.db");
+    let long_ago = |s: f64| at(s).before(Duration::from_secs(6 * 365 * 86_400));
+    let recorder = Recorder::start(&path, settings(0.0)).unwrap();
+    let gauge: Arc<str> = Arc::from("chamber");
+    for second in (0..3_000).map(f64::from) {
+        let pa = (101_325.0 * (-(second - 600.0).max(0.0) / 100.0).exp()).max(1e-4);
+        recorder.push(&gauge, Sample::new(long_ago(second), Some(pa), Quality::Valid));
+    }
+    drop(recorder);
+    // What is too old goes when a recorder writes for the first time.
+    let kept = settings(0.0);
+    let shorter = Settings { retention: Retention { samples: Duration::ZERO, ..kept.retention }, ..kept };
+    assert!(Recorder::start(&path, shorter).unwrap().flush());
+    let reader = Reader::open(&path).unwrap();
+    assert_eq!(reader.first_sample("chamber").unwrap(), None);
+    let [found] = pump_downs(&reader, &names(&["chamber"]), false).unwrap()[..] else { panic!("one") };
+    let begun = (found.span.start.0 - long_ago(0.0).0) / Micros::SECOND;
+    assert!((580..=610).contains(&begun), "{begun}");
+    let report = Report::make(&reader, wish(found.span, &["chamber"])).unwrap();
+    let gauge = &report.gauges[0];
+    assert_eq!(gauge.standing.coarsest_s, Some(10.0));
+    let place = report.asked.iter().position(|asked| asked.pa == 1.0).unwrap();
+    let s = gauge.times[place].s.unwrap();
+    assert!((s / (100.0 * 101_325_f64.ln()) - 1.0).abs() < 0.02, "{s}");
+    assert!(page(&report).contains("in part means of 10.0\u{a0}s"));
+}
+
+#[test]
 fn what_is_too_much_to_read_is_read_in_spans_and_that_is_told() {
     let second = 400_000 / 5;
     let made = made(0.0, |recorder| {

@@ -274,3 +274,12 @@ fn what_was_held_at_the_beginning_holds_there() {
     assert_eq!(trace.pieces[0].points[0], (0.0, 500.0));
     assert_eq!(trace.samples, 3);
 }
+
+#[test]
+fn noise_at_the_end_of_a_range_is_no_speed() {
+    // Three samples high, three low and ever lower: no median of five takes that away.
+    let floor = |number: i32| if number / 3 % 2 == 0 { 1e-2 } else { 5e-3 * (-f64::from(number) / 400.0).exp() };
+    let pressure = |number: i32| AIR * (-f64::from(number) / 50.0).exp() + floor(number);
+    let samples: Vec<_> = (0..2_000).map(|number| valid(f64::from(number) / 5.0, pressure(number))).collect();
+    near(100.0 * quickest(&falls(&whole(&samples))).unwrap().per_s, 10.0, 50.0);
+}

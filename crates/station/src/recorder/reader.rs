@@ -125,7 +125,7 @@ impl Reader {
                 Some((first, last))
             }
             (Some((_, last)), Some((start, _))) => Some((start, last)),
-            (samples, spans) => samples.or(spans),
+            (samples, spans) => samples.or(spans.map(|(start, last)| (start, last.saturating_add(level.micros())))),
         };
         Ok(known.map(|(first, last)| (Micros(first), Micros(last))))
     }

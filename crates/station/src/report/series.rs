@@ -5,6 +5,7 @@
 
 use crate::pumpdown::{Chosen, Span, chosen, find};
 use crate::recorder::reader::Bin;
+use crate::recorder::rollup::{LEVELS, Level};
 use crate::recorder::{Micros, Qualities, Quality, Reader, Sample, StoreError};
 use std::time::Duration;
 
@@ -84,9 +85,11 @@ fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<B
     Ok(bins)
 }
 
-/// How far bins are apart.
+/// How far bins are apart. Spans are moved to where pixels begin, so their length is the nearest one there is.
 fn width(bins: &[Bin]) -> Option<i64> {
-    bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min()
+    let least = bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min()?;
+    let is_near = |level: &i64| level.abs_diff(least) < level.unsigned_abs() / 4;
+    Some(LEVELS.into_iter().map(Level::micros).find(is_near).unwrap_or(least))
 }
 
 /// A span counts as what it is least of: a mean of valid pressures and the end of a range is neither.
