@@ -16,6 +16,7 @@ use profivac_station::report::series::{known, moved, pump_downs};
 use profivac_station::report::words::{duration, moment, timestamp, with_unit};
 use profivac_station::report::{Identity, Report, Unit, Wish, likeliest, page::page};
 use serde::Serialize;
+use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -111,28 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (span, why) = source.span(arguments, &now)?;
     remark(&why);
-    let names = source.shown(arguments, span)?;
-    let gauges = names.into_iter().map(|name| {
-        let identity = source.config.as_ref().map(|config| Identity::of(config, &name)).unwrap_or_default();
-        (name, identity)
-    });
-    let stem = source.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let station = source.config.as_ref().map(|config| config.name.clone());
-    let title = arguments.title.clone().or_else(|| station.clone()).unwrap_or(stem);
-    let wish = Wish {
-        station: station.filter(|station| *station != title),
-        title,
-        // Where it lies is nobody's business but ours.
-        record: source.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        span,
-        why,
-        gauges: gauges.collect(),
-        volume_m3: arguments.volume,
-        pressures: arguments.to_pressure.iter().map(|pressure| pressure.pa()).filter(|pa| *pa > 0.0).collect(),
-        unit: arguments.unit,
-        zone: source.zone.clone(),
-        made: micros(now.timestamp()),
-    };
+    let wish = source.wish(arguments, span, why, now.timestamp())?;
     let report = Report::make(&source.reader, wish)?;
     deliver(arguments, &report)
 }
@@ -151,6 +131,32 @@ impl Source {
         let all = reader.gauges()?;
         let names = if arguments.gauge.is_empty() { all } else { chosen(&arguments.gauge, &all, &path)? };
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
+    }
+
+    /// What the report is to be about.
+    fn wish(&self, arguments: &Arguments, span: Span, why: String, made: Timestamp) -> Result<Wish, Failure> {
+        let gauges = self.shown(arguments, span)?.into_iter().map(|name| {
+            let identity = self.config.as_ref().map(|config| Identity::of(config, &name)).unwrap_or_default();
+            (name, identity)
+        });
+        let text = |part: Option<&OsStr>| part.map_or_else(String::new, |part| part.to_string_lossy().into_owned());
+        let station = self.config.as_ref().map(|config| config.name.clone());
+        let title = arguments.title.clone().or_else(|| station.clone());
+        let title = title.unwrap_or_else(|| text(self.path.file_stem()));
+        Ok(Wish {
+            station: station.filter(|station| *station != title),
+            title,
+            // Where it lies is nobody's business but ours.
+            record: text(self.path.file_name()),
+            span,
+            why,
+            gauges: gauges.collect(),
+            volume_m3: arguments.volume,
+            pressures: arguments.to_pressure.iter().map(|pressure| pressure.pa()).filter(|pa| *pa > 0.0).collect(),
+            unit: arguments.unit,
+            zone: self.zone.clone(),
+            made: micros(made),
+        })
     }
 
     fn known(&self) -> Result<Span, Failure> {
@@ -253,19 +259,22 @@ impl Source {
         Ok(self.names.iter().filter(is_shown).cloned().collect())
     }
 
+    fn listed(&self, one: &Chosen) -> Listed {
+        Listed {
+            begin: timestamp(one.span.start),
+            end: timestamp(one.span.end),
+            gauge: self.name(one).to_owned(),
+            start_pa: one.start_pa,
+            lowest_pa: one.lowest_pa,
+            is_vented: one.is_vented,
+        }
+    }
+
     fn list(&self, as_json: bool) -> Result<(), Failure> {
         self.known()?;
         let all = pump_downs(&self.reader, &self.names, true)?;
         if as_json {
-            let listed = all.iter().map(|one| Listed {
-                begin: timestamp(one.span.start),
-                end: timestamp(one.span.end),
-                gauge: self.name(one).to_owned(),
-                start_pa: one.start_pa,
-                lowest_pa: one.lowest_pa,
-                is_vented: one.is_vented,
-            });
-            out(&json(&listed.collect::<Vec<_>>()));
+            out(&json(&all.iter().map(|one| self.listed(one)).collect::<Vec<_>>()));
             return Ok(());
         }
         if all.is_empty() {

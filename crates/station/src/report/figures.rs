@@ -16,7 +16,7 @@ use std::time::Duration;
 /// So many events are listed.
 const EVENTS: u32 = 500;
 
-/// A speed is told for so many points at most.
+/// Slower than this, in 1/s, is rounding and no fall: an e-th part in four months.
 const LOWEST_RATE: f64 = 1e-7;
 
 /// What a station's file says about a gauge.
@@ -287,12 +287,7 @@ impl Report {
             .into_iter()
             .map(|(name, identity, trace, series)| gauge(name, identity, trace, &series, &asked, &wish));
         let gauges: Vec<Gauge> = gauges.collect();
-        let mut events = reader.events(span.start, span.end, EVENTS + 1)?;
-        let has_more_events = events.len() > EVENTS as usize;
-        events.truncate(EVENTS as usize);
-        let mine =
-            |event: &Event| event.gauge.as_ref().is_none_or(|of| gauges.iter().any(|gauge| belongs(&gauge.name, of)));
-        let events = events.into_iter().rev().filter(mine).enumerate().map(happening).collect();
+        let (events, has_more_events) = events(reader, span, &gauges)?;
         Ok(Self {
             generator: concat!("profivac ", env!("CARGO_PKG_VERSION")),
             made: timestamp(wish.made),
@@ -314,6 +309,16 @@ impl Report {
             zone: wish.zone,
         })
     }
+}
+
+/// The last events of these gauges and of the station, the earliest first, and whether there were more.
+fn events(reader: &Reader, span: Span, gauges: &[Gauge]) -> Result<(Vec<Happening>, bool), StoreError> {
+    let mut events = reader.events(span.start, span.end, EVENTS + 1)?;
+    let has_more = events.len() > EVENTS as usize;
+    events.truncate(EVENTS as usize);
+    let is_ours =
+        |event: &Event| event.gauge.as_ref().is_none_or(|of| gauges.iter().any(|gauge| belongs(&gauge.name, of)));
+    Ok((events.into_iter().rev().filter(is_ours).enumerate().map(happening).collect(), has_more))
 }
 
 /// Whether an event of `of` is one of the series `name`: a controller has a series for each channel.
