@@ -4,12 +4,12 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`trace`] | the samples of a gauge in a span, as pieces of one quality |
-//! | [`find`] | the pump-downs there are |
-//! | [`passage`] | when a pressure was reached |
-//! | [`speed`] | how fast the pressure falls |
-//! | [`tail`] | the slope at the end |
-//! | [`rises`] | rises within a pump-down |
+//! | [`mod@trace`] | the samples of a gauge in a span, as pieces of one quality |
+//! | [`mod@find`] | the pump-downs there are |
+//! | [`mod@passage`] | when a pressure was reached |
+//! | [`mod@speed`] | how fast the pressure falls |
+//! | [`mod@tail`] | the slope at the end |
+//! | [`mod@rises`] | rises within a pump-down |
 
 pub mod find;
 pub mod passage;

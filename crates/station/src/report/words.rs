@@ -112,14 +112,19 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A pressure that somebody asked for, as it was written.
+/// A pressure that somebody asked for, as it was written; with three digits if it was written in another unit.
 #[must_use]
 pub fn asked(pa: f64, unit: Unit) -> String {
     let value = pa / unit.pa();
     // Twelve digits take away what the conversion added.
-    let shortest = format!("{value:.11e}").parse().unwrap_or(value);
+    let whole = format!("{value:.11e}").parse().unwrap_or(value);
+    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+    let shortest = if format!("{whole:e}").len() > LONGEST { rounded } else { whole };
     if (0.01..10_000.0).contains(&shortest) { format!("{shortest}") } else { power(&format!("{shortest:e}")) }
 }
+
+/// As long as `1.25e-12`, nobody writes more.
+const LONGEST: usize = 8;
 
 /// `1.5e-7` as 1.5 × 10⁻⁷, `1e-7` as 10⁻⁷.
 fn power(scientific: &str) -> String {
@@ -227,8 +232,13 @@ mod tests {
 
     #[test]
     fn what_was_asked_for_stands_as_it_was_written() {
-        let shown = [(0.1, Unit::Mbar), (1e-5, Unit::Mbar), (2.5e-4, Unit::Mbar), (101_325.0 / 760.0, Unit::Torr)];
-        assert_eq!(shown.map(|(pa, unit)| asked(pa, unit)), ["10⁻³", "10⁻⁷", "2.5\u{a0}×\u{a0}10⁻⁶", "1"]);
+        let torr = 101_325.0 / 760.0;
+        let shown =
+            [(0.1, Unit::Mbar), (1e-5, Unit::Mbar), (2.5e-4, Unit::Mbar), (torr, Unit::Torr), (5e-4, Unit::Torr)];
+        assert_eq!(
+            shown.map(|(pa, unit)| asked(pa, unit)),
+            ["10⁻³", "10⁻⁷", "2.5\u{a0}×\u{a0}10⁻⁶", "1", "3.75\u{a0}×\u{a0}10⁻⁶"]
+        );
     }
 
     #[test]
