@@ -4,11 +4,11 @@
 
 mod common;
 
-use common::{Folder, run};
+use common::Folder;
 use profivac_station::recorder::{Band, Micros, Quality, Recorder, Retention, Sample, Settings};
 use std::fs;
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -52,6 +52,11 @@ fn station() -> (Folder, String, String) {
     (folder, file, record)
 }
 
+/// In one zone, wherever the computer is.
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_profivac")).args(arguments).env("TZ", "UTC").output().unwrap()
+}
+
 fn out(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
@@ -86,7 +91,7 @@ fn the_last_pump_down_becomes_a_page_that_is_never_written_over() {
 fn a_page_without_a_name_is_named_after_title_and_date() {
     let (folder, file, _) = station();
     let program = env!("CARGO_BIN_EXE_profivac");
-    let mut command = std::process::Command::new(program);
+    let mut command = Command::new(program);
     let made = command.args(["report", &file, "--title", "Abnahme: Kammer 7/ü"]).env("TZ", "UTC");
     let made = made.current_dir(folder.path("")).output().unwrap();
     assert_eq!(made.status.code(), Some(0), "{}", said(&made));
