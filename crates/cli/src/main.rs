@@ -18,6 +18,7 @@ mod list;
 mod monitor;
 mod output;
 mod read;
+mod report;
 mod restore;
 mod run;
 mod scan;
@@ -71,6 +72,7 @@ enum Command {
     Run(run::Arguments),
     User(user::Arguments),
     Init(init::Arguments),
+    Report(report::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
     Sniff(sniff::Arguments),
@@ -95,6 +97,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::User(arguments) => user::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),

@@ -45,6 +45,22 @@ pub fn probability(text: &str) -> Result<f64, String> {
     probability.ok_or_else(|| format!("expected a probability from 0 to 1, got {text:?}"))
 }
 
+/// A volume in m³.
+pub fn volume(text: &str) -> Result<f64, String> {
+    let wrong = || format!("expected a volume like '50 l' or '1.2 m3', got {text:?}");
+    let trimmed = text.trim();
+    let end = trimmed.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).ok_or_else(wrong)?;
+    let (number, unit) = trimmed.split_at(end);
+    let one = match unit.trim() {
+        "l" | "L" => 1e-3,
+        "ml" | "cm3" | "cm³" => 1e-6,
+        "m3" | "m³" => 1.0,
+        _ => return Err(wrong()),
+    };
+    let volume = number.trim().parse::<f64>().ok().map(|number| number * one);
+    volume.filter(|volume| volume.is_finite() && *volume > 0.0).ok_or_else(wrong)
+}
+
 /// A time in seconds.
 pub fn seconds(text: &str) -> Result<Duration, String> {
     let duration = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());

@@ -7,7 +7,9 @@
 //! | [`config`] | the file that describes a station |
 //! | [`people`] | who asks, and what they may |
 //! | [`plant`] | what all threads share |
+//! | [`pumpdown`] | pump-downs in what was recorded |
 //! | [`recorder`] | what was measured and what happened, in a file that survives a power cut |
+//! | [`report`] | a page about a pump-down |
 //! | [`rise`] | leaks told from outgassing |
 //! | [`segment`] | a port, a master, its gauges: a thread of their own |
 //! | [`server`] | API and dashboard on a socket |
@@ -20,7 +22,9 @@ pub mod api;
 pub mod config;
 pub mod people;
 pub mod plant;
+pub mod pumpdown;
 pub mod recorder;
+pub mod report;
 pub mod rise;
 pub mod segment;
 pub mod server;

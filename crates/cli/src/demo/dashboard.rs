@@ -11,6 +11,7 @@ use profivac_station::segment::Exhibit;
 use profivac_station::server::{Server, ServerError, Setup};
 use profivac_station::station::StationError;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use tempfile::TempDir;
 
@@ -20,24 +21,42 @@ const USUAL: &str = "127.0.0.1:8080";
 /// Somewhere else, if somebody has that already.
 const ANYWHERE: &str = "127.0.0.1:0";
 
-/// What serves the dashboard.
+/// What records, and serves the dashboard.
 pub struct Dashboard {
     exhibit: Exhibit,
-    server: Server,
-    /// The record of a demonstration ends with it.
+    server: Option<Server>,
+    /// The record of a demonstration ends with it, unless somebody wants to keep it.
     _folder: TempDir,
 }
 
+/// What is wanted of it.
+pub struct Wanted<'a> {
+    /// Whether it is served.
+    pub is_served: bool,
+    /// Where, if not at the usual place.
+    pub listen: Option<SocketAddr>,
+    /// Where the record is kept, if it is.
+    pub record: Option<&'a Path>,
+}
+
 impl Dashboard {
-    /// Serves `scene` at `listen`, or at the usual place.
-    pub fn open(scenario: &Scenario, scene: &Scene, master: u8, listen: Option<SocketAddr>) -> Result<Self, Failure> {
+    /// Records `scene`, and serves it at the place that is wanted.
+    pub fn open(scenario: &Scenario, scene: &Scene, master: u8, wanted: &Wanted<'_>) -> Result<Self, Failure> {
         let folder = tempfile::tempdir()?;
-        let file = folder.path().join("demo.db");
+        let file = wanted.record.map_or_else(|| folder.path().join("demo.db"), Path::to_owned);
+        if file.exists() {
+            // What is in it may have been measured.
+            return Err(Failure::usage(format!(
+                "{} is there already; a demonstration begins a new record",
+                file.display()
+            )));
+        }
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
         let plant = Arc::new(Plant::new(scenario.title.clone(), file, recorder));
-        let server = match listen {
-            Some(address) => serve(&plant, address)?,
-            None => usual(&plant)?,
+        let server = match wanted.listen {
+            _ if !wanted.is_served => None,
+            Some(address) => Some(serve(&plant, address)?),
+            None => Some(usual(&plant)?),
         };
         let names = |address: u8| {
             let spec = scenario.specs().find(|spec| spec.place == address);
@@ -48,9 +67,9 @@ impl Dashboard {
         Ok(Self { exhibit, server, _folder: folder })
     }
 
-    /// Where it is.
-    pub fn url(&self) -> String {
-        format!("http://{}", self.server.address())
+    /// Where it is, if it is served.
+    pub fn url(&self) -> Option<String> {
+        self.server.as_ref().map(|server| format!("http://{}", server.address()))
     }
 
     /// Takes what is new.

@@ -10,7 +10,7 @@ use crate::output::out;
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
-use dashboard::Dashboard;
+use dashboard::{Dashboard, Wanted};
 use profivac_dp::link::Baud;
 use profivac_host::port::wait;
 use profivac_host::scenario::{Bus, Run, Scenario};
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Where the dashboard is, for this computer alone: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
+    /// Keep the record in this file, which must not be there yet; `profivac report FILE` makes a page of it
+    #[arg(long, value_name = "FILE.db")]
+    record: Option<PathBuf>,
     /// How much faster than real time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
@@ -54,6 +57,7 @@ Examples:
   profivac demo
   profivac demo --speed 60
   profivac demo --headless --listen 127.0.0.1:0
+  profivac demo --record demo.db
   profivac demo --scenario scenarios/vent.toml --speed 30
   profivac demo --headless --for 5";
 
@@ -83,8 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         eprintln!("profivac: there is no terminal to draw on: rows as with --headless");
     }
     let mut demo = Demo::new(arguments)?;
-    if let Some(dashboard) = demo.dashboard.as_ref().filter(|_| headless) {
-        eprintln!("profivac: the dashboard is at {}", dashboard.url());
+    if let Some(url) = demo.dashboard.as_ref().and_then(Dashboard::url).filter(|_| headless) {
+        eprintln!("profivac: the dashboard is at {url}");
     }
     if headless {
         demo.in_rows(arguments.json)?
@@ -130,8 +134,10 @@ impl Demo {
         let scene = scenario.scene(MASTER, BAUD)?;
         let run = scenario.start(Bus::There);
         let Arguments { listen, headless, .. } = *arguments;
-        let wanted = !headless || listen.is_some();
-        let dashboard = wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, listen)).transpose()?;
+        let record = arguments.record.as_deref();
+        let wanted = Wanted { is_served: !headless || listen.is_some(), listen, record };
+        let is_wanted = wanted.is_served || record.is_some();
+        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, &wanted)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;

@@ -158,7 +158,8 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
 
 /// Where more is to be seen.
 fn address(demo: &Demo) -> String {
-    demo.dashboard.as_ref().map(|dashboard| format!(" dashboard {} ", dashboard.url())).unwrap_or_default()
+    let url = demo.dashboard.as_ref().and_then(super::dashboard::Dashboard::url);
+    url.map(|url| format!(" dashboard {url} ")).unwrap_or_default()
 }
 
 /// A row for each device: what the master reads, and what stands on its front.
@@ -282,7 +283,15 @@ mod tests {
 
     /// The picture after so many seconds, as lines of text.
     fn picture(seconds: f64, width: u16, height: u16) -> String {
-        let arguments = Arguments { scenario: None, listen: None, speed: 1.0, time: None, headless: true, json: false };
+        let arguments = Arguments {
+            scenario: None,
+            listen: None,
+            record: None,
+            speed: 1.0,
+            time: None,
+            headless: true,
+            json: false,
+        };
         let mut demo = Demo::new(&arguments).unwrap();
         let mut trend = Trend::default();
         while demo.run.seconds() < seconds {

@@ -115,6 +115,42 @@ impl Reader {
         Ok(samples)
     }
 
+    /// The first and the last moment of which anything is known of a gauge, samples and spans together.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be read.
+    pub fn extent(&self, gauge: &str) -> Result<Option<(Micros, Micros)>, StoreError> {
+        let Some(number) = self.number(gauge)? else { return Ok(None) };
+        let ends = |sql: &str, level: u8| {
+            let row = self.connection.query_row(sql, params![number, level], |row| Ok((row.get(0)?, row.get(1)?)));
+            row.map(|(first, last): (Option<i64>, Option<i64>)| first.zip(last)).map_err(|error| self.failed(error))
+        };
+        let samples = ends("SELECT min(at), max(at) FROM sample WHERE gauge = ?1 AND ?2 >= 0", 0)?;
+        let Some(level) = LEVELS.last() else { return Ok(None) };
+        let spans = ends("SELECT min(start), max(start) FROM rollup WHERE gauge = ?1 AND level = ?2", level.number)?;
+        let known = match (samples, spans) {
+            // A span begins before what is in it, so it says something new only if it ends before the first sample.
+            (Some((first, last)), Some((start, _))) if start.saturating_add(level.micros()) > first => {
+                Some((first, last))
+            }
+            (Some((_, last)), Some((start, _))) => Some((start, last)),
+            (samples, spans) => samples.or(spans.map(|(start, last)| (start, last.saturating_add(level.micros())))),
+        };
+        Ok(known.map(|(first, last)| (Micros(first), Micros(last))))
+    }
+
+    /// When the first sample that is still there was taken.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the file cannot be read.
+    pub fn first_sample(&self, gauge: &str) -> Result<Option<Micros>, StoreError> {
+        let Some(number) = self.number(gauge)? else { return Ok(None) };
+        let sql = "SELECT min(at) FROM sample WHERE gauge = ?1";
+        let first: Option<i64> =
+            self.connection.query_row(sql, [number], |row| row.get(0)).map_err(|error| self.failed(error))?;
+        Ok(first.map(Micros))
+    }
+
     /// What happened in a time, the latest first, at most so much.
     ///
     /// # Errors

@@ -1,0 +1,386 @@
+//! `profivac report`: a page about a pump-down.
+
+mod when;
+
+use crate::failure::Failure;
+use crate::output::{json, out, remark};
+use crate::values;
+use clap::Args;
+use jiff::tz::TimeZone;
+use jiff::{Timestamp, Zoned};
+use profivac_host::pressure::Pressure;
+use profivac_station::config::Config;
+use profivac_station::pumpdown::{Chosen, Span};
+use profivac_station::recorder::{Micros, Reader, StoreError};
+use profivac_station::report::series::{known, moved, pump_downs};
+use profivac_station::report::words::{duration, moment, timestamp, with_unit};
+use profivac_station::report::{Identity, Report, Unit, Wish, likeliest, page::page};
+use serde::Serialize;
+use std::ffi::OsStr;
+use std::fs::OpenOptions;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A page about a pump-down: curves, times to pressure, pumping speed, events, in one HTML file.
+///
+/// Without --from and --to it is the last pump-down: from the last moment at the highest pressure until the next venting or
+/// the end of what is recorded. The station may go on recording meanwhile. The page needs nothing but a browser and prints
+/// on A4.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A station's record, or its file: that also says what the gauges are, and their levels
+    #[arg(value_name = "RECORD.db|STATION.toml")]
+    source: PathBuf,
+    /// A gauge; several with several of these. Without, those whose pressure moved most, at most eight
+    #[arg(long, value_name = "NAME")]
+    gauge: Vec<String>,
+    /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    from: Option<String>,
+    /// The end, written alike
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    to: Option<String>,
+    /// The volume that is pumped: '50 l', '1.2 m3'; makes pumping speeds and leak rates
+    #[arg(long, value_name = "VOLUME", value_parser = values::volume)]
+    volume: Option<f64>,
+    /// A pressure whose time is wanted beside those of the decades and levels
+    #[arg(long, value_name = "PRESSURE")]
+    to_pressure: Vec<Pressure>,
+    /// The unit: mbar, Pa, hPa, Torr or micron
+    #[arg(long, value_name = "UNIT", default_value = "mbar")]
+    unit: Unit,
+    /// The heading
+    #[arg(long, value_name = "TITLE")]
+    title: Option<String>,
+    /// Write to this file, or - for standard output, instead of TITLE-DATE.html here
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long)]
+    force: bool,
+    /// Only list the pump-downs in the record
+    #[arg(long, conflicts_with_all = ["out", "title", "force", "volume", "to_pressure"])]
+    list: bool,
+    /// Print the numbers as JSON instead of a page: in Pa, s and m3
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac report plant.toml
+  profivac report plant.db --list
+  profivac report plant.toml --gauge chamber --volume '50 l' --to-pressure '5e-7 mbar' --title 'Acceptance of chamber 7'
+  profivac report plant.db --from '2026-11-21 14:00' --to '2026-11-21 18:30' --unit Torr --out report.html
+  profivac report plant.db --from -2h --json";
+
+/// At most so many curves are told apart at a glance.
+const MOST: usize = 8;
+
+/// A pressure that changed by less, in decades, did not move: a fifth.
+const MOVED: f64 = 0.1;
+
+/// What a record is, and what its station's file says.
+struct Source {
+    reader: Reader,
+    path: PathBuf,
+    config: Option<Config>,
+    /// All series, or those that were asked for.
+    names: Vec<String>,
+    unit: Unit,
+    zone: TimeZone,
+}
+
+/// A pump-down in a list, for programs.
+#[derive(Serialize)]
+struct Listed {
+    begin: Timestamp,
+    end: Timestamp,
+    gauge: String,
+    start_pa: f64,
+    lowest_pa: f64,
+    is_vented: bool,
+}
+
+/// Finds, calculates, writes.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let now = Zoned::now();
+    let source = Source::open(arguments, &now)?;
+    if arguments.list {
+        return source.list(arguments.json);
+    }
+    let (span, why) = source.span(arguments, &now)?;
+    remark(&why);
+    let wish = source.wish(arguments, span, why, now.timestamp())?;
+    let report = Report::make(&source.reader, wish)?;
+    deliver(arguments, &report)
+}
+
+impl Source {
+    fn open(arguments: &Arguments, now: &Zoned) -> Result<Self, Failure> {
+        let given = &arguments.source;
+        let is_file = given.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+        let config = is_file.then(|| Config::read(given)).transpose()?;
+        let path = config.as_ref().map_or_else(|| given.clone(), |config| config.record.clone());
+        if !path.exists() {
+            let hint = if is_file { format!("; `profivac run {}` makes it", given.display()) } else { String::new() };
+            return Err(Failure::usage(format!("{} is not there{hint}", path.display())));
+        }
+        let reader = Reader::open(&path).map_err(|error| no_record(error, &path))?;
+        let all = reader.gauges()?;
+        let names = if arguments.gauge.is_empty() { all } else { chosen(&arguments.gauge, &all, &path)? };
+        Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
+    }
+
+    /// What the report is to be about.
+    fn wish(&self, arguments: &Arguments, span: Span, why: String, made: Timestamp) -> Result<Wish, Failure> {
+        let gauges = self.shown(arguments, span)?.into_iter().map(|name| {
+            let identity = self.config.as_ref().map(|config| Identity::of(config, &name)).unwrap_or_default();
+            (name, identity)
+        });
+        let text = |part: Option<&OsStr>| part.map_or_else(String::new, |part| part.to_string_lossy().into_owned());
+        let station = self.config.as_ref().map(|config| config.name.clone());
+        let title = arguments.title.clone().or_else(|| station.clone());
+        let title = title.unwrap_or_else(|| text(self.path.file_stem()));
+        Ok(Wish {
+            station: station.filter(|station| *station != title),
+            title,
+            // Where it lies is nobody's business but ours.
+            record: text(self.path.file_name()),
+            span,
+            why,
+            gauges: gauges.collect(),
+            volume_m3: arguments.volume,
+            pressures: arguments.to_pressure.iter().map(|pressure| pressure.pa()).filter(|pa| *pa > 0.0).collect(),
+            unit: arguments.unit,
+            zone: self.zone.clone(),
+            made: micros(made),
+        })
+    }
+
+    fn known(&self) -> Result<Span, Failure> {
+        let known = known(&self.reader, &self.names)?;
+        known.ok_or_else(|| Failure::usage(format!("{}: nothing is recorded yet", self.path.display())))
+    }
+
+    fn words(&self, at: Micros) -> String {
+        moment(at, &self.zone)
+    }
+
+    /// From when to when, and why.
+    fn span(&self, arguments: &Arguments, now: &Zoned) -> Result<(Span, String), Failure> {
+        let read = |text: &Option<String>| {
+            text.as_deref().map(|text| when::moment(text, now).map(micros)).transpose().map_err(Failure::usage)
+        };
+        let (from, to) = (read(&arguments.from)?, read(&arguments.to)?);
+        let known = self.known()?;
+        let span = match (from, to) {
+            (Some(start), Some(end)) if start >= end => {
+                let [start, end] = [start, end].map(|at| self.words(at));
+                return Err(Failure::usage(format!("expected a beginning before the end, got {start} to {end}")));
+            }
+            (None, None) => return self.found(None, known),
+            (None, Some(end)) => return self.found(Some(end), known),
+            (Some(start), end) => Span { start, end: end.unwrap_or(Micros::now()).min(known.end) },
+        };
+        if span.start >= span.end || span.end < known.start {
+            return Err(self.nothing(span.start, to, known));
+        }
+        Ok((span, format!("from {} to {}, as asked for", self.words(span.start), self.words(span.end))))
+    }
+
+    fn nothing(&self, from: Micros, to: Option<Micros>, known: Span) -> Failure {
+        let to = to.map_or_else(String::new, |to| format!(" to {}", self.words(to)));
+        let [first, last] = [known.start, known.end].map(|at| self.words(at));
+        Failure::usage(format!(
+            "nothing is recorded from {}{to}; {} has {first} to {last}",
+            self.words(from),
+            self.path.display()
+        ))
+    }
+
+    /// The last pump-down that began before `to`.
+    fn found(&self, to: Option<Micros>, known: Span) -> Result<(Span, String), Failure> {
+        let all = pump_downs(&self.reader, &self.names, to.is_some())?;
+        let Some(last) = all.into_iter().rfind(|one| to.is_none_or(|to| one.span.start < to)) else {
+            let [first, last] = [known.start, known.end].map(|at| self.words(at));
+            return Err(Failure::usage(format!(
+                "found no pump-down in {}: no pressure falls by two decades from {first} to {last}; --from and --to choose a time",
+                self.path.display()
+            )));
+        };
+        let end = to.map_or(last.span.end, |to| to.min(last.span.end));
+        let span = Span { end, ..last.span };
+        let until = match last.is_vented {
+            _ if end < last.span.end => "as asked for",
+            true => "before it was vented",
+            false => "the end of the record",
+        };
+        let why = format!(
+            "the last pump-down: from {}, when {:?} was last at {}, to {}, {until}",
+            self.words(span.start),
+            self.name(&last),
+            with_unit(last.start_pa, self.unit).replace('\u{a0}', " "),
+            self.words(end),
+        );
+        Ok((span, why))
+    }
+
+    fn name(&self, one: &Chosen) -> &str {
+        self.names.get(one.gauge).map_or("", String::as_str)
+    }
+
+    /// Whose curves are shown.
+    fn shown(&self, arguments: &Arguments, span: Span) -> Result<Vec<String>, Failure> {
+        let mut all = Vec::new();
+        for name in &self.names {
+            all.extend(moved(&self.reader, name, span)?.map(|decades| (decades, name)));
+        }
+        if all.is_empty() {
+            return Err(self.nothing(span.start, Some(span.end), self.known()?));
+        }
+        if !arguments.gauge.is_empty() {
+            return Ok(self.names.clone());
+        }
+        if all.iter().any(|(decades, _)| *decades > MOVED) {
+            all.retain(|(decades, _)| *decades > MOVED);
+        }
+        all.sort_by(|one, two| two.0.total_cmp(&one.0));
+        if all.len() > MOST {
+            let left: Vec<_> = all.drain(MOST..).map(|(_, name)| name.as_str()).collect();
+            remark(&format_args!(
+                "left out, as there are more than {MOST} curves: {}; --gauge chooses",
+                left.join(", ")
+            ));
+        }
+        // In the order of the record, which the station's file has given.
+        let is_shown = |name: &&String| all.iter().any(|(_, shown)| shown == name);
+        Ok(self.names.iter().filter(is_shown).cloned().collect())
+    }
+
+    fn listed(&self, one: &Chosen) -> Listed {
+        Listed {
+            begin: timestamp(one.span.start),
+            end: timestamp(one.span.end),
+            gauge: self.name(one).to_owned(),
+            start_pa: one.start_pa,
+            lowest_pa: one.lowest_pa,
+            is_vented: one.is_vented,
+        }
+    }
+
+    fn list(&self, as_json: bool) -> Result<(), Failure> {
+        self.known()?;
+        let all = pump_downs(&self.reader, &self.names, true)?;
+        if as_json {
+            out(&json(&all.iter().map(|one| self.listed(one)).collect::<Vec<_>>()));
+            return Ok(());
+        }
+        if all.is_empty() {
+            remark(&"no pressure in the record falls by two decades");
+            return Ok(());
+        }
+        let plain = |text: String| text.replace('\u{a0}', " ");
+        out(&format!("{:<26}{:<14}{:>16}{:>16}  {:<10}{}", "BEGIN", "TOOK", "FROM", "DOWN TO", "END", "GAUGE"));
+        for one in &all {
+            let [top, low] = [one.start_pa, one.lowest_pa].map(|pa| plain(with_unit(pa, self.unit)));
+            let end = if one.is_vented { "vented" } else { "open" };
+            let (begin, took) = (self.words(one.span.start), plain(duration(one.span.seconds())));
+            out(&format!("{begin:<26}{took:<14}{top:>16}{low:>16}  {end:<10}{}", self.name(one)));
+        }
+        Ok(())
+    }
+}
+
+/// The series that were asked for; a controller's name stands for all its channels.
+fn chosen(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, Failure> {
+    let mut chosen: Vec<String> = Vec::new();
+    for name in asked {
+        let is_channel =
+            |series: &&String| series.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('.'));
+        let mut found: Vec<&String> = all.iter().filter(|series| *series == name).collect();
+        if found.is_empty() {
+            found = all.iter().filter(is_channel).collect();
+        }
+        if found.is_empty() {
+            let hint = match likeliest(name, all) {
+                Some(like) => format!("did you mean {like:?}?"),
+                None => format!("there are {}", all.join(", ")),
+            };
+            return Err(Failure::usage(format!("{} has no gauge {name:?}; {hint}", path.display())));
+        }
+        for name in found {
+            if !chosen.contains(name) {
+                chosen.push(name.clone());
+            }
+        }
+    }
+    Ok(chosen)
+}
+
+/// A file that is no database, or the database of something else.
+fn no_record(error: StoreError, path: &Path) -> Failure {
+    let is = |what: &str| Failure::usage(format!("{} is no record of a station: {what}", path.display()));
+    match error {
+        StoreError::Version { found: 0, .. } => is("it has none of its tables"),
+        StoreError::Sql { error, .. } => is(&error.to_string()),
+        other => other.into(),
+    }
+}
+
+fn micros(at: Timestamp) -> Micros {
+    Micros(at.as_microsecond())
+}
+
+/// Writes the page, or the numbers, where they are wanted.
+fn deliver(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
+    let text = if arguments.json { json(report) + "\n" } else { page(report) };
+    let path = match &arguments.out {
+        Some(path) if path.as_os_str() == "-" => None,
+        None if arguments.json => None,
+        Some(path) => Some(path.clone()),
+        None => Some(usual_name(report)),
+    };
+    match path {
+        None => out(text.trim_end()),
+        Some(path) => {
+            write(&path, &text, arguments.force)?;
+            remark(&format_args!(
+                "{} gauges, {} events in {}",
+                report.gauges.len(),
+                report.events.len(),
+                path.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// `target-hall-2026-11-21-1400.html`: letters and digits of the title, and when the pump-down began.
+fn usual_name(report: &Report) -> PathBuf {
+    let letters = |letter: char| if letter.is_alphanumeric() { letter } else { ' ' };
+    let words: String = report.title.to_lowercase().chars().map(letters).take(60).collect();
+    let name = words.split_whitespace().collect::<Vec<_>>().join("-");
+    let name = if name.is_empty() { "pump-down".to_owned() } else { name };
+    let begin = report.begin.to_zoned(report.zone.clone());
+    PathBuf::from(format!("{name}-{}.html", begin.strftime("%Y-%m-%d-%H%M")))
+}
+
+/// Never over a file that is there, unless that is wanted.
+fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    let failed = |error: io::Error| {
+        let hint = if error.kind() == io::ErrorKind::AlreadyExists { "; --force writes over it" } else { "" };
+        Failure::usage(format!("{}: {error}{hint}", path.display()))
+    };
+    let mut options = OpenOptions::new();
+    options.write(true);
+    let options = if force { options.create(true).truncate(true) } else { options.create_new(true) };
+    options.open(path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)
+}
+
+impl From<StoreError> for Failure {
+    fn from(error: StoreError) -> Self {
+        Self::usage(error.to_string())
+    }
+}

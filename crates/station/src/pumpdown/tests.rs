@@ -1,0 +1,285 @@
+//! Against closed forms: what is found must be what was put in.
+
+use super::*;
+use crate::recorder::{Band, Micros, Quality, Sample};
+use std::time::Duration;
+
+/// 1013.25 mbar.
+const AIR: f64 = 101_325.0;
+
+const START: Micros = Micros(1_795_000_000 * Micros::SECOND);
+
+fn at(s: f64) -> Micros {
+    START.after(Duration::from_secs_f64(s))
+}
+
+fn valid(s: f64, pa: f64) -> Sample {
+    Sample::new(at(s), Some(pa), Quality::Valid)
+}
+
+/// Five samples a second, as the recorder keeps them.
+fn recorded(seconds: f64, pressure: impl Fn(f64) -> f64) -> Vec<Sample> {
+    let count = (seconds * 5.0) as u32;
+    let all = (0..=count).map(|number| f64::from(number) / 5.0).map(|s| valid(s, pressure(s)));
+    let mut thinner = crate::recorder::thin::Thinner::default();
+    let mut kept: Vec<_> = all.flat_map(|sample| thinner.push(&Band::default(), sample)).collect();
+    kept.extend(thinner.flush());
+    kept
+}
+
+fn whole(samples: &[Sample]) -> Trace {
+    Trace::new(samples, Span { start: samples[0].at, end: samples[samples.len() - 1].at })
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64, percent: f64) {
+    assert!((found / expected - 1.0).abs() < percent / 100.0, "{found} is not {expected}");
+}
+
+#[track_caller]
+fn reached(trace: &Trace, pa: f64) -> f64 {
+    match passage(trace, pa) {
+        Passage::Reached { s } => s,
+        other => panic!("{pa}: {other:?}"),
+    }
+}
+
+/// 100 l and 20 l/s: a time constant of 5 s, after 30 s at atmosphere.
+fn exponential(s: f64) -> f64 {
+    AIR * (-(s - 30.0).max(0.0) / 5.0).exp()
+}
+
+#[test]
+fn an_exponential_is_timed_to_a_percent_and_its_speed_is_the_pumps() {
+    let samples = recorded(120.0, exponential);
+    let [found] = find(&samples, 0)[..] else { panic!("one") };
+    assert!((trace::seconds(at(30.0), found.span.start)).abs() < 0.25, "{:?}", found.span);
+    let trace = Trace::new(&samples, found.span);
+    for pa in [1e4, 1e3, 1e2, 1.0, 1e-2] {
+        near(reached(&trace, pa), 5.0 * (AIR / pa).ln(), 1.0);
+    }
+    let falls = falls(&trace);
+    let volume_l = 100.0;
+    near(volume_l * quickest(&falls).unwrap().per_s, 20.0, 1.0);
+    assert!(falls.len() > 60, "{} points over 7.8 decades", falls.len());
+    for fall in falls.iter().skip(3) {
+        near(volume_l * fall.per_s, 20.0, 2.0);
+    }
+}
+
+#[test]
+fn the_outgassing_of_metal_has_the_slope_one_and_that_of_polymers_a_half() {
+    for n in [1.0, 0.5] {
+        let trace = whole(&recorded(10_000.0, |s| 1e-3 * (s + 1.0).powf(-n)));
+        let tail = tail(&trace).unwrap();
+        near(tail.exponent, n, 1.0);
+        near(tail.tenth_s, 10_000.0 * 10_f64.powf(1.0 / n), 5.0);
+        assert!(tail.error < 0.01);
+    }
+}
+
+#[test]
+fn a_pressure_that_stands_still_has_no_slope() {
+    let trace = whole(&recorded(3_000.0, |_| 1e-5));
+    assert!(tail(&trace).unwrap().exponent.abs() < 1e-6);
+    assert_eq!(tail(&whole(&recorded(60.0, |_| 1e-5))), None);
+}
+
+/// A rough pump with 2 l/s down to 10 Pa, a minute of waiting, then a turbo with 50 l/s on 100 l.
+fn staged(s: f64) -> f64 {
+    let rough = AIR * (-s / 50.0).exp();
+    let after = (s - 600.0).max(0.0);
+    if after > 0.0 { 1e-6 + 10.0 * (-after / 2.0).exp() } else { rough.max(10.0) }
+}
+
+#[test]
+fn both_stages_of_a_pump_down_are_one_and_have_their_speeds() {
+    let samples = recorded(700.0, staged);
+    assert_eq!(find(&samples, 0).len(), 1);
+    let trace = whole(&samples);
+    near(reached(&trace, 100.0), 50.0 * (AIR / 100.0).ln(), 1.0);
+    near(reached(&trace, 1.0), 600.0 + 2.0 * 10_f64.ln(), 1.0);
+    let falls = falls(&trace);
+    near(100.0 * quickest(&falls).unwrap().per_s, 50.0, 3.0);
+    let rough = falls.iter().find(|fall| fall.pa < 1e3).unwrap();
+    near(100.0 * rough.per_s, 2.0, 3.0);
+}
+
+/// A pump-down, a venting within ten seconds, another pump-down.
+fn vented(s: f64) -> f64 {
+    match s {
+        ..300.0 => (AIR * (-s / 5.0).exp()).max(1e-3),
+        300.0..310.0 => 1e-3 * (AIR / 1e-3).powf((s - 300.0) / 10.0),
+        310.0..400.0 => AIR,
+        _ => (AIR * (-(s - 400.0) / 8.0).exp()).max(1e-2),
+    }
+}
+
+#[test]
+fn a_venting_ends_a_pump_down_and_another_one_begins() {
+    let samples = recorded(700.0, vented);
+    let found = find(&samples, 3);
+    let spans: Vec<_> =
+        found.iter().map(|one| [one.span.start, one.span.end].map(|at| trace::seconds(START, at).round())).collect();
+    assert_eq!(spans.len(), 2, "{found:?}");
+    assert!(spans[0][0] < 1.0 && (299.0..=301.0).contains(&spans[0][1]), "{spans:?}");
+    assert!((399.0..=401.0).contains(&spans[1][0]) && spans[1][1] >= 640.0, "{spans:?}");
+    assert_eq!(found.iter().map(|one| (one.gauge, one.is_vented)).collect::<Vec<_>>(), [(3, true), (3, false)]);
+}
+
+#[test]
+fn noise_of_five_percent_moves_times_and_speed_little() {
+    let mut random = fastrand::Rng::with_seed(7);
+    let samples: Vec<_> = (0..1_500)
+        .map(|number| f64::from(number) / 5.0)
+        .map(|s| valid(s, AIR * (-(s - 30.0).max(0.0) / 20.0).exp() * (1.0 + 0.1 * (random.f64() - 0.5))))
+        .collect();
+    let [found] = find(&samples, 0)[..] else { panic!("one") };
+    assert!(trace::seconds(at(30.0), found.span.start).abs() < 2.0, "{:?}", found.span);
+    let trace = Trace::new(&samples, Span { start: at(30.0), ..found.span });
+    for pa in [1e3, 1.0] {
+        near(reached(&trace, pa), 20.0 * (AIR / pa).ln(), 2.0);
+    }
+    let falls = falls(&trace);
+    near(100.0 * quickest(&falls).unwrap().per_s, 5.0, 20.0);
+}
+
+#[test]
+fn a_pressure_that_was_passed_in_a_gap_was_reached_somewhere_in_it() {
+    let mut samples = recorded(100.0, |s| AIR * (-s / 5.0).exp());
+    let level = 1e2;
+    let passed = 5.0 * (AIR / level).ln();
+    samples.retain(|sample| (trace::seconds(START, sample.at) - passed).abs() > 4.0);
+    samples.push(Sample::gap(at(passed - 3.9)));
+    samples.sort_by_key(|sample| sample.at);
+    let trace = whole(&samples);
+    let Passage::Between { from_s, to_s } = passage(&trace, level) else { panic!("{:?}", passage(&trace, level)) };
+    assert!(from_s < passed && passed < to_s && to_s - from_s < 9.0, "{from_s} {to_s}");
+    near(trace.seconds_of(Quality::Gap), 7.9, 5.0);
+    near(reached(&trace, 1.0), 5.0 * AIR.ln(), 1.0);
+}
+
+#[test]
+fn minutes_without_a_sample_are_a_gap_although_nobody_wrote_one() {
+    let samples = [valid(0.0, AIR), valid(1.0, 1e4), valid(2.0, 9e3), valid(600.0, 1.0), valid(601.0, 0.9)];
+    let trace = whole(&samples);
+    assert_eq!(
+        trace.pieces.iter().map(|piece| piece.quality).collect::<Vec<_>>(),
+        [Quality::Valid, Quality::Gap, Quality::Valid]
+    );
+    assert_eq!(passage(&trace, 10.0), Passage::Between { from_s: 2.0, to_s: 600.0 });
+}
+
+#[test]
+fn what_is_above_the_range_of_a_gauge_has_no_time() {
+    let over = |s| Sample::new(at(s), Some(1.0), Quality::Over);
+    let samples = [over(0.0), over(50.0), over(60.0), valid(60.2, 0.5), valid(100.0, 1e-3), valid(101.0, 1e-3)];
+    let trace = whole(&samples);
+    assert_eq!(passage(&trace, 100.0), Passage::Before { s: 60.2 });
+    assert_eq!(passage(&trace, 0.7), Passage::Reached { s: 60.2 });
+    near(reached(&trace, 1e-2), 60.2 + 39.8 * 50_f64.ln() / 500_f64.ln(), 0.1);
+    assert_eq!(passage(&trace, 1e-4), Passage::Not);
+}
+
+#[test]
+fn the_end_of_the_range_below_counts_as_reached_only_down_to_it() {
+    let under = |s| Sample::new(at(s), Some(1e-3), Quality::Under);
+    let samples = [valid(0.0, 1.0), valid(9.9, 2e-3), under(10.0), under(20.0)];
+    let trace = whole(&samples);
+    assert_eq!(passage(&trace, 1e-3), Passage::Reached { s: 10.0 });
+    assert_eq!(passage(&trace, 9e-4), Passage::Not);
+}
+
+#[test]
+fn a_decade_that_was_not_passed_is_not_reached_and_a_lower_start_is_there_already() {
+    let trace = whole(&recorded(60.0, |s| 5.0 + 4.0 * (-s / 5.0).exp()));
+    assert_eq!(passage(&trace, 1.0), Passage::Not);
+    assert_eq!(passage(&trace, 10.0), Passage::Already);
+    assert!(falls(&trace).is_empty() && find(&recorded(60.0, |s| 5.0 + 4.0 * (-s / 5.0).exp()), 0).is_empty());
+}
+
+#[test]
+fn one_sample_and_none_are_no_pump_down() {
+    let one = [valid(0.0, AIR)];
+    assert!(find(&one, 0).is_empty());
+    let trace = whole(&one);
+    assert_eq!((passage(&trace, 1.0), falls(&trace).len(), tail(&trace)), (Passage::Not, 0, None));
+    assert_eq!(trace.ends(), Some([(0.0, AIR); 3]));
+    let none = Trace::new(&[], Span { start: START, end: at(1.0) });
+    assert_eq!((none.ends(), passage(&none, 1.0), climbs(&none).len()), (None, Passage::Not, 0));
+}
+
+#[test]
+fn readings_that_are_not_valid_say_nothing_about_pressure() {
+    let invalid = |number: i32| Sample::new(at(f64::from(number)), Some(1.0), Quality::Invalid);
+    let samples: Vec<_> = (0..100).map(invalid).collect();
+    assert!(find(&samples, 0).is_empty());
+    let trace = whole(&samples);
+    assert_eq!((trace.ends(), passage(&trace, 1e9)), (None, Passage::Not));
+    assert_eq!(trace.seconds_of(Quality::Invalid), 99.0);
+}
+
+#[test]
+fn the_gauge_that_saw_the_air_says_when_it_began() {
+    let pirani = recorded(400.0, |s| (AIR * (-s / 5.0).exp()).max(5e-2));
+    let ion = recorded(400.0, |s| if s < 70.0 { 1.0 } else { (-(s - 70.0) / 12.0).exp().max(1e-7) });
+    let found = [find(&ion, 0), find(&pirani, 1)].concat();
+    assert_eq!(found.len(), 2);
+    assert!(found[0].decades() > found[1].decades());
+    let [one] = chosen(found)[..] else { panic!("one") };
+    assert_eq!(one.gauge, 1);
+}
+
+#[test]
+fn a_single_outlier_makes_no_time() {
+    let mut samples = recorded(100.0, |s| AIR * (-s / 5.0).exp());
+    let place = samples.len() / 4;
+    samples[place].pa = Some(1e-5);
+    let trace = whole(&samples);
+    near(reached(&trace, 1.0), 5.0 * AIR.ln(), 1.0);
+}
+
+#[test]
+fn a_closed_valve_is_a_rise_and_its_leak_is_found() {
+    let leak = 2e-6;
+    let samples = recorded(900.0, |s| match s {
+        ..300.0 => (AIR * (-s / 5.0).exp()).max(1e-4),
+        300.0..600.0 => 1e-4 + leak * (s - 300.0),
+        _ => 1e-4 + leak * 300.0 * (-(s - 600.0) / 2.0).exp(),
+    });
+    let trace = whole(&samples);
+    let [climb] = climbs(&trace)[..] else { panic!("{:?}", climbs(&trace)) };
+    near(climb.from_s, 300.0, 2.0);
+    near(climb.to_s, 600.0, 2.0);
+    near(climb.fit.unwrap().steady_pa_per_s, leak, 3.0);
+    assert_eq!(find(&samples, 0).len(), 1);
+}
+
+#[test]
+fn what_holds_at_the_end_is_told_by_the_next_sample() {
+    let invalid = |s| Sample::new(at(s), None, Quality::Invalid);
+    let span = |end| Span { start: at(0.0), end: at(end) };
+    let lost = [valid(0.0, 1.0), invalid(1.0), invalid(55.0)];
+    assert_eq!(Trace::new(&lost, span(40.0)).seconds_of(Quality::Invalid), 39.0);
+    let falling = [valid(0.0, 100.0), valid(50.0, 1.0)];
+    let trace = Trace::new(&falling, span(25.0));
+    near(trace.ends().unwrap()[2].1, 10.0, 0.1);
+    assert_eq!(Trace::new(&[valid(0.0, 100.0), valid(500.0, 1.0)], span(25.0)).ends(), Some([(0.0, 100.0); 3]));
+}
+
+#[test]
+fn what_was_held_at_the_beginning_holds_there() {
+    let samples = [valid(0.0, 500.0), valid(50.0, 400.0), valid(51.0, 4.0), valid(52.0, 3.0)];
+    let trace = Trace::new(&samples, Span { start: at(10.0), end: at(52.0) });
+    assert_eq!(trace.pieces[0].points[0], (0.0, 500.0));
+    assert_eq!(trace.samples, 3);
+}
+
+#[test]
+fn noise_at_the_end_of_a_range_is_no_speed() {
+    // Three samples high, three low and ever lower: no median of five takes that away.
+    let floor = |number: i32| if number / 3 % 2 == 0 { 1e-2 } else { 5e-3 * (-f64::from(number) / 400.0).exp() };
+    let pressure = |number: i32| AIR * (-f64::from(number) / 50.0).exp() + floor(number);
+    let samples: Vec<_> = (0..2_000).map(|number| valid(f64::from(number) / 5.0, pressure(number))).collect();
+    near(100.0 * quickest(&falls(&whole(&samples))).unwrap().per_s, 10.0, 50.0);
+}

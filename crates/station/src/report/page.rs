@@ -1,0 +1,197 @@
+//! The page: one HTML file with everything in it. No script, nothing from elsewhere; it may lie beside a chamber for twenty
+//! years. Everything that comes from a file goes through [`escape`].
+
+use super::figures::{Gauge, Reached, Report};
+use super::pictures::{over_log_time, over_time, speeds};
+use super::plot::{lane_swatch, swatch};
+use super::tables;
+use super::words::{duration, escape, moment, number, time_of_day, with_unit};
+use crate::recorder::{Micros, Quality};
+use jiff::tz::TimeZone;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page.
+#[must_use]
+pub fn page(report: &Report) -> String {
+    let mut page = String::new();
+    for part in [
+        head(report),
+        key_figures(report),
+        facts(report),
+        section("Gauges", &tables::gauges(report)),
+        pictures(report),
+        section("Times to pressure", &tables::times(report)),
+        section("Time for each decade", &tables::decades(report)),
+        speed(report),
+        section("Slope at the end", &tables::slopes(report)),
+        section("Rises", &tables::rises(report)),
+        section("Events", &tables::events(report)),
+        section("What the numbers stand on", &tables::standing(report)),
+        section("How it was calculated", &tables::how(report)),
+        foot(report),
+    ] {
+        page.push_str(&part);
+    }
+    page
+}
+
+/// Nothing without a content.
+fn section(heading: &str, content: &str) -> String {
+    if content.is_empty() { String::new() } else { format!("<section>\n<h2>{heading}</h2>\n{content}</section>\n") }
+}
+
+fn head(report: &Report) -> String {
+    let title = escape(&report.title);
+    let station = report.station.as_ref().map_or(String::new(), |station| format!("{} · ", escape(station)));
+    let begin = moment(report.span.start, &report.zone);
+    let took = duration(report.seconds);
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
+         <meta name=\"generator\" content=\"{}\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <header>\n<p class=\"kind\">Pump-down report</p>\n<h1>{title}</h1>\n\
+         <p>{station}<strong>{begin}</strong>, {took}</p>\n</header>\n<main>\n",
+        report.generator
+    )
+}
+
+/// The four numbers that everybody asks for first, of one gauge: the one that saw most of it.
+fn key_figures(report: &Report) -> String {
+    let Some(lead) = lead(report) else { return String::new() };
+    let mut figures = String::new();
+    let mut put = |what: &str, value: &str, more: &str| {
+        let figure = format!("<div><dt>{what}</dt><dd>{value}<small>{more}</small></dd></div>\n");
+        figures.push_str(&figure);
+    };
+    if let Some(first) = lead.first {
+        put("Pressure at the beginning", &with_unit(first.pa, report.unit), &moment(report.span.start, &report.zone));
+    }
+    if let Some(lowest) = lead.lowest {
+        put("Lowest pressure", &with_unit(lowest.pa, report.unit), &format!("after {}", duration(lowest.s)));
+    }
+    let last = report.asked.iter().zip(&lead.times).rfind(|(_, reached)| reached.outcome == "reached");
+    if let Some((asked, s)) = last.and_then(|(asked, reached)| Some((asked, reached.s?))) {
+        put(&format!("Time to {}", escape(&asked.words(report.unit))), &duration(s), "since the beginning");
+    }
+    if let Some(fall) = lead.quickest {
+        let more = format!("near {}", with_unit(fall.pa, report.unit));
+        match fall.speed_m3_per_s {
+            Some(speed) => put("Highest effective speed", &format!("{} l/s", number(speed * 1e3)), &more),
+            None => put("Shortest time constant", &duration(fall.time_constant_s), &more),
+        }
+    }
+    let note = format!("<p class=\"note\">As {} saw it, which saw most of it.</p>\n", escape(&lead.name));
+    format!("<dl class=\"key\">\n{figures}</dl>\n{}", if report.gauges.len() > 1 { note } else { String::new() })
+}
+
+/// Who saw most of it: over the most decades, and from the beginning if anybody did.
+fn lead(report: &Report) -> Option<&Gauge> {
+    let rank = |gauge: &Gauge| {
+        let (first, lowest) = gauge.first.zip(gauge.lowest)?;
+        Some((first.s < 1.0, (first.pa / lowest.pa).log10()))
+    };
+    let ranked = report.gauges.iter().filter_map(|gauge| Some((rank(gauge)?, gauge)));
+    let best = ranked.reduce(|best, one| if one.0 > best.0 { one } else { best });
+    best.map(|(_, gauge)| gauge)
+}
+
+fn facts(report: &Report) -> String {
+    let mut facts = String::new();
+    let mut put = |what: &str, value: &str| {
+        // Writing into a text does not fail.
+        writeln!(facts, "<dt>{what}</dt><dd>{value}</dd>").ok();
+    };
+    let both = |at: Micros| {
+        let [local, utc] = [&report.zone, &TimeZone::UTC].map(|zone| moment(at, zone));
+        if local == utc { utc } else { format!("{local} ({utc})") }
+    };
+    put("Begin", &both(report.span.start));
+    put("End", &format!("{}, after {}", both(report.span.end), duration(report.seconds)));
+    put("Chosen", &escape(&report.why));
+    if let Some(volume) = report.volume_m3 {
+        put("Volume", &format!("{} l, as given", number(volume * 1e3)));
+    }
+    put("Record", &escape(&report.record));
+    put("Pressures", "as indicated: equivalent to nitrogen where a gauge depends on the gas, not corrected");
+    format!("<dl class=\"facts\">\n{facts}</dl>\n")
+}
+
+fn pictures(report: &Report) -> String {
+    let lanes =
+        report.gauges.iter().any(|gauge| gauge.trace.pieces.iter().any(|piece| piece.quality != Quality::Valid));
+    let lanes = if lanes { legend() } else { String::new() };
+    let events = if report.events.is_empty() { "" } else { " Numbers at the top are events." };
+    section(
+        "Pressure over the logarithm of time",
+        &figure(
+            &over_log_time(report).svg(),
+            &format!(
+                "Outgassing that falls with 1/t is a straight line here, one decade down for each decade of time.{events}{lanes}"
+            ),
+        ),
+    ) + &section(
+        "Pressure over time",
+        &figure(&over_time(report).svg(), &format!("The same over time.{events}{lanes}")),
+    )
+}
+
+fn legend() -> String {
+    let named = [
+        (Quality::Over, "above the range"),
+        (Quality::Under, "below the range"),
+        (Quality::Invalid, "not valid"),
+        (Quality::Gap, "nothing recorded"),
+    ];
+    let named = named.map(|(quality, words)| format!("{}{words}", lane_swatch(quality))).concat();
+    format!(" Where a gauge did not measure, there is no curve; the strips below say why:{named}.")
+}
+
+fn figure(svg: &str, caption: &str) -> String {
+    format!(
+        "<figure>\n<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Picture, can be moved sideways\">\n{svg}</div>\n<figcaption>{caption}</figcaption>\n</figure>\n"
+    )
+}
+
+fn speed(report: &Report) -> String {
+    let picture = speeds(report).map_or(String::new(), |plot| {
+        figure(&plot.svg(), "While the volume is being evacuated this is the speed of the pumps at the chamber; later, outgassing and leaks are pumped and the pressure falls more slowly than they could make it. A step where a gauge passes from one sensor to another looks like speed.")
+    });
+    section("Effective pumping speed", &(picture + &tables::speeds(report)))
+}
+
+fn foot(report: &Report) -> String {
+    let made = report.made.to_zoned(report.zone.clone()).strftime("%Y-%m-%d %H:%M:%S %Z").to_string();
+    format!("</main>\n<footer>Made by {} on {made}.</footer>\n</body>\n</html>\n", report.generator)
+}
+
+/// A time in a table, with the time of day below.
+pub fn reached(report: &Report, gauge: &Gauge, reached: &Reached) -> String {
+    let at = |s: f64| {
+        let at = Micros(report.span.start.0 + (s * 1e6) as i64);
+        time_of_day(at, report.span.start, &report.zone)
+    };
+    let lowest = || {
+        gauge
+            .lowest
+            .map_or("no valid pressure".to_owned(), |seen| format!("lowest {}", with_unit(seen.pa, report.unit)))
+    };
+    match (reached.outcome, reached.s, reached.from_s) {
+        ("reached", Some(s), _) => format!("<td>{}<small>{}</small></td>", duration(s), at(s)),
+        ("between", Some(s), Some(from)) => {
+            format!("<td>{} to {}<small>not recorded between</small></td>", duration(from), duration(s))
+        }
+        ("before", Some(s), _) => format!("<td>≤ {}<small>could not measure before</small></td>", duration(s)),
+        ("already", _, _) => "<td class=\"no\">from the beginning</td>".to_owned(),
+        _ => format!("<td class=\"no\">not reached<small>{}</small></td>", lowest()),
+    }
+}
+
+/// The heads of columns, one for each gauge.
+pub fn columns(report: &Report) -> String {
+    let head =
+        |(style, gauge): (usize, &Gauge)| format!("<th scope=\"col\">{}{}</th>", swatch(style), escape(&gauge.name));
+    report.gauges.iter().enumerate().map(head).collect()
+}

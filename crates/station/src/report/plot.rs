@@ -1,0 +1,354 @@
+//! A picture with curves, as SVG: lines and words. Colours, dashes and type stand in the style of the page, so that it is
+//! dark where the page is dark.
+
+use super::words::escape;
+use crate::recorder::Quality;
+use std::fmt::Write;
+
+const WIDTH: f64 = 820.0;
+const LEFT: f64 = 64.0;
+/// Room for the names of the curves.
+const RIGHT: f64 = 150.0;
+/// Room for the numbers of the events.
+const TOP: f64 = 30.0;
+const HEIGHT: f64 = 350.0;
+/// Room for what stands at the axis.
+const FOOT: f64 = 56.0;
+const LANE: f64 = 16.0;
+/// Names of curves, and numbers of events, are not nearer to each other than this.
+const APART: f64 = 15.0;
+
+/// There are so many kinds of lines.
+pub const STYLES: usize = 8;
+
+/// So much of a name stands beside its curve.
+const LONGEST_NAME: usize = 18;
+
+/// An axis.
+pub struct Axis {
+    /// Where it begins and ends, in decades if it has them.
+    pub ends: (f64, f64),
+    /// Whether it is logarithmic.
+    pub is_log: bool,
+    /// Lines with words, and a second row of words.
+    pub ticks: Vec<(f64, String, String)>,
+    /// Lines without.
+    pub minor: Vec<f64>,
+    /// What is shown along it.
+    pub label: String,
+}
+
+/// A curve.
+pub struct Curve {
+    /// What it is called.
+    pub name: String,
+    /// The kind of its line.
+    pub style: usize,
+    /// Its pieces; between them is nothing.
+    pub runs: Vec<Vec<(f64, f64)>>,
+    /// When it had another quality than valid.
+    pub spans: Vec<(f64, f64, Quality)>,
+}
+
+/// A picture.
+pub struct Plot {
+    /// A word that no other picture of the page has.
+    pub id: &'static str,
+    /// What it shows, in a sentence, for those who do not see it.
+    pub description: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// Its curves.
+    pub curves: Vec<Curve>,
+    /// Lines across: names and values.
+    pub levels: Vec<(String, f64)>,
+    /// What happened: numbers and places.
+    pub marks: Vec<(usize, f64)>,
+}
+
+impl Axis {
+    /// Where a value lies on the axis, from 0 to 1 within it.
+    fn share(&self, value: f64) -> f64 {
+        let value = if self.is_log { value.log10() } else { value };
+        (value - self.ends.0) / (self.ends.1 - self.ends.0)
+    }
+
+    fn has(&self, value: f64) -> bool {
+        (-1e-9..=1.0 + 1e-9).contains(&self.share(value))
+    }
+}
+
+impl Plot {
+    /// The picture.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let lanes: Vec<&Curve> = self.curves.iter().filter(|curve| !curve.spans.is_empty()).collect();
+        let height = TOP + HEIGHT + FOOT + if lanes.is_empty() { 0.0 } else { 8.0 + LANE * lanes.len() as f64 };
+        let mut svg = String::new();
+        let id = self.id;
+        put(&mut svg, &format!("<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-labelledby=\"{id}-is\">\n"));
+        put(&mut svg, &format!("<title id=\"{id}-is\">{}</title>\n", escape(&self.description)));
+        put(&mut svg, &self.defs());
+        self.grid(&mut svg);
+        self.levels(&mut svg);
+        self.marks(&mut svg);
+        put(&mut svg, &format!("<g clip-path=\"url(#{id}-in)\">\n"));
+        self.curves.iter().for_each(|curve| self.curve(&mut svg, curve));
+        put(&mut svg, "</g>\n");
+        self.names(&mut svg);
+        lanes.iter().enumerate().for_each(|(place, curve)| self.lane(&mut svg, place, curve));
+        put(&mut svg, "</svg>\n");
+        svg
+    }
+
+    fn px(&self, value: f64) -> f64 {
+        LEFT + self.x.share(value) * (WIDTH - LEFT - RIGHT)
+    }
+
+    fn py(&self, value: f64) -> f64 {
+        TOP + (1.0 - self.y.share(value)) * HEIGHT
+    }
+
+    /// Patterns for what is not valid; they tell each other apart without colours.
+    fn defs(&self) -> String {
+        let id = self.id;
+        let (width, right) = (WIDTH - LEFT - RIGHT, WIDTH - RIGHT);
+        format!(
+            "<defs><clipPath id=\"{id}-in\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{HEIGHT}\"/></clipPath>\
+             <clipPath id=\"{id}-along\"><rect x=\"{LEFT}\" y=\"0\" width=\"{}\" height=\"2000\"/></clipPath></defs>\n",
+            right - LEFT
+        )
+    }
+
+    fn grid(&self, svg: &mut String) {
+        let (bottom, right) = (TOP + HEIGHT, WIDTH - RIGHT);
+        for value in self.x.minor.iter().filter(|value| self.x.has(**value)) {
+            let x = self.px(*value);
+            put(svg, &format!("<path class=\"minor\" d=\"M{x:.1} {TOP}V{bottom}\"/>\n"));
+        }
+        for value in self.y.minor.iter().filter(|value| self.y.has(**value)) {
+            let y = self.py(*value);
+            put(svg, &format!("<path class=\"minor\" d=\"M{LEFT} {y:.1}H{right}\"/>\n"));
+        }
+        for (value, words, more) in self.x.ticks.iter().filter(|(value, _, _)| self.x.has(*value)) {
+            let x = self.px(*value);
+            put(svg, &format!("<path class=\"major\" d=\"M{x:.1} {TOP}V{}\"/>\n", bottom + 4.0));
+            put(svg, &text("middle", x, bottom + 18.0, "", words));
+            put(svg, &text("middle", x, bottom + 32.0, "faint", more));
+        }
+        for (value, words, _) in self.y.ticks.iter().filter(|(value, _, _)| self.y.has(*value)) {
+            let y = self.py(*value);
+            put(svg, &format!("<path class=\"major\" d=\"M{} {y:.1}H{right}\"/>\n", LEFT - 4.0));
+            put(svg, &text("end", LEFT - 8.0, y + 4.0, "", words));
+        }
+        put(svg, &format!("<path class=\"frame\" d=\"M{LEFT} {TOP}V{bottom}H{right}\"/>\n"));
+        put(svg, &text("start", 8.0, TOP - 14.0, "axis", &self.y.label));
+        put(svg, &text("middle", f64::midpoint(LEFT, right), bottom + 50.0, "axis", &self.x.label));
+    }
+
+    fn levels(&self, svg: &mut String) {
+        let right = WIDTH - RIGHT;
+        for (name, value) in self.levels.iter().filter(|(_, value)| self.y.has(*value)) {
+            let y = self.py(*value);
+            put(svg, &format!("<path class=\"level\" d=\"M{LEFT} {y:.1}H{right}\"/>\n"));
+            put(svg, &text("start", LEFT + 6.0, y - 4.0, "level", &shortened(name)));
+        }
+    }
+
+    /// Events that lie close together share a mark.
+    fn marks(&self, svg: &mut String) {
+        let bottom = TOP + HEIGHT;
+        let mut groups: Vec<(f64, usize, usize)> = Vec::new();
+        for (number, at) in self.marks.iter().filter(|(_, at)| self.x.has(*at)) {
+            let x = self.px(*at);
+            put(svg, &format!("<path class=\"mark\" d=\"M{x:.1} {TOP}V{bottom}\"/>\n"));
+            match groups.last_mut() {
+                Some((first, _, last)) if x - *first < 26.0 => *last = *number,
+                _ => groups.push((x, *number, *number)),
+            }
+        }
+        for (x, first, last) in groups {
+            let words = if first == last { first.to_string() } else { format!("{first}–{last}") };
+            let width = 9.0 + 7.0 * words.chars().count() as f64;
+            let (left, top) = (x - 8.0, TOP - 20.0);
+            put(
+                svg,
+                &format!(
+                    "<rect class=\"mark\" x=\"{left:.1}\" y=\"{top}\" width=\"{width}\" height=\"16\" rx=\"8\"/>\n"
+                ),
+            );
+            put(svg, &text("middle", left + width / 2.0, top + 12.0, "mark", &words));
+        }
+    }
+
+    fn curve(&self, svg: &mut String, curve: &Curve) {
+        for run in &curve.runs {
+            let path = self.path(run);
+            if !path.is_empty() {
+                put(svg, &format!("<path class=\"c c{}\" d=\"{path}\"/>\n", curve.style % STYLES));
+            }
+        }
+    }
+
+    /// Of all points in a column of the picture only the first, the highest, the lowest and the last are drawn.
+    fn path(&self, run: &[(f64, f64)]) -> String {
+        let mut drawn: Vec<(f64, f64)> = Vec::new();
+        let mut column: Vec<(f64, f64)> = Vec::new();
+        for (x, y) in run.iter().map(|(x, y)| (self.px(*x), self.py(*y))) {
+            if column.first().is_some_and(|first| first.0.floor() < x.floor()) {
+                drawn.extend(ends(&column));
+                column.clear();
+            }
+            column.push((x, y));
+        }
+        drawn.extend(ends(&column));
+        drawn.dedup();
+        // A single point is a dot: a line of no length with round ends.
+        let dot = if drawn.len() == 1 { "h0" } else { "" };
+        let points = drawn.iter().enumerate().fold(String::new(), |mut path, (place, (x, y))| {
+            write!(path, "{}{x:.1} {y:.1}", if place == 0 { "M" } else { "L" }).ok();
+            path
+        });
+        points + dot
+    }
+
+    /// The name of each curve stands where it ends, or where there is room near it.
+    fn names(&self, svg: &mut String) {
+        let mut places: Vec<(f64, f64, &Curve)> = self
+            .curves
+            .iter()
+            .filter_map(|curve| {
+                let (x, y) = *curve.runs.iter().rfind(|run| !run.is_empty())?.last()?;
+                let y = self.py(y).clamp(TOP, TOP + HEIGHT);
+                Some((y, self.px(x).min(WIDTH - RIGHT), curve))
+            })
+            .collect();
+        places.sort_by(|one, two| one.0.total_cmp(&two.0));
+        let wished: Vec<f64> = places.iter().map(|(y, _, _)| *y).collect();
+        let x = WIDTH - RIGHT + 14.0;
+        for (label, (y, end, curve)) in spread(&wished).into_iter().zip(places) {
+            let style = curve.style % STYLES;
+            put(svg, &format!("<path class=\"lead c{style}\" d=\"M{end:.1} {y:.1}L{} {:.1}\"/>\n", x - 3.0, label));
+            put(svg, &text("start", x, label + 4.0, &format!("name t{style}"), &shortened(&curve.name)));
+        }
+    }
+
+    /// What was not valid, along the axis.
+    fn lane(&self, svg: &mut String, place: usize, curve: &Curve) {
+        let y = TOP + HEIGHT + FOOT + 4.0 + LANE * place as f64;
+        let (middle, style) = (y + 9.0, curve.style % STYLES);
+        put(svg, &format!("<path class=\"minor\" d=\"M{LEFT} {:.1}H{}\"/>\n", y + 5.0, WIDTH - RIGHT));
+        put(svg, &text("start", WIDTH - RIGHT + 14.0, middle, &format!("name t{style}"), &shortened(&curve.name)));
+        put(svg, &format!("<g clip-path=\"url(#{}-along)\">\n", self.id));
+        for (from, to, quality) in &curve.spans {
+            let [from, to] = [from, to].map(|at| self.px(*at).clamp(LEFT, WIDTH - RIGHT));
+            put(svg, &span(from, y, (to - from).max(1.5), *quality));
+        }
+        put(svg, "</g>\n");
+    }
+}
+
+/// A piece of a lane: overrange stands high, underrange low, invalid fills, a gap is an empty frame.
+fn span(x: f64, y: f64, width: f64, quality: Quality) -> String {
+    let (top, height) = match quality {
+        Quality::Over => (y, 5.0),
+        Quality::Under => (y + 5.0, 5.0),
+        Quality::Valid | Quality::Invalid | Quality::Gap => (y, 10.0),
+    };
+    format!(
+        "<rect class=\"q {}\" x=\"{x:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height}\"/>\n",
+        quality.word()
+    )
+}
+
+/// A sample of a line, for a table.
+#[must_use]
+pub fn swatch(style: usize) -> String {
+    format!(
+        "<svg class=\"swatch\" viewBox=\"0 0 34 10\" aria-hidden=\"true\"><path class=\"c c{}\" d=\"M1 5H33\"/></svg>",
+        style % STYLES
+    )
+}
+
+/// A sample of a lane.
+#[must_use]
+pub fn lane_swatch(quality: Quality) -> String {
+    format!(
+        "<svg class=\"lane\" viewBox=\"0 0 20 12\" aria-hidden=\"true\">{}</svg>",
+        span(1.0, 1.0, 18.0, quality).trim()
+    )
+}
+
+fn ends(column: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let order = |one: &&(f64, f64), two: &&(f64, f64)| one.1.total_cmp(&two.1);
+    let mut kept: Vec<(f64, f64)> =
+        [column.first(), column.iter().min_by(order), column.iter().max_by(order), column.last()]
+            .into_iter()
+            .flatten()
+            .copied()
+            .collect();
+    kept.sort_by(|one, two| one.0.total_cmp(&two.0));
+    kept.dedup();
+    kept
+}
+
+/// Moves places apart, as little as it takes, from the top down and back up from the bottom.
+fn spread(wished: &[f64]) -> Vec<f64> {
+    let mut places = wished.to_vec();
+    let mut least = TOP;
+    for place in &mut places {
+        *place = place.max(least);
+        least = *place + APART;
+    }
+    let mut most = TOP + HEIGHT;
+    for place in places.iter_mut().rev() {
+        *place = place.min(most);
+        most = *place - APART;
+    }
+    places
+}
+
+fn text(anchor: &str, x: f64, y: f64, class: &str, words: &str) -> String {
+    if words.is_empty() {
+        return String::new();
+    }
+    let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+    format!("<text{class} x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>\n", escape(words))
+}
+
+fn shortened(name: &str) -> String {
+    if name.chars().count() <= LONGEST_NAME {
+        return name.to_owned();
+    }
+    name.chars().take(LONGEST_NAME - 1).chain(['…']).collect()
+}
+
+fn put(svg: &mut String, piece: &str) {
+    svg.push_str(piece);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_keep_apart_and_in_order() {
+        let placed = spread(&[100.0, 101.0, 102.0, TOP + HEIGHT, TOP + HEIGHT]);
+        assert!(placed.windows(2).all(|pair| pair[1] - pair[0] >= APART), "{placed:?}");
+        assert!(placed.iter().all(|place| (TOP..=TOP + HEIGHT).contains(place)), "{placed:?}");
+        assert_eq!(placed[0], 100.0);
+    }
+
+    #[test]
+    fn a_column_keeps_its_extremes() {
+        let column = [(0.1, 5.0), (0.2, 9.0), (0.3, 1.0), (0.4, 6.0), (0.5, 5.0)];
+        assert_eq!(ends(&column), [(0.1, 5.0), (0.2, 9.0), (0.3, 1.0), (0.5, 5.0)]);
+    }
+
+    #[test]
+    fn a_long_name_is_cut_between_letters() {
+        assert_eq!(shortened("Hauptkammer mit Übergröße"), "Hauptkammer mit Ü…");
+    }
+}

@@ -1,0 +1,309 @@
+//! The tables of a report.
+
+use super::figures::{Gauge, Happening, Report, Rising, Seen, Slope};
+use super::page::{columns, reached};
+use super::plot::swatch;
+use super::words::{Unit, asked, duration, escape, number, pressure, time_of_day, with_unit};
+use crate::pumpdown::trace::seconds;
+use crate::recorder::Micros;
+
+/// A table that may be wider than the screen.
+fn table(caption: &str, head: &str, rows: &[String]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let rows: String = rows.iter().map(|row| format!("<tr>{row}</tr>\n")).collect();
+    let caption = if caption.is_empty() { String::new() } else { format!("<caption>{caption}</caption>\n") };
+    format!(
+        "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table, can be moved sideways\">\n<table>\n{caption}\
+         <thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n"
+    )
+}
+
+fn heads(words: &[&str]) -> String {
+    words.iter().map(|word| format!("<th scope=\"col\">{word}</th>")).collect()
+}
+
+fn cell(text: &str) -> String {
+    format!("<td>{text}</td>")
+}
+
+/// A name of this length stands in one line.
+const SHORT: usize = 24;
+
+fn named(style: usize, gauge: &Gauge) -> String {
+    let class = if gauge.name.chars().count() > SHORT { " class=\"text\"" } else { "" };
+    format!("<th scope=\"row\"{class}>{}{}</th>", swatch(style), escape(&gauge.name))
+}
+
+/// Who measured. What no station's file has told has no column.
+pub fn gauges(report: &Report) -> String {
+    let is_known = report.gauges.iter().any(|gauge| gauge.identity.device.is_some());
+    let row = |(style, gauge): (usize, &Gauge)| {
+        let identity = if is_known { identity(gauge) } else { String::new() };
+        let pressure = |seen: Option<Seen>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
+        let ends = [gauge.first, gauge.lowest, gauge.last].map(|seen| cell(&pressure(seen)));
+        named(style, gauge) + &identity + &ends.concat()
+    };
+    let rows: Vec<String> = report.gauges.iter().enumerate().map(row).collect();
+    let unit = report.unit.name();
+    let ends = ["First", "Lowest", "Last"].map(|word| format!("{word}, {unit}"));
+    let ends = heads(&ends.each_ref().map(String::as_str));
+    let known = if is_known { heads(&["Device", "Address", "Segment", "Gas"]) } else { String::new() };
+    table("", &(heads(&["Gauge"]) + &known + &ends), &rows)
+}
+
+fn identity(gauge: &Gauge) -> String {
+    let identity = &gauge.identity;
+    let known = |text: Option<&String>| text.map_or("–".to_owned(), |text| escape(text));
+    [
+        known(identity.device.as_ref()),
+        identity.address.map_or("–".to_owned(), |address| address.to_string()),
+        known(identity.segment.as_ref()),
+        identity.gas.as_ref().map_or("nitrogen, air".to_owned(), |gas| escape(gas)),
+    ]
+    .map(|text| cell(&text))
+    .concat()
+}
+
+/// When each pressure was reached.
+pub fn times(report: &Report) -> String {
+    let rows = report.asked.iter().enumerate().map(|(place, asked)| {
+        let cells = report.gauges.iter().filter_map(|gauge| Some(reached(report, gauge, gauge.times.get(place)?)));
+        format!("<th scope=\"row\">{}</th>{}", escape(&asked.words(report.unit)), cells.collect::<String>())
+    });
+    let rows: Vec<String> = rows.collect();
+    let caption = "Since the beginning, for the first time; below it the time of day.";
+    table(caption, &format!("<th scope=\"col\">Pressure</th>{}", columns(report)), &rows)
+}
+
+/// How long each decade took.
+pub fn decades(report: &Report) -> String {
+    let one = report.unit.pa();
+    let is_power = |pa: f64| ((pa / one).log10() - (pa / one).log10().round()).abs() < 1e-6;
+    let powers: Vec<usize> =
+        report.asked.iter().enumerate().filter(|(_, asked)| is_power(asked.pa)).map(|(place, _)| place).collect();
+    let rows: Vec<String> = powers.windows(2).filter_map(|pair| decade_row(report, pair[0], pair[1])).collect();
+    table("", &format!("<th scope=\"col\">From – to, {}</th>{}", report.unit.name(), columns(report)), &rows)
+}
+
+/// Nothing where no gauge passed both ends.
+fn decade_row(report: &Report, from: usize, to: usize) -> Option<String> {
+    let time = |gauge: &Gauge, place: usize| gauge.times.get(place).filter(|reached| reached.outcome == "reached")?.s;
+    let took = |gauge: &Gauge| Some(time(gauge, to)? - time(gauge, from)?);
+    if report.gauges.iter().all(|gauge| took(gauge).is_none()) {
+        return None;
+    }
+    let cells = report
+        .gauges
+        .iter()
+        .map(|gauge| took(gauge).map_or("<td class=\"no\">–</td>".to_owned(), |s| cell(&duration(s))));
+    let [from, to] = [from, to].map(|place| report.asked.get(place).map_or(0.0, |asked| asked.pa));
+    let head = format!("<th scope=\"row\">{} – {}</th>", asked(from, report.unit), asked(to, report.unit));
+    Some(head + &cells.collect::<String>())
+}
+
+/// How fast the pressure fell at best.
+pub fn speeds(report: &Report) -> String {
+    let row = |(style, gauge): (usize, &Gauge)| {
+        let fall = gauge.quickest?;
+        let speed = fall
+            .speed_m3_per_s
+            .map(|speed| cell(&format!("{} l/s<small>{} m³/h</small>", number(speed * 1e3), number(speed * 3_600.0))));
+        let cells = [
+            cell(&duration(fall.time_constant_s)),
+            speed.unwrap_or_default(),
+            cell(&with_unit(fall.pa, report.unit)),
+            cell(&duration(fall.s)),
+        ];
+        Some(named(style, gauge) + &cells.concat())
+    };
+    let rows: Vec<String> = report.gauges.iter().enumerate().filter_map(row).collect();
+    let speed = if report.volume_m3.is_some() { "<th scope=\"col\">Highest effective speed</th>" } else { "" };
+    let head = format!("{}{speed}{}", heads(&["Gauge", "Shortest time constant"]), heads(&["Near", "After"]));
+    let note = match report.volume_m3 {
+        Some(_) => "",
+        None => "<p class=\"note\">With the volume (--volume) this would be a pumping speed: S = V / τ.</p>\n",
+    };
+    let table = table("", &head, &rows);
+    if table.is_empty() { table } else { table + note }
+}
+
+/// The slope in the last decade of time, with what it may mean.
+pub fn slopes(report: &Report) -> String {
+    let row = |(style, gauge): (usize, &Gauge)| {
+        let slope = gauge.slope?;
+        let rose = gauge.rises.iter().any(|rise| rise.to.s > slope.from_s);
+        let cells = [
+            cell(&format!("{:.2} ± {:.2}", slope.exponent, slope.error.max(0.005))),
+            cell(&format!("{} to {}", duration(slope.from_s), duration(slope.to_s))),
+            cell(if rose { "no straight line: the pressure rose in this time" } else { meaning(&slope) }),
+        ];
+        Some(named(style, gauge) + &cells.concat())
+    };
+    let rows: Vec<String> = report.gauges.iter().enumerate().filter_map(row).collect();
+    let table = table("", &heads(&["Gauge", "n in p ~ t<sup>−n</sup>", "In the time", "What it is like"]), &rows);
+    if table.is_empty() {
+        return table;
+    }
+    table
+        + "<p class=\"note\">A slope is a hint and no proof: it depends on what is called the beginning, and a bake-out, a leak, the ultimate \
+             pressure of the pump or the lower end of a gauge change it as well.</p>\n"
+}
+
+fn meaning(slope: &Slope) -> &'static str {
+    match slope.exponent {
+        _ if slope.error > 0.1 => "no straight line: something changed in this time",
+        ..0.1 => "it hardly falls any more: ultimate pressure, a leak, or the end of the range",
+        0.1..0.35 => "it flattens out: near an ultimate pressure, or a leak beside outgassing",
+        0.35..0.7 => "as where gas comes by diffusion, out of polymers and elastomers (about 0.5)",
+        0.7..0.85 => "between diffusion (0.5) and metal surfaces (1)",
+        0.85..1.3 => "as water from metal surfaces that were not baked (about 1)",
+        _ => "steeper than outgassing: the volume is still being evacuated, or something cools down",
+    }
+}
+
+/// Rises within the span.
+pub fn rises(report: &Report) -> String {
+    let rows =
+        report.gauges.iter().enumerate().flat_map(|(style, gauge)| {
+            gauge.rises.iter().map(move |rise| named(style, gauge) + &rise_cells(report, rise))
+        });
+    let rows: Vec<String> = rows.collect();
+    let volume = report.volume_m3.is_some();
+    let flow = if volume { "Steady flow" } else { "Steady rise" };
+    let table = table("", &heads(&["Gauge", "From", "To", "Took", flow, "What it is like"]), &rows);
+    if table.is_empty() {
+        return table;
+    }
+    table
+        + "<p class=\"note\">A flow is only what it says if the valve to the pump was closed meanwhile, which the pressure alone does not show.</p>\n"
+}
+
+fn rise_cells(report: &Report, rise: &Rising) -> String {
+    let place = |seen: Seen| {
+        let at = Micros(seen.at.as_microsecond());
+        format!(
+            "{}<small>{}</small>",
+            with_unit(seen.pa, report.unit),
+            time_of_day(at, report.span.start, &report.zone)
+        )
+    };
+    let rate = |pa_per_s: f64| format!("{} {}/s", pressure(pa_per_s, report.unit), report.unit.name());
+    let steady = match (rise.steady_pa_m3_per_s, rise.steady_pa_per_s) {
+        (Some(flow), Some(pa_per_s)) => format!("{} mbar l/s<small>{}</small>", number(flow * 10.0), rate(pa_per_s)),
+        (None, Some(pa_per_s)) => rate(pa_per_s),
+        (_, None) => "–".to_owned(),
+    };
+    let words = match (rise.steady_pa_per_s, rise.slowing_pa_per_s) {
+        (None, _) => "no rise of a closed volume: pumped meanwhile, or in steps",
+        (Some(_), None) => "straight, as of a leak, or of outgassing far from its equilibrium",
+        (Some(steady), Some(slowing)) if steady < 0.1 * slowing => "it slows down, as outgassing does",
+        (Some(_), Some(_)) => "a steady part as of a leak, and one that slows down as outgassing does",
+    };
+    [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), steady, words.to_owned()]
+        .map(|text| cell(&text))
+        .concat()
+}
+
+/// What happened.
+pub fn events(report: &Report) -> String {
+    let row = |event: &Happening| {
+        let s = seconds(report.span.start, event.moment);
+        let at = time_of_day(event.moment, report.span.start, &report.zone);
+        let cells = [
+            format!("<span class=\"number\">{}</span>", event.number),
+            at,
+            duration(s),
+            event.gauge.as_ref().map_or("–".to_owned(), |gauge| escape(gauge)),
+            escape(&event.text),
+        ];
+        cells.map(|text| cell(&text)).concat()
+    };
+    let rows: Vec<String> = report.events.iter().map(row).collect();
+    let more = if report.has_more_events {
+        "<p class=\"note\">There were more events; these are the last ones.</p>\n"
+    } else {
+        ""
+    };
+    let table = table("", &heads(&["No.", "Time of day", "Since the beginning", "Gauge", "Event"]), &rows);
+    if table.is_empty() { "<p>The record has no events in this time.</p>\n".to_owned() } else { table + more }
+}
+
+/// How much was recorded, and what is missing.
+pub fn standing(report: &Report) -> String {
+    let row = |(style, gauge): (usize, &Gauge)| {
+        let standing = &gauge.standing;
+        let time = |s: f64| if s > 0.0 { duration(s) } else { "–".to_owned() };
+        let spacing = standing.spacing_s.map_or("–".to_owned(), duration);
+        let cells = [
+            standing.samples.to_string(),
+            standing
+                .coarsest_s
+                .map_or(spacing.clone(), |span| format!("{spacing}<small>in part means of {}</small>", duration(span))),
+            time(standing.valid_s),
+            time(standing.over_s),
+            time(standing.under_s),
+            time(standing.invalid_s),
+            time(standing.gap_s),
+        ];
+        named(style, gauge) + &cells.iter().map(|text| cell(text)).collect::<String>()
+    };
+    let rows: Vec<String> = report.gauges.iter().enumerate().map(row).collect();
+    let head = heads(&[
+        "Gauge",
+        "Samples kept",
+        "Usually every",
+        "Measured",
+        "Above its range",
+        "Below its range",
+        "Not valid",
+        "Nothing recorded",
+    ]);
+    let percent = (10_f64.powf(report.dead_band_decades) - 1.0) * 100.0;
+    table("", &head, &rows)
+        + &format!(
+            "<p class=\"note\">A recorder keeps a sample when the pressure has moved by {} decades ({percent:.1} %), when its quality \
+             has changed, and once a minute; everything is kept around events. What a recorder was not able to keep, if anything, a \
+             record does not tell.</p>\n",
+            report.dead_band_decades
+        )
+}
+
+/// The appendix.
+pub fn how(report: &Report) -> String {
+    let volume = report.volume_m3.is_some();
+    let mut parts = vec![
+        (
+            "Beginning",
+            "Found by itself, it is the last sample within 5 % of the highest pressure, and from there back to where the fall began without a break. All times count from it.",
+        ),
+        ("Outliers", "Times and slopes are taken from a running median of five samples; the curves show every sample."),
+        (
+            "Time to pressure",
+            "The first time at or below it; between two samples <span class=\"formula\">t = t₀ + (t₁ − t₀) ln(p₀/p) / ln(p₀/p₁)</span>. Where nothing valid was recorded in between, both ends are told. Above its range a gauge says nothing about when a higher pressure was passed.",
+        ),
+        (
+            "Time constant",
+            "At every sample since the last one at which the pressure was twice as high, over at least four samples: <span class=\"formula\">τ = Δt / ln(p₀/p₁)</span>. The shortest counts.",
+        ),
+    ];
+    if volume {
+        parts.push(("Effective pumping speed", "<span class=\"formula\">S = V / τ = −(V/p) dp/dt</span>, from the indicated pressure and the volume as given. It is that of the pump with all tubes and valves before the chamber, less what outgassing and leaks bring; a factor for the gas cancels as long as it is the same along the fall."));
+    }
+    parts.extend([
+        ("Slope at the end", "A straight line by least squares through <span class=\"formula\">log p</span> over <span class=\"formula\">log t</span> in the last decade of time, at 40 places evenly over log t; ± is its standard error."),
+        ("Rises", "Threefold or more, for 20 s or more. <span class=\"formula\">p = p₀ + (Q/V) t + k (1 − exp(−t/τ))</span> is fitted; the steady part is told where this explains 98 % of the variation."),
+        ("Digits", "Gauges of these kinds are right to some per cent at best, and often to 15 to 50 %. Two digits are shown; the data behind them come with --json."),
+    ]);
+    let parts: String =
+        parts.iter().map(|(term, words)| format!("<div><dt>{term}</dt><dd>{words}</dd></div>\n")).collect();
+    format!("<dl class=\"how\">\n{parts}</dl>\n{}", units(report.unit))
+}
+
+fn units(unit: Unit) -> String {
+    match unit {
+        Unit::Pa => String::new(),
+        other => format!("<p class=\"note\">1 {} = {} Pa.</p>\n", other.name(), (other.pa() * 1e4).round() / 1e4),
+    }
+}
