@@ -29,7 +29,7 @@ pub(super) struct Settings {
 
 impl Settings {
     // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
-    // cathodes of both boards are on below 1e-3 mbar on channel A1.
+    // cathodes of both boards are on below 5e-3 mbar on channel A1, so that at 1e-3 mbar all channels measure.
     pub const FACTORY: Self = Self {
         unit: &MBAR,
         access_code: 0,
@@ -129,7 +129,7 @@ const fn relay(source: u8) -> Limits {
     Limits { upper_pa: mbar(2e-3), lower_pa: mbar(1e-3), source }
 }
 
-const COLD_CATHODE: Limits = Limits { upper_pa: mbar(1e-2), lower_pa: mbar(1e-3), source: 1 };
+const COLD_CATHODE: Limits = Limits { upper_pa: mbar(1e-2), lower_pa: mbar(5e-3), source: 1 };
 
 /// 0 or 1.
 pub(super) fn flag(value: &Value) -> Result<bool, Refusal> {

@@ -121,6 +121,18 @@ fn without_a_reading_a_relay_is_deactivated() {
     assert!(!empty.is_activated(RELAY_1), "no board");
 }
 
+/// The factory's thresholds let every channel measure at the pressure at which a virtual controller starts.
+#[test]
+fn as_delivered_all_channels_measure_at_1e_3_mbar() {
+    let mut master = exchange();
+    for (mbar, statuses) in
+        [(1000.0, [0, 0, 4, 4]), (6e-3, [0, 0, 4, 4]), (1e-3, [0; 4]), (6e-3, [0; 4]), (1.1e-2, [0, 0, 4, 4])]
+    {
+        master.pressure(mbar);
+        assert_eq!(master.statuses(), statuses, "{mbar} mbar");
+    }
+}
+
 #[test]
 fn an_automatic_cold_cathode_follows_the_block_of_its_board() {
     let mut master = exchange();
