@@ -133,6 +133,18 @@ fn as_delivered_all_channels_measure_at_1e_3_mbar() {
     }
 }
 
+/// As delivered the cathodes follow the first Pirani gauge that is fitted.
+#[test]
+fn as_delivered_the_first_pirani_gauge_switches_the_cathodes() {
+    for (boards, statuses) in
+        [([COLD, PIRANI, COLD, None], [0, 0, 0, 5]), ([None, COLD, COLD, PIRANI], [5, 0, 0, 0]), ([COLD; 4], [4; 4])]
+    {
+        let mut master = Exchange::new(boards);
+        master.pressure(1e-3);
+        assert_eq!(master.statuses(), statuses);
+    }
+}
+
 #[test]
 fn an_automatic_cold_cathode_follows_the_block_of_its_board() {
     let mut master = exchange();
