@@ -17,12 +17,18 @@ fn printed(device: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// The modules of the one manual that has modules. IF300P/IF301P manual 3.2.1.2, errata-bpg-bcg-tpg 122.
+const MODULES: [&[u8]; 5] = [&[0x97], &[0xA7], &[0xA0], &[0x94], &[0x93]];
+
 /// What a configuration tool would send: one module of the file, and its user parameters.
 fn agrees(file: &GenericStationDescription, model: &Model) {
     assert_eq!((file.ident_number, file.model.as_str()), (model.ident, model.title));
     let modules: Vec<_> = file.available_modules.iter().map(|module| module.config.as_slice()).collect();
     let configurations: Vec<_> = model.configurations.iter().map(|configuration| configuration.octets).collect();
-    assert_eq!(modules, configurations, "{}", model.name);
+    let (whole, single) = modules.split_at(configurations.len());
+    assert_eq!(whole, configurations, "{}", model.name);
+    let manual: (u8, &[&[u8]]) = if model.name.starts_with("tpg") { (7, &MODULES) } else { (1, &[]) };
+    assert_eq!((file.max_modules, single), manual, "{}", model.name);
     let user = gsd_parser::PrmBuilder::new(&file.user_prm_data).into_bytes();
     assert!(model.user_prm(&user).is_some(), "{}: {user:02X?}", model.name);
     for unit in file.user_prm_data.data_ref.iter().flat_map(|(_, definition)| &definition.text_ref) {
@@ -84,7 +90,9 @@ fn pyprofibus_reads_what_the_tables_say() {
     assert_eq!(read.clone().count(), DEVICES.len(), "{said}");
     for (line, entry) in read.zip(&DEVICES) {
         let model = entry.model;
-        let configurations: Vec<_> = model.configurations.iter().map(|one| hex(one.octets)).collect();
+        let modular: &[&[u8]] = if model.name.starts_with("tpg") { &MODULES } else { &[] };
+        let whole = model.configurations.iter().map(|one| one.octets);
+        let configurations: Vec<_> = whole.chain(modular.iter().copied()).map(hex).collect();
         let fields: Vec<_> = line.split(' ').collect();
         let [ident, user, read] = fields[..] else { panic!("{line}") };
         assert_eq!((ident, read), (format!("{:04x}", model.ident).as_str(), configurations.join(",").as_str()));

@@ -1,10 +1,13 @@
 //! The GSD file of a device, from its tables. profibus-wire 7.
 //!
 //! Written so that every parser known accepts it: seven-bit text, one keyword a line, texts before the data that use them and
-//! those before the modules. A configuration is one module, because a slave of ours takes it whole or not at all.
+//! those before the modules. A configuration is one module, because a slave of ours takes it whole or not at all. A device
+//! that its manual calls modular has the manual's modules behind them, for a project that was made with the vendor's file.
 
 use profivac_devices::model::{Configuration, Field, Model, NumberType, Telegram};
 use profivac_dp::link::Baud;
+use profivac_wire::cfg::{Area, Identifiers};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// The keywords of the rates, in the order of [`Baud::ALL`].
@@ -47,7 +50,7 @@ pub fn gsd(model: &Model) -> String {
         file.dpv1(model);
     }
     file.user_prm(model);
-    file.modules(model.configurations);
+    file.modules(model);
     file.text
 }
 
@@ -119,7 +122,7 @@ impl File {
     fn lengths(&mut self, model: &Model) {
         let longest = |octets: fn(&Configuration) -> usize| model.configurations.iter().map(octets).max().unwrap_or(0);
         self.flag("Modular_Station", true);
-        self.value("Max_Module", 1);
+        self.value("Max_Module", if is_modular(model) { longest(|one| one.octets.len()) } else { 1 });
         self.value("Max_Input_Len", longest(Configuration::input_octets));
         self.value("Max_Output_Len", longest(Configuration::output_octets));
         self.value("Max_Data_Len", longest(|one| one.input_octets().saturating_add(one.output_octets())));
@@ -165,13 +168,30 @@ impl File {
         self.line(&format!("Ext_User_Prm_Data_Ref({})=1", usual.len().saturating_sub(2)));
     }
 
-    fn modules(&mut self, configurations: &[Configuration]) {
-        for (configuration, number) in configurations.iter().zip(1..) {
-            let octets: Vec<_> = configuration.octets.iter().map(|octet| format!("0x{octet:02X}")).collect();
-            self.line(&format!("Module=\"{number} {}\" {}", contents(configuration), octets.join(",")));
+    fn modules(&mut self, model: &Model) {
+        let whole = model.configurations.iter().map(|one| (contents(one), one.octets));
+        let mut seen = BTreeSet::new();
+        let identifiers = model.configurations.iter().flat_map(|one| one.octets.chunks(1));
+        let single = identifiers.filter(|one| is_modular(model) && seen.insert(*one)).map(|one| (span(one), one));
+        for ((contents, octets), number) in whole.chain(single).zip(1..) {
+            let octets: Vec<_> = octets.iter().map(|octet| format!("0x{octet:02X}")).collect();
+            self.line(&format!("Module=\"{number} {contents}\" {}", octets.join(",")));
             self.line("EndModule");
         }
     }
+}
+
+/// Whether every configuration is put together of identifiers of one octet, the manual's modules. IF300P/IF301P manual
+/// 3.2.1.2. On the other devices a configuration is one identifier with data types.
+fn is_modular(model: &Model) -> bool {
+    model.configurations.iter().all(|one| Identifiers::new(one.octets).count() == one.octets.len())
+}
+
+/// How much goes where, seen from the master.
+fn span(identifier: &[u8]) -> String {
+    let of = |area: Option<Area>, way: &str| area.map(|area| format!("{} octets {way}", area.octets()));
+    let areas = Identifiers::new(identifier).flatten().flat_map(|one| [of(one.input, "in"), of(one.output, "out")]);
+    areas.flatten().collect::<Vec<_>>().join(" ")
 }
 
 /// The user parameters a master sends if nobody chooses: mbar where there is mbar.

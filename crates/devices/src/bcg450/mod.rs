@@ -46,6 +46,8 @@ pub struct Gauge {
     atmosphere: Sensor,
     /// PV Selector.
     active: u8,
+    /// It has been in EXECUTING since power-up: outside of it the PV Selector stays.
+    has_measured: bool,
     /// What concerns all readings.
     condition: Condition,
     /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
@@ -70,6 +72,7 @@ impl Gauge {
             cdg: MeasuringPart::new(&table::CDG),
             atmosphere: Sensor::in_air(),
             active: 1,
+            has_measured: false,
             condition: Condition { executing: false, disturbed: false, alarmed: false },
             one_of_n: StatusExtension::INVALID,
             cathode: Cathode::new(&table::CATHODE),
@@ -104,10 +107,11 @@ impl Gauge {
         self.part(self.active).unwrap_or(&self.pirani)
     }
 
-    /// What the gauge reads, in Pa. It is not clipped: a Pirani far below its range sees no pressure too high for degas.
+    /// What the gauge reads, in Pa, or the Pirani for a part that does not. It is not clipped: a Pirani far below its range
+    /// sees no pressure too high for degas.
     fn reading_pa(&self) -> f64 {
         let active = self.active();
-        active.reading_pa.unwrap_or(active.facts.limits.over_pa)
+        active.reading_pa.or(self.pirani.reading_pa).unwrap_or(active.facts.limits.over_pa)
     }
 
     /// Instances 5 and 6.
@@ -223,10 +227,20 @@ impl Gauge {
         self.ba.reading_pa = ba_pa;
         self.cdg.reading_pa = Some(cdg_pa);
         let measurement = measure(pirani_pa, ba_pa, cdg_pa);
-        self.active = measurement.active;
         if let Some(active) = self.part_mut(measurement.active) {
             active.reading_pa = Some(measurement.pa);
         }
+        self.name_active(measurement.active);
+    }
+
+    /// The PV Selector names the part that measures. When the gauge stops measuring it stays: the Safe State, and above all
+    /// the last valid value, is that of the part whose place it takes in the cyclic data. 3.2.1.3, 3.2.2.7, (74).
+    fn name_active(&mut self, measuring: u8) {
+        let executing = self.machine.is_executing();
+        if executing || !self.has_measured {
+            self.active = measuring;
+        }
+        self.has_measured |= executing;
     }
 
     /// Only in EXECUTING, and not with any sensor alarm (112).

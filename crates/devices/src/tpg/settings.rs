@@ -1,6 +1,7 @@
 //! What a master sets. It is lost with the power unless Volatility asks to store it: IF300P/IF301P manual 3.2.3.2.
 
 use super::CHANNELS;
+use super::channel::Gauge;
 use super::table::{AnalogInput, DeviceBlock, Filter, MBAR, Parameter, ThresholdControl, UNITS};
 use super::threshold::Limits;
 use crate::model::{Refusal, Unit, Value, mbar};
@@ -28,15 +29,20 @@ pub(super) struct Settings {
 }
 
 impl Settings {
+    /// As delivered with these gauges.
     // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
-    // cathodes of both boards are on below 1e-3 mbar on channel A1.
-    pub const FACTORY: Self = Self {
-        unit: &MBAR,
-        access_code: 0,
-        waits_for_trust: false,
-        filters: [Filter::Medium; CHANNELS],
-        limits: [relay(1), relay(2), relay(3), relay(4), COLD_CATHODE, COLD_CATHODE],
-    };
+    // cathodes of both boards are on below 5e-3 mbar on the first Pirani gauge, so that at 1e-3 mbar all channels measure.
+    pub fn factory(gauges: &[Option<Gauge>; CHANNELS]) -> Self {
+        let pirani = (FIRST_CHANNEL..).zip(gauges).find(|(_, gauge)| **gauge == Some(Gauge::Pirani));
+        let cathodes = cold_cathode(pirani.map_or(FIRST_CHANNEL, |(slot, _)| slot));
+        Self {
+            unit: &MBAR,
+            access_code: 0,
+            waits_for_trust: false,
+            filters: [Filter::Medium; CHANNELS],
+            limits: [relay(1), relay(2), relay(3), relay(4), cathodes, cathodes],
+        }
+    }
 
     /// The value of a parameter that is a setting.
     pub fn get(&self, at: &At<Parameter>) -> Option<Value> {
@@ -129,7 +135,9 @@ const fn relay(source: u8) -> Limits {
     Limits { upper_pa: mbar(2e-3), lower_pa: mbar(1e-3), source }
 }
 
-const COLD_CATHODE: Limits = Limits { upper_pa: mbar(1e-2), lower_pa: mbar(1e-3), source: 1 };
+const fn cold_cathode(source: u8) -> Limits {
+    Limits { upper_pa: mbar(1e-2), lower_pa: mbar(5e-3), source }
+}
 
 /// 0 or 1.
 pub(super) fn flag(value: &Value) -> Result<bool, Refusal> {

@@ -1,13 +1,18 @@
 //! The adjustment of the Pirani at atmospheric pressure. tira36e1 3.2.1.1 and 3.3.2.5, errata-bpg-bcg-tpg 103.
 
 use super::Gauge;
-use crate::model::Refusal;
+use crate::model::{Refusal, mbar};
 
 /// free choice: the manual does not say how long the adjustment runs.
 const ADJUST_S: f64 = 10.0;
 
+/// free choice: a Pirani that senses less is not in air, and the adjustment changes nothing. It is kept without power and has
+/// no way back, so that one command in high vacuum would make full scale of the air that is not there.
+const LOWEST_AIR_PA: f64 = mbar(100.0);
+
 impl Gauge {
-    /// AI Block Adjust Command: 1 starts the full scale adjustment. That the pressure is right is up to the user.
+    /// AI Block Adjust Command: 1 starts the full scale adjustment. That the pressure is right is up to the user, who is not
+    /// refused.
     pub(super) fn adjust(&mut self, command: u8) -> Result<(), Refusal> {
         match command {
             0 => Ok(()),
@@ -44,7 +49,7 @@ impl Gauge {
         }
     }
 
-    /// Time passes, and at its end the Pirani reads full scale.
+    /// Time passes, and at its end the Pirani reads full scale, if it is in air.
     pub(super) fn advance_adjustment(&mut self, seconds: f64) {
         if !self.is_adjusting() {
             return;
@@ -55,10 +60,9 @@ impl Gauge {
         }
     }
 
-    /// A Pirani that reads nothing, or less, cannot be stretched.
     fn stretch_pirani(&mut self) {
         let gain = self.pirani.facts.limits.full_scale_pa / self.pirani.sensor.sensed_pa;
-        if gain > 0.0 && gain.is_finite() {
+        if self.pirani.sensor.sensed_pa >= LOWEST_AIR_PA && gain > 0.0 {
             self.pirani.sensor.gain = gain;
         }
     }

@@ -259,12 +259,16 @@ impl Gauge {
         self.ion.remember(&self.condition);
     }
 
-    /// Each part reads for itself; without emission the Pirani measures (80).
+    /// Each part reads for itself; without emission the Pirani measures (80). When the gauge stops measuring the PV Selector
+    /// stays: the Safe State, and above all the last valid value, is that of the part whose place it takes in the cyclic
+    /// data. 3.2.1.4, 3.2.2.7, (74).
     fn measure(&mut self) {
         let pirani_pa = self.pirani.sensor.indicated_pa();
         self.pirani.reading_pa = Some(pirani_pa);
         self.ion.reading_pa = self.cathode.is_on().then(|| self.ion.sensor.indicated_pa());
-        self.ion_is_active = self.cathode.is_on() && pirani_pa < self.switchover().pa;
+        if self.machine.is_executing() {
+            self.ion_is_active = self.cathode.is_on() && pirani_pa < self.switchover().pa;
+        }
         self.cathode.follow(self.active().indicated_pa());
     }
 

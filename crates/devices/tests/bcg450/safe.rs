@@ -9,21 +9,32 @@ fn cyclic(du: &[u8]) -> f32 {
     f32::from_be_bytes(du[3..].try_into().unwrap())
 }
 
+/// 3.2.1.3, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data (74).
 #[test]
 fn outside_executing_each_mode_shows_its_value() {
-    let mut desk = exchanging(FLOATS, 2e-3);
-    assert_eq!(cyclic(&desk.exchange(&[])), 2e-3);
-    desk.put(1, 46, &[1]).unwrap();
-    desk.put(1, 40, &hex("42 F6 00 00")).unwrap();
-    desk.command(5).unwrap();
-    // Without emission the Pirani is active, clipped while the BA measured: there is no last value yet.
-    for (mode, value) in [(0, 0.0), (1, 1000.0), (2, 0.0), (3, 123.0)] {
-        desk.put(1, 39, &[mode]).unwrap();
-        let du = desk.exchange(&[]);
-        assert_eq!(du[..3], [0xA0, 0x01, 1], "mode {mode}");
-        assert_eq!(cyclic(&du), value, "mode {mode}");
-        assert_eq!(float(&mut desk, 1, 19), value, "mode {mode} acyclically");
-        assert_eq!(of_instance(&mut desk, 1, 23), [0], "Reading Valid");
+    for (pressure, instance, full_scale) in [(2e-3, 2, 2e-2), (0.5, 1, 1000.0), (50.0, 3, 1500.0)] {
+        let mut desk = exchanging(FLOATS, pressure);
+        assert_eq!(cyclic(&desk.exchange(&[])), pressure as f32);
+        desk.put(1, 46, &[instance]).unwrap();
+        desk.put(1, 40, &hex("42 F6 00 00")).unwrap();
+        for command in [5, 2] {
+            desk.command(command).unwrap();
+            desk.pressure_mbar(0.1);
+            for (mode, value) in [(0, 0.0), (1, full_scale), (2, pressure as f32), (3, 123.0)] {
+                desk.put(1, 39, &[mode]).unwrap();
+                let du = desk.exchange(&[]);
+                assert_eq!(du[..3], [0xA0, 0x01, instance], "mode {mode}");
+                assert_eq!(cyclic(&du), value, "mode {mode}");
+                assert_eq!(float(&mut desk, instance, 19), value, "mode {mode} acyclically");
+                assert_eq!(of_instance(&mut desk, instance, 23), [0], "Reading Valid");
+            }
+        }
+        // Before it has measured there is no last value, and without emission no BA (80).
+        desk.put(1, 39, &[2]).unwrap();
+        desk.device().power(false);
+        desk.device().power(true);
+        assert_eq!(desk.get(1, 47), [1]);
+        assert_eq!(float(&mut desk, 1, 19), 0.0);
     }
 }
 

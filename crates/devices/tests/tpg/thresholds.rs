@@ -121,6 +121,30 @@ fn without_a_reading_a_relay_is_deactivated() {
     assert!(!empty.is_activated(RELAY_1), "no board");
 }
 
+/// The factory's thresholds let every channel measure at the pressure at which a virtual controller starts.
+#[test]
+fn as_delivered_all_channels_measure_at_1e_3_mbar() {
+    let mut master = exchange();
+    for (mbar, statuses) in
+        [(1000.0, [0, 0, 4, 4]), (6e-3, [0, 0, 4, 4]), (1e-3, [0; 4]), (6e-3, [0; 4]), (1.1e-2, [0, 0, 4, 4])]
+    {
+        master.pressure(mbar);
+        assert_eq!(master.statuses(), statuses, "{mbar} mbar");
+    }
+}
+
+/// As delivered the cathodes follow the first Pirani gauge that is fitted.
+#[test]
+fn as_delivered_the_first_pirani_gauge_switches_the_cathodes() {
+    for (boards, statuses) in
+        [([COLD, PIRANI, COLD, None], [0, 0, 0, 5]), ([None, COLD, COLD, PIRANI], [5, 0, 0, 0]), ([COLD; 4], [4; 4])]
+    {
+        let mut master = Exchange::new(boards);
+        master.pressure(1e-3);
+        assert_eq!(master.statuses(), statuses);
+    }
+}
+
 #[test]
 fn an_automatic_cold_cathode_follows_the_block_of_its_board() {
     let mut master = exchange();

@@ -92,9 +92,9 @@ fn an_adjustment_that_is_broken_off_changes_nothing() {
 }
 
 #[test]
-fn a_pirani_that_reads_nothing_stays_as_it_is() {
-    // Nothing, and less: a zero that is off.
-    for sensed_pa in [0.0, -0.5] {
+fn a_pirani_that_is_not_in_air_stays_as_it_is() {
+    // Nothing, and less: a zero that is off; high vacuum, and the foreline.
+    for sensed_pa in [0.0, -0.5, 0.1, 9_990.0] {
         let mut desk = exchanging(KINDS[0], FLOATS, 1e-3);
         desk.device().sense(0, sensed_pa);
         adjust(&mut desk, 1).unwrap();

@@ -5,23 +5,31 @@ use crate::{FLOATS, KINDS, desk, exchanging, float, float_of, of_instance};
 use profivac_devices::Instrument;
 use profivac_devices::xpg400::Kind;
 
+/// 3.2.1.4, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data (74).
 #[test]
 fn outside_executing_each_mode_shows_its_value() {
-    for kind in KINDS {
+    for (kind, full_scale) in [(Kind::Bpg, 2e-2), (Kind::Hpg, 1.0)] {
         let mut desk = exchanging(kind, FLOATS, 2e-3);
         assert_eq!(float_of(&desk.exchange(&[])[3..]), 2e-3);
-        desk.put(1, 46, &[1]).unwrap();
+        desk.put(1, 46, &[2]).unwrap();
         desk.put(1, 40, &hex("42 F6 00 00")).unwrap();
-        desk.command(5).unwrap();
-        // Without emission the Pirani is active, which never was in range: there is no last value yet.
-        for (mode, value) in [(0, 0.0), (1, 1000.0), (2, 0.0), (3, 123.0)] {
-            desk.put(1, 39, &[mode]).unwrap();
-            let du = desk.exchange(&[]);
-            assert_eq!(du[..3], [0xA0, 0x01, 1], "mode {mode}");
-            assert_eq!(float_of(&du[3..]), value, "mode {mode}");
-            assert_eq!(float(&mut desk, 1, 19), value, "mode {mode} acyclically");
-            assert_eq!(of_instance(&mut desk, 1, 23), [0], "Reading Valid");
+        for command in [5, 2] {
+            desk.command(command).unwrap();
+            desk.pressure_mbar(500.0);
+            for (mode, value) in [(0, 0.0), (1, full_scale), (2, 2e-3), (3, 123.0)] {
+                desk.put(1, 39, &[mode]).unwrap();
+                let du = desk.exchange(&[]);
+                assert_eq!(du[..3], [0xA0, 0x01, 2], "mode {mode}");
+                assert_eq!(float_of(&du[3..]), value, "mode {mode}");
+                assert_eq!(float(&mut desk, 2, 19), value, "mode {mode} acyclically");
+                assert_eq!(of_instance(&mut desk, 2, 23), [0], "Reading Valid");
+            }
         }
+        // Before it has measured there is no last value, and without emission no part but the Pirani (80).
+        desk.device().power(false);
+        desk.device().power(true);
+        assert_eq!(desk.get(1, 47), [1]);
+        assert_eq!(float(&mut desk, 1, 19), 0.0);
     }
 }
 
