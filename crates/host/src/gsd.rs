@@ -5,6 +5,7 @@
 
 use profivac_devices::model::{Configuration, Field, Model, NumberType, Telegram};
 use profivac_dp::link::Baud;
+use profivac_dp::slave::MAX_INITIATE;
 use std::fmt::Write;
 
 /// The keywords of the rates, in the order of [`Baud::ALL`].
@@ -23,9 +24,6 @@ pub fn min_slave_interval_tbit(baud: Baud) -> u64 {
 /// The number of connections a slave has for class 2 masters, and how long they may take to answer, in 10 ms.
 const CONNECTIONS: u8 = 2;
 const RESPONSE_TIMEOUT: u8 = 100;
-
-/// The longest Initiate a slave takes.
-const MAX_INITIATE: u8 = 52;
 
 /// The longest record.
 const MAX_RECORD: u8 = 240;

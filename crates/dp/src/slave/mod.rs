@@ -14,6 +14,7 @@ mod prm;
 mod state;
 
 pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
+pub use ms2::MAX_INITIATE;
 pub use state::{Exchange, Fault, Owner, State, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Responder, Station, Transmit};
