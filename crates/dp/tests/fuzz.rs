@@ -266,10 +266,11 @@ fn is_allowed(before: &State, frame: &Frame<'_>, answer: &Answer) -> bool {
     let dpv1 = before.owner().is_some_and(|owner| owner.dpv1);
     let open = match frame.dsap {
         None => exchanging && owns,
-        Some(50 | 51) => exchanging && owns && dpv1,
+        Some(51) => exchanging && owns && dpv1,
         Some(55) => matches!(before, State::WaitPrm(_)),
         Some(56 | 57) => exchanging,
-        Some(53 | 58) => false,
+        // No alarms, no DP-V2, no SDN service as SRD.
+        Some(50 | 53 | 58) => false,
         Some(59..=62) => true,
         // MS2 is open to its peer in every state.
         Some(_) => return true,

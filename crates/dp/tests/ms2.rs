@@ -104,6 +104,19 @@ fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
     }
 }
 
+/// 4.6.1: "RR: request too long"; nothing is reserved then. The GSD files declare the limit.
+#[test]
+fn an_initiate_longer_than_declared_is_refused() {
+    for (length, answer) in [(52, low("56 30 00 64")), (53, RR), (244, RR)] {
+        let mut bench = new();
+        let initiate = format!("{INITIATE}{}", " 00".repeat(length - 20));
+        assert_eq!(bench.ms2(1, 49, &initiate), answer, "{length}");
+    }
+    let mut bench = new();
+    assert_eq!(bench.ms2(1, 49, &format!("{INITIATE}{}", " 00".repeat(33))), RR);
+    assert_eq!(bench.connect(1), 48);
+}
+
 #[test]
 fn what_is_no_initiate_gets_the_rm_pdu_and_no_connection() {
     for pdu in ["5E 00 10 04", "48", "58 00 20", "00", "56 30 00 64", "5E"] {

@@ -6,6 +6,7 @@
 
 use profivac_devices::model::{Configuration, Field, Model, NumberType, Telegram};
 use profivac_dp::link::Baud;
+use profivac_dp::slave::MAX_INITIATE;
 use profivac_wire::cfg::{Area, Identifiers};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -26,9 +27,6 @@ pub fn min_slave_interval_tbit(baud: Baud) -> u64 {
 /// The number of connections a slave has for class 2 masters, and how long they may take to answer, in 10 ms.
 const CONNECTIONS: u8 = 2;
 const RESPONSE_TIMEOUT: u8 = 100;
-
-/// The longest Initiate a slave takes.
-const MAX_INITIATE: u8 = 52;
 
 /// The longest record.
 const MAX_RECORD: u8 = 240;

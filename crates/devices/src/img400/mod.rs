@@ -347,16 +347,16 @@ impl Controller {
     /// Analog Input Block Adjust Command. The target says which of zero and no offset (130, 131).
     fn adjust(&mut self, slot: u8, command: (u8, u8)) -> Result<(), Refusal> {
         let (0, target @ (0 | 1)) = command else { return Err(Refusal::Range) };
-        let channel = self.channel(slot).ok_or(Refusal::Slot)?;
-        let principle = channel.part.reading_pa.map(|_| channel.part.part().principle);
-        let sensed_pa = channel.part.sensor.sensed_pa;
-        let offset_pa = match (principle, target) {
-            (Some(Principle::Diaphragm), 0) => 0.0,
-            (Some(Principle::Diaphragm | Principle::HotCathode), 1) => -sensed_pa,
+        let channel = self.channel(slot).filter(|channel| channel.has_gauge()).ok_or(Refusal::Conflict)?;
+        let reading = channel.part.reading_pa.map(|_| channel.part.sensor.sensed_pa);
+        let offset_pa = match (channel.part.part().principle, target) {
+            (Principle::Diaphragm, 0) => Some(0.0),
+            // free choice: a gauge that is off has no offset to be calculated, so the present one stays.
+            (Principle::Diaphragm | Principle::HotCathode, 1) => reading.map(|sensed_pa| -sensed_pa),
             _ => return Err(Refusal::Conflict),
         };
         let place = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(Refusal::Slot)?;
-        *place = offset_pa;
+        *place = offset_pa.unwrap_or(*place);
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! The station address: two switches, or what Set_Slave_Add has stored. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
 
+use crate::model::Refusal;
 use crate::store::{self, Key, Store};
 use profivac_wire::address::SetSlaveAdd;
 
@@ -30,7 +31,7 @@ impl StationAddress {
 
     /// Power comes: a valid switch is stored and holds, otherwise what is stored.
     ///
-    /// free choice: an address from the switch lifts No_Add_Chg, the only way out without a factory reset.
+    /// free choice: an address from the switch lifts No_Add_Chg, the only way out of a device without factory reset.
     pub fn start(&mut self, store: &mut impl Store) {
         (self.stored, self.locked) = match store::load(store, Key::Address).as_deref() {
             Some([address, locked]) => (*address, *locked != 0),
@@ -69,5 +70,19 @@ impl StationAddress {
         store.save(Key::Address, &[request.address, u8::from(locked)]).ok()?;
         (self.stored, self.locked) = (request.address, locked);
         Some(request.address)
+    }
+
+    /// A factory reset lifts No_Add_Chg: profibus-wire 2.11.
+    ///
+    /// free choice: the address stays, so that whoever asked for it finds the device again.
+    ///
+    /// # Errors
+    /// [`Refusal::Storage`]: nothing has changed.
+    pub fn unlock(&mut self, store: &mut impl Store) -> Result<(), Refusal> {
+        if self.locked {
+            store.save(Key::Address, &[self.stored, 0]).map_err(|_| Refusal::Storage)?;
+            self.locked = false;
+        }
+        Ok(())
     }
 }

@@ -62,6 +62,11 @@ pub trait Blocks: Clone {
     /// A [`Refusal`]; no parameter has changed then.
     fn set(&mut self, at: &At<Self::Parameter>, value: &Value) -> Result<(), Refusal>;
 
+    /// Whether this write puts everything back as it left the factory, beyond the parameters.
+    fn resets_to_factory(&self, _at: &At<Self::Parameter>, _value: &Value) -> bool {
+        false
+    }
+
     /// The value that the memory shall hold: the present one, unless the device stores on request.
     fn kept(&self, at: &At<Self::Parameter>) -> Value {
         self.get(at)

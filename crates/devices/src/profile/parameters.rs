@@ -77,7 +77,10 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let result = self.behaviour.set(at, value);
         self.behaviour.update();
         result?;
-        let stored = self.store_differences(&before, Some(self.behaviour.key(at)));
+        let mut stored = self.store_differences(&before, Some(self.behaviour.key(at)));
+        if self.behaviour.resets_to_factory(at, value) {
+            stored = stored.and_then(|()| self.address.unlock(&mut self.store));
+        }
         if stored.is_err() {
             self.behaviour = before;
         }

@@ -94,6 +94,9 @@ pub struct Gauge {
     kept: Kept,
 }
 
+/// The manufacturer's command that puts everything back (7.2.2).
+const FACTORY_RESET: u8 = 128;
+
 impl Gauge {
     fn new(version: &'static Version, serial: Serial) -> Self {
         Self {
@@ -154,9 +157,8 @@ impl Gauge {
     /// A Device Block State Command. Nothing that a Reset brings back outlives the end of EXECUTING; that the basic device
     /// starts anew with 129 cannot be seen apart.
     fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
-        /// The manufacturer's commands (7.2.2), and the one they are like.
-        const FACTORY_RESET: u8 = 128;
         const RESET_ALL: u8 = 129;
+        /// What the manufacturer's commands are like.
         const RESET: u8 = 1;
         let like_reset = matches!(number, FACTORY_RESET | RESET_ALL);
         if like_reset && self.machine.state() == State::CriticalFault {

@@ -70,6 +70,11 @@ impl Blocks for Gauge {
         if permitted { Ok(()) } else { Err(Refusal::Mode) }
     }
 
+    fn resets_to_factory(&self, at: &At<Parameter>, value: &Value) -> bool {
+        matches!(at.parameter, Parameter::Device(DeviceBlock::StateCommand))
+            && value.integer() == Ok(super::FACTORY_RESET)
+    }
+
     /// Unit and number type are one value, wherever they are written.
     fn key(&self, at: &At<Parameter>) -> Key {
         let shared = |row| Key::Parameter { slot: 1, instance: 0, index: row as u8 };

@@ -68,9 +68,9 @@ const SAMPLES: [Sample; 60] = [
     command(0, 15, &["00"], &["07", "80", "FF"]),
     value(0, 203, &["01", "02", "03", "00"], &["04", "FF"]),
     command(0, 205, &["00", "01", "02", "04", "08", "10", "20", "40", "80", "FF"], &[]),
-    // Nothing to adjust without emission and on a Pirani gauge (131).
-    command(1, 15, &[], NO_ADJUSTMENTS),
-    command(2, 15, &[], NO_ADJUSTMENTS),
+    // Zero on ionisation gauges, neither way on a Pirani gauge (131).
+    command(1, 15, &["00 01"], NO_ADJUSTMENTS),
+    command(2, 15, &["00 01"], NO_ADJUSTMENTS),
     command(3, 15, &[], NO_ADJUSTMENTS),
     command(4, 15, &["00 01", "00 00"], NO_ADJUSTMENTS),
     value(1, 39, SAFE_STATES, NO_SAFE_STATES),

@@ -9,6 +9,7 @@ use profivac_devices::{Action, Instrument, Unknown};
 use profivac_dp::slave::{Device, Refusal, Relation};
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{Call, Im0, call};
+use profivac_wire::address::SetSlaveAdd;
 
 /// A visible string, without the blanks it is filled up with (60).
 fn text(desk: &mut Desk<Gauge>, index: u8) -> String {
@@ -140,6 +141,36 @@ fn set_slave_add_works_only_above_7d() {
     desk.device().power(false);
     desk.device().power(true);
     assert_eq!((desk.device().station_address(), desk.get(0, 211)), (9, vec![126]));
+}
+
+/// profibus-wire 2.11: an address is locked by No_Add_Chg until factory reset, which is 7.2.2, command 128.
+#[test]
+fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
+    let set = |desk: &mut Desk<Gauge>, address: u8| {
+        // The desk asks at one address only, and the gauge moves.
+        let request = SetSlaveAdd { address, ident: 0x0C85, no_add_chg: 0xFF, rem_slave_data: &[] };
+        desk.device().set_address(&request);
+        desk.device().station_address()
+    };
+    let mut desk = desk(psg());
+    desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
+    desk.device().power(false);
+    desk.device().power(true);
+    desk.device().settle();
+    assert_eq!((set(&mut desk, 9), set(&mut desk, 10)), (9, 9));
+    // No other Reset is enough.
+    for command in [1, 129] {
+        desk.command(command).unwrap();
+        desk.device().settle();
+        assert_eq!(set(&mut desk, 10), 9, "{command}");
+    }
+    desk.command(128).unwrap();
+    desk.device().settle();
+    assert_eq!(desk.device().station_address(), 9);
+    // It is stored.
+    desk.device().power(false);
+    desk.device().power(true);
+    assert_eq!((set(&mut desk, 10), set(&mut desk, 11)), (10, 10));
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod prm;
 mod state;
 
 pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
+pub use ms2::MAX_INITIATE;
 pub use state::{Exchange, Fault, Owner, State, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Responder, Station, Transmit};
@@ -148,11 +149,11 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
             Sap::RdOutp => self.rd_outp(request),
             Sap::SetSlaveAdd => self.set_slave_add(request),
             Sap::Ms1 => self.ms1(request),
-            Sap::Alarm => self.alarm(request),
             Sap::ResourceManager => self.resource_manager(request),
             Sap::Ms2(sap) => self.ms2(sap, request),
-            // An SDN service asked for as SRD, and access points the slave does not open.
-            Sap::GlobalControl | Sap::SetExtPrm | Sap::Other(_) => CLOSED,
+            // An SDN service asked for as SRD, and access points the slave does not open: it raises no alarms, so it has no
+            // extra access point to acknowledge them (2.1).
+            Sap::GlobalControl | Sap::SetExtPrm | Sap::Alarm | Sap::Other(_) => CLOSED,
         }
     }
 

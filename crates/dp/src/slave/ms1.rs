@@ -43,15 +43,4 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         }
         Reply::ShortAck
     }
-
-    /// SAP 50, open with MS1 and as empty as it: the device raises no alarms. profibus-wire 4.5.
-    pub(super) fn alarm(&mut self, request: &Indication<'_>) -> Reply {
-        if !self.ms1_is_open_to(request.sa) {
-            return CLOSED;
-        }
-        if !request.du.is_empty() {
-            self.leave(Fault::None);
-        }
-        Reply::ShortAck
-    }
 }

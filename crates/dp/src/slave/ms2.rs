@@ -18,6 +18,10 @@ use profivac_wire::control::Status;
 /// The access point of the first connection; the others follow downwards.
 const FIRST_SAP: u8 = 48;
 
+/// The longest Initiate the resource manager takes: Max_Initiate_PDU_Length of the GSD file. profibus-wire 4.6.3.
+// free choice: what PA devices declare.
+pub const MAX_INITIATE: u8 = 52;
+
 /// One connection, or room for one.
 #[derive(Clone, Debug)]
 pub(super) struct Connection {
@@ -209,6 +213,9 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let Some((server_sap, connection)) = free.filter(|_| self.device.features().dpv1) else { return CLOSED };
         if request.du.is_empty() {
             return Reply::ShortAck;
+        }
+        if request.du.len() > usize::from(MAX_INITIATE) {
+            return NO_ROOM;
         }
         connection.initiate(Peer { sa: request.sa, ssap: request.ssap }, request.du, self.baud, self.now);
         let min_send_timeout = min_send_timeout(self.baud);
