@@ -32,6 +32,11 @@ impl Failure {
         Self { kind: Kind::Refused, sentence: sentence.into() }
     }
 
+    /// The same kind, in other words.
+    pub fn of(&self, sentence: &str) -> Self {
+        Self { kind: self.kind, sentence: sentence.to_owned() }
+    }
+
     /// The command line asks for what cannot be.
     pub fn usage(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, sentence: sentence.into() }
