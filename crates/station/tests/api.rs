@@ -247,8 +247,7 @@ fn an_export_has_the_series_that_were_asked_for() {
         ("&series=north+%26+south&series=hall,annex", &["annex", "hall", "north & south"]),
         ("&series=nobody", &[]),
     ] {
-        let (status, _, text) =
-            desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
+        let (status, _, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
         let mut names: Vec<_> = text.lines().skip(1).map(|row| name_of(row).to_owned()).collect();
         names.sort();
         assert_eq!((status, names.iter().map(String::as_str).collect::<Vec<_>>()), (200, expected.to_vec()), "{asked}");

@@ -40,7 +40,7 @@ use crate::bench::VirtualDevice;
 use crate::instrument::{Spec, SpecError, check_places, entry};
 use crate::memory::Memory;
 use crate::scene::Scene;
-use crate::watch::Watched;
+use crate::watch::{Fitted, Watched};
 use event::Reader;
 use file::File;
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
@@ -188,7 +188,7 @@ impl Scenario {
             let configuration = telling(model);
             // Every device knows mbar; without it what it shows could not be told from counts.
             let unit = model.unit_named("mbar").ok_or_else(|| SpecError::Device(spec.device.clone()))?;
-            Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit })
+            Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit, fitted: Fitted::default() })
         };
         let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
         Scene::new(devices, watched, address, baud).map_err(|error| SceneError::Master(error.to_string()))

@@ -12,6 +12,7 @@ import { Rise } from './pages/rise.tsx'
 import { Trends } from './pages/trends.tsx'
 import { age } from './pure/format.ts'
 import { nextUnit, UNIT_NAMES, type Unit } from './pure/units.ts'
+import { lostSentence } from './pure/words.ts'
 import { go, Link, usePlace } from './router.tsx'
 import { nextTheme, setUnit, unit, useTheme, useUnit } from './settings.ts'
 
@@ -141,7 +142,8 @@ function Trouble({ live }: { live: Live }): JSX.Element | null {
       </p>
     )
   }
-  return recorder?.lost ? <p class="alarm">{recorder.lost} samples could not be recorded.</p> : null
+  const lost = recorder && lostSentence(recorder)
+  return lost ? <p class="alarm">{lost}</p> : null
 }
 
 /** Every page by a key, unless somebody writes. */
