@@ -1,6 +1,7 @@
 //! `profivac decode`: what happened on a line, out of a file.
 
 use crate::failure::Failure;
+use crate::output::{check, remark};
 use crate::story::{Capture, Printer, Style};
 use crate::values;
 use clap::Args;
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         noted.clear();
     }
     story.end()?;
-    remark(source.skipped, name);
+    skipped_lines(source.skipped, name);
     story.verdict(source.damage, name)
 }
 
@@ -70,10 +71,10 @@ fn open(file: &str) -> io::Result<Box<dyn Read>> {
 }
 
 /// Lines that were passed over are worth a word.
-fn remark(skipped: Skipped, name: &str) {
+fn skipped_lines(skipped: Skipped, name: &str) {
     if let Skipped { count, first: Some(first) } = skipped {
         let lines = if count == 1 { "line" } else { "lines" };
-        eprintln!("profivac: {name}: {count} {lines} without octets, the first is line {first}");
+        remark(&format_args!("{name}: {count} {lines} without octets, the first is line {first}"));
     }
 }
 
@@ -108,6 +109,7 @@ impl Story<'_> {
 
     fn show(&mut self, told: &mut Vec<Told>) -> Result<(), Failure> {
         self.printer.print(told);
+        check()?;
         self.capture.as_mut().map_or(Ok(()), |capture| capture.add(told))?;
         told.clear();
         Ok(())

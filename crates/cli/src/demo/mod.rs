@@ -6,7 +6,7 @@ mod trend;
 
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{check, out, remark};
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
@@ -84,11 +84,11 @@ const MAX_LAG: Duration = Duration::from_millis(200);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
     if headless && !arguments.headless {
-        eprintln!("profivac: there is no terminal to draw on: rows as with --headless");
+        remark(&format_args!("there is no terminal to draw on: rows as with --headless"));
     }
     let mut demo = Demo::new(arguments)?;
     if let Some(dashboard) = demo.dashboard.as_ref().filter(|_| headless) {
-        eprintln!("profivac: the dashboard is at {}", dashboard.url());
+        remark(&format_args!("the dashboard is at {}", dashboard.url()));
     }
     if headless {
         demo.in_rows(arguments.json)?
@@ -212,6 +212,7 @@ impl Demo {
             next += PERIOD;
             // Texts and numbers always have a JSON form.
             out(&if json { serde_json::to_string(&self.row()).unwrap_or_default() } else { self.row().line() });
+            check()?;
             if !going || self.run.is_over() {
                 return Ok(());
             }
@@ -231,7 +232,7 @@ impl Demo {
     /// What was not as expected, and a lost exchange, are failures where nobody sees them.
     fn verdict(&self, headless: bool) -> Result<(), Failure> {
         let Row { exchanges, lost, .. } = self.row();
-        self.run.findings().iter().for_each(|finding| eprintln!("profivac: {finding}"));
+        self.run.findings().iter().for_each(|finding| remark(&format_args!("{finding}")));
         if !headless {
             return Ok(());
         }

@@ -14,6 +14,7 @@ use crate::output::remark;
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use rustix::fd::AsFd;
 use segment::Watch;
 use show::Show;
@@ -32,7 +33,7 @@ use std::time::{Duration, Instant};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A serial device, a pty, tcp://HOST:PORT, or sim:FILE.toml for a segment in memory; not with a FILE.toml
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", value_parser = NonEmptyStringValueParser::new())]
     port: Option<String>,
     #[command(flatten)]
     line: Line,

@@ -4,6 +4,7 @@ use super::plan::Plan;
 use super::row::Row;
 use super::show::Show;
 use crate::failure::Failure;
+use crate::output::check;
 use profivac_dp::master::{Mode, State, Trouble};
 use profivac_host::port;
 use profivac_host::tool::{Tool, take};
@@ -81,6 +82,7 @@ impl Watch<'_> {
         while self.serve_until(tool, next)? {
             next += period;
             self.show.rows(self.number, self.rows(tool, slaves));
+            check()?;
         }
         Ok(())
     }

@@ -86,7 +86,7 @@ impl<'a> Show<'a> {
 
     /// A segment is not watched any more. Where there is only one that is the end of the command, which says it itself.
     pub fn ended(&self, number: usize, failure: &Failure) {
-        if self.plans.len() > 1 {
+        if self.plans.len() > 1 && !failure.is_quiet() {
             self.remark(number, failure);
             self.change(number, |seen| seen.rows.clear());
         }
@@ -117,6 +117,7 @@ impl<'a> Show<'a> {
         }
         let (plan, failure) = ended.swap_remove(0);
         Err(match &plan.name {
+            _ if failure.is_quiet() => failure,
             None => failure,
             Some(_) if self.is_screen() => failure.of(&said_of(plan, &failure)),
             Some(name) => failure.of(&format!("the segment {name:?} was not watched to the end")),

@@ -47,17 +47,12 @@ use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
-use std::fs;
-use std::io::Read;
 use std::path::Path;
 use words::{TIME, Text, Wrong, unknown};
 
 /// The length of a step unless the file says it, in s, and the longest.
 const STEP_S: f64 = 0.01;
 const LONGEST_STEP_S: f64 = 3600.0;
-
-/// The largest file, in octets: what is shipped has some thousand.
-const LARGEST: u64 = 256 * 1024;
 
 /// What is wrong with a scenario.
 #[derive(Debug, thiserror::Error)]
@@ -118,7 +113,7 @@ impl Scenario {
     /// [`ScenarioError`] with the place in the file and what was expected there.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
-        let text = read(path).map_err(|source| ScenarioError::Read { name: name.clone(), source })?;
+        let text = crate::text_file::read(path).map_err(|source| ScenarioError::Read { name: name.clone(), source })?;
         Self::parse(&text, &name)
     }
 
@@ -199,16 +194,6 @@ impl Scenario {
     pub fn start(&self, bus: Bus) -> Run {
         Run::new(self, bus)
     }
-}
-
-/// The text of a file, which may be something else and have no end.
-fn read(path: &Path) -> std::io::Result<String> {
-    let mut text = String::new();
-    fs::File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > LARGEST {
-        return Err(std::io::Error::other(format!("expected a scenario of at most {LARGEST} octets, got more")));
-    }
-    Ok(text)
 }
 
 /// The length of a step.
