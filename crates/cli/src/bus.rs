@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::output::{remark, remarks};
 use crate::values::{self, Rate};
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 use profivac_host::conform::PortWire;
@@ -20,7 +21,7 @@ const TIMEOUT: Duration = Duration::from_secs(5);
 #[derive(Args, Clone, Debug)]
 pub struct Bus {
     /// A serial device, a pty, tcp://HOST:PORT, or sim:FILE.toml for a segment in memory
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", value_parser = NonEmptyStringValueParser::new())]
     port: String,
     #[command(flatten)]
     line: Line,

@@ -3,7 +3,7 @@
 use crate::bus::Bus;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::{json, out};
+use crate::output::{json, out, remark};
 use crate::values;
 use clap::Args;
 use profivac_dp::master::services;
@@ -14,7 +14,7 @@ use profivac_host::live::{SlaveSeen, look};
 use profivac_host::tool::{Reply, Tool};
 use profivac_host::watch::{WatchError, Watched};
 use serde::Serialize;
-use std::io::{IsTerminal, stdin};
+use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
 
 /// Hold a slave against the rules of PROFIBUS DP: what was asked, what came, where the rule stands.
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.own {
         // Nobody has to be told.
     } else if stdin().is_terminal() {
-        eprintln!("profivac: conform parameterises the slave at address {address} and releases it again and again");
+        remark(&format_args!("conform parameterises the slave at address {address} and releases it again and again"));
     } else {
         return Err(Failure::usage("conform parameterises the slave and owns it: say --own in a script"));
     }
@@ -108,7 +108,7 @@ fn verdict(address: u8, findings: &[Finding]) -> Result<(), Failure> {
     let broken = count(|outcome| matches!(outcome, Outcome::Broken { .. }));
     let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
     let holds = count(|outcome| *outcome == Outcome::Holds);
-    eprintln!("{holds} rules hold, {broken} are broken, {skipped} were not asked for");
+    writeln!(stderr(), "{holds} rules hold, {broken} are broken, {skipped} were not asked for").ok();
     match broken {
         0 => Ok(()),
         1 => Err(Failure::refused(format!("the slave at address {address} breaks a rule"))),

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out};
+use crate::output::{json, out, remark};
 use clap::Args;
 use profivac_host::client::ClientError;
 use profivac_host::client::names::Named;
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         out(&json(&rows));
     } else if rows.is_empty() {
-        eprintln!("profivac: no differences in {} settings", file.settings.len());
+        remark(&format_args!("no differences in {} settings", file.settings.len()));
     } else {
         out(&table(&rows));
     }
@@ -69,7 +69,7 @@ fn table(rows: &[Row<'_>]) -> String {
 
 /// Reads a file of settings.
 pub fn load(path: &Path) -> Result<File, Failure> {
-    let text = std::fs::read_to_string(path)
+    let text = profivac_host::text_file::read(path)
         .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", path.display())))?;
     File::parse(&text).map_err(|error| bad(path, &error))
 }

@@ -3,10 +3,10 @@
 use crate::failure::Failure;
 use crate::gauge::At;
 use crate::list::{is_wanted, tree};
-use crate::output::{json, out};
+use crate::output::{Progress, json, out, remark};
 use crate::read::Row;
 use clap::Args;
-use profivac_host::client::settings::{Dump, dump, is_setting};
+use profivac_host::client::settings::{Dump, dump_telling, is_setting};
 use serde::Serialize;
 use std::fs;
 use std::io;
@@ -52,15 +52,18 @@ struct Line {
 
 /// Reads all of it.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let dump = arguments.at.with(|gauge| Ok(dump(gauge)?))?;
+    let dump = arguments.at.with(|gauge| {
+        let mut progress = Progress::of("parameters");
+        Ok(dump_telling(gauge, |done, all| progress.tell(done, all))?)
+    })?;
     if let Some(path) = &arguments.out {
         save(path, &dump.to_toml())?;
         let settings = dump.readings.iter().filter(|(named, _)| is_setting(named)).count();
-        eprintln!(
-            "profivac: {settings} settings and {} readings in {}",
+        remark(&format_args!(
+            "{settings} settings and {} readings in {}",
             dump.readings.len() - settings,
             path.display()
-        );
+        ));
         return Ok(());
     }
     show(arguments, &dump);
@@ -89,12 +92,19 @@ fn show(arguments: &Arguments, dump: &Dump) {
     out(&tree(&heading, &shown, |_| readings.next().unwrap_or_default()));
 }
 
-/// Writes a file as a whole or not at all.
+/// Writes a file as a whole or not at all. What is there and is no file, a device or a pipe, is written to as it is.
 fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    let wrong = |error: io::Error| Failure::usage(format!("{}: {error}", path.display()));
+    let wrong = |error: io::Error| Failure::usage(format!("{} cannot be written: {error}", path.display()));
+    if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return fs::write(path, text).map_err(wrong);
+    }
     let mut begun = path.as_os_str().to_owned();
     begun.push(".part");
     let begun = PathBuf::from(begun);
-    fs::write(&begun, text).map_err(wrong)?;
-    fs::rename(&begun, path).map_err(wrong)
+    let written = fs::write(&begun, text).and_then(|()| fs::rename(&begun, path));
+    if written.is_err() {
+        // Nothing half written stays; why it could not be written says enough.
+        fs::remove_file(&begun).ok();
+    }
+    written.map_err(wrong)
 }

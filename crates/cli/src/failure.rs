@@ -34,6 +34,26 @@ impl Failure {
         Self { kind: Kind::Refused, sentence: sentence.into() }
     }
 
+    /// Nobody reads the output any more: there is nobody to tell it to.
+    pub const fn quiet() -> Self {
+        Self { kind: Kind::Port, sentence: String::new() }
+    }
+
+    /// The command line asks for what cannot be, and that was said.
+    pub const fn quiet_usage() -> Self {
+        Self { kind: Kind::Usage, sentence: String::new() }
+    }
+
+    /// Whether there is nothing left to say.
+    pub const fn is_quiet(&self) -> bool {
+        self.sentence.is_empty()
+    }
+
+    /// The same kind, in other words.
+    pub fn of(&self, sentence: &str) -> Self {
+        Self { kind: self.kind, sentence: sentence.to_owned() }
+    }
+
     /// The command line asks for what cannot be.
     pub fn usage(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, sentence: sentence.into() }

@@ -164,10 +164,10 @@ impl At {
         if !self.own && !somebody_is_there() {
             return Err(Failure::usage("--via ms1 and pkw parameterise the gauge and own it: say --own in a script"));
         }
-        eprintln!(
-            "profivac: {} at address {} is parameterised now, with the unit it has, and unlocked at the end",
+        remark(&format_args!(
+            "{} at address {} is parameterised now, with the unit it has, and unlocked at the end",
             model.name, self.address
-        );
+        ));
         let watched = Watched::find(tool, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
         let owned =
@@ -206,11 +206,11 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     }
     // Before anybody sees the question.
     let signals = Signals::catch()?;
-    eprint!("profivac: {risk}. Go on? [y/N] ");
+    write!(io::stderr(), "profivac: {risk}. Go on? [y/N] ")?;
     io::stderr().flush()?;
     // Whoever is asked may also answer with Ctrl-C.
     if !answers(&signals)? {
-        eprintln!();
+        writeln!(io::stderr())?;
         return Err(Failure::usage("nothing was sent"));
     }
     let mut answer = String::new();

@@ -2,7 +2,7 @@
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::{out, remarks};
+use crate::output::{out, remark, remarks};
 use crate::values;
 use clap::Args;
 use fastrand::Rng;
@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         for said in console.said(readable.get(..wanted).unwrap_or_default()) {
             if hear(&mut hub, &said).is_break() {
                 let Noise { passed, flipped, dropped, .. } = hub.noise;
-                eprintln!("profivac: {passed} octets, {flipped} with a flipped bit, {dropped} lost");
+                remark(&format_args!("{passed} octets, {flipped} with a flipped bit, {dropped} lost"));
                 return Ok(());
             }
         }

@@ -58,9 +58,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Never over a file that is there: it may have been worked on. Its owner's alone: it will say where secrets are.
 fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::usage(format!("{}: {error}", path.display()));
+    let failed = |error: std::io::Error| Failure::usage(format!("{} cannot be written: {error}", path.display()));
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path).map_err(failed)?;
-    file.write_all(text.as_bytes()).map_err(failed)
+    let written = file.write_all(text.as_bytes());
+    if written.is_err() {
+        // It would be in the way next time.
+        std::fs::remove_file(path).ok();
+    }
+    written.map_err(failed)
 }
 
 fn file(port: &str, baud: u32, master: u8, gauges: &[(u8, Vec<&'static str>)]) -> String {

@@ -31,6 +31,7 @@ mod values;
 mod write;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use failure::Failure;
 use std::process::ExitCode;
 
 /// PROFIBUS DP for vacuum gauges: virtual devices, a bus master, and the tools around them.
@@ -82,7 +83,23 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let done = match Profivac::parse().command {
+    let done = match Profivac::try_parse() {
+        Ok(profivac) => run(profivac.command).and_then(|()| output::check()),
+        Err(said) => output::usage(&said),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if !failure.is_quiet() {
+                output::remark(&failure);
+            }
+            failure.into()
+        }
+    }
+}
+
+fn run(command: Command) -> Result<(), Failure> {
+    match command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Hub(arguments) => hub::run(&arguments),
@@ -104,13 +121,6 @@ fn main() -> ExitCode {
         Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("profivac: {failure}");
-            failure.into()
-        }
     }
 }
 

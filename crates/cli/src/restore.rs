@@ -3,7 +3,7 @@
 use crate::diff::{differences, in_order, load};
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out};
+use crate::output::{json, out, remark};
 use clap::Args;
 use profivac_devices::model::Storage;
 use profivac_host::client::names::Named;
@@ -69,9 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Err(failure) = done {
         let written = rows.iter().filter(|row| row.error.is_none()).count();
         if written > 0 {
-            eprintln!(
-                "profivac: {written} settings were written before it ended; `profivac diff` shows what is missing"
-            );
+            remark(&format_args!(
+                "{written} settings were written before it ended; `profivac diff` shows what is missing"
+            ));
         }
         return Err(failure);
     }
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::refused(format!("{refused} of {} differing settings were not taken", rows.len())));
     }
     let verb = if arguments.dry_run { "would be" } else { "were" };
-    eprintln!("profivac: {} of {} settings differed and {verb} written", rows.len(), file.settings.len());
+    remark(&format_args!("{} of {} settings differed and {verb} written", rows.len(), file.settings.len()));
     Ok(())
 }
 
@@ -153,7 +153,7 @@ fn remind(settings: &[(Named, Setting)], rows: &[Row]) {
         named.parameter.row.storage == Storage::OnRequest && rows.iter().any(|row| row.name == named.name)
     };
     if settings.iter().any(on_request) {
-        eprintln!("profivac: the device keeps these without power only when it is told to: write store");
+        remark(&format_args!("the device keeps these without power only when it is told to: write store"));
     }
 }
 

@@ -105,7 +105,8 @@ fn a_capture_that_was_cut_off_is_told_up_to_there_and_ends_with_2() {
     assert!(story.contains("8 telegrams, 1 damaged piece (11.1 %)"), "{story}");
     let offset = file.len() - 52;
     let expected = format!(
-        "profivac: cut: the block at octet {offset} does not fit the file; what comes before it is told above\n"
+        "profivac: cut: the file ends within the block at octet {offset}: it was cut off, or is still being written; what comes \
+         before it is told above\n"
     );
     assert_eq!((code, complaint), (Some(2), expected));
 }
@@ -119,7 +120,11 @@ fn what_cannot_be_decoded_is_named_and_ends_with_2() {
             b"\nno octets here\n",
             "profivac: file: line 2: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found 'no octets here'\n",
         ),
-        (b"# 500 kbit/s\n10 | E5\nsoon | E5\n", "profivac: file: line 3: expected a bit time, found 'soon'\n"),
+        (
+            b"# 500 kbit/s\n10 | E5\nsoon | E5\n",
+            "profivac: file: line 3: expected a bit time, found 'soon'; what comes before it is told above\n",
+        ),
+        (b"# 500 kbit/s\nsoon | E5\n", "profivac: file: line 2: expected a bit time, found 'soon'\n"),
         (
             b"68 05 05 68 88 82 6D 3C 3E F2 16\n",
             "profivac: file: expected telegrams, none of 11 octets belongs to a valid one\n",

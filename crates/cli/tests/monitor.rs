@@ -163,9 +163,88 @@ fn a_station_file_says_what_is_watched() {
     };
     refused(&["--port", &bench, &plant], "a station's file says which port");
     refused(&["5"], "expected --port PORT with addresses, or a station's FILE.toml alone");
-    std::fs::write(&plant, text + &segment.replace("\"bus\"", "\"annex\"").replace("bench", "other")).unwrap();
-    refused(&[&plant], "expected one segment, got 2: say --port and addresses");
     std::fs::write(&plant, segment).unwrap();
     refused(&[&plant], "the segment \"bus\" has no gauges");
     refused(&[&folder.name("missing.toml")], "the file cannot be read");
+}
+
+/// A station's file: segments with a name, a port and the address of a BCG450.
+fn station_file(folder: &Folder, segments: &[(&str, &str, u8)]) -> String {
+    let segment = |(name, port, address): &(&str, &str, u8)| {
+        format!(
+            "[[segment]]\nname = \"{name}\"\nport = \"{port}\"\nmaster = 1\n\
+             [[segment.gauge]]\nname = \"{name}-gauge\"\naddress = {address}\ndevice = \"bcg450\"\n"
+        )
+    };
+    let path = folder.name("plant.toml");
+    std::fs::write(&path, segments.iter().map(segment).collect::<String>()).unwrap();
+    path
+}
+
+#[test]
+fn all_segments_of_a_station_are_watched_and_every_row_says_which() {
+    let (hall, annex) = (Folder::new(), Folder::new());
+    let (_hall, hall_line) = simulation(&hall, &["bcg450@5", "--pressure", "2e-3 mbar"]);
+    let (_annex, annex_line) = simulation(&annex, &["bcg450@5", "--pressure", "4e-5 mbar"]);
+    let plant = station_file(&hall, &[("hall", &hall_line, 5), ("annex, east", &annex_line, 5)]);
+    for (form, rows) in [
+        ("--csv", [",\"hall\",5,bcg450,2e-3,mbar,", ",\"annex, east\",5,bcg450,4e-5,mbar,"]),
+        ("--json", ["\"segment\":\"hall\",\"address\":5", "\"segment\":\"annex, east\",\"address\":5"]),
+    ] {
+        let output = run(&["monitor", "--own", form, "--for", "1.7", &plant]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let printed = String::from_utf8(output.stdout).unwrap();
+        assert!(rows.iter().all(|row| printed.contains(row)), "{form}: {printed}");
+    }
+    for folder in [&hall, &annex] {
+        End::pty(&folder.path("line")).insist(&sd2(5, 60, 0x6D, ""), FREE);
+    }
+}
+
+#[test]
+fn a_segment_that_cannot_be_watched_does_not_stop_the_others() {
+    let folder = Folder::new();
+    let (_simulation, line) = simulation(&folder, &["bcg450@5"]);
+    let plant = station_file(&folder, &[("gone", "/nowhere", 5), ("hall", &line, 5)]);
+    let output = run(&["monitor", "--own", "--csv", "--for", "2", &plant]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.contains(",\"hall\",5,bcg450,1e-3,"), "{printed}");
+    assert_eq!(
+        said,
+        "profivac: gone: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n\
+         profivac: the segment \"gone\" was not watched to the end\n"
+    );
+    assert_eq!(output.status.code(), Some(3));
+}
+
+#[test]
+fn a_port_that_is_lost_meanwhile_does_not_stop_the_others() {
+    let (hall, annex) = (Folder::new(), Folder::new());
+    let (_hall, hall_line) = simulation(&hall, &["bcg450@5"]);
+    let (mut annex_simulation, annex_line) = simulation(&annex, &["bcg450@6"]);
+    let plant = station_file(&hall, &[("hall", &hall_line, 5), ("annex", &annex_line, 6)]);
+    let mut monitor = Program::start(&["monitor", "--own", "--json", &plant]);
+    let exchanges = |monitor: &Program, segment: &str| loop {
+        let row = json(&monitor.line());
+        if row["segment"] == segment && row["state"] == "DATA" {
+            return row["exchanges"].as_u64().unwrap();
+        }
+    };
+    exchanges(&monitor, "annex");
+    annex_simulation.tell("quit");
+    annex_simulation.exit_code();
+    let before = exchanges(&monitor, "hall");
+    let after = (0..3).map(|_| exchanges(&monitor, "hall")).max().unwrap();
+    assert!(after > before, "{before} {after}");
+    let (_annex, _) = simulation(&annex, &["bcg450@6"]);
+    let row = loop {
+        let row = json(&monitor.line());
+        if row["segment"] == "annex" && row["state"] == "DATA" && row["pressure"].is_number() {
+            break row;
+        }
+    };
+    assert_eq!(row["address"], 6);
+    monitor.terminate();
+    assert_eq!(monitor.exit_code(), 0);
 }

@@ -5,10 +5,7 @@ mod support;
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{
-    End, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Notice, Outcome, Phase, Settings, SlaveParameters, What,
-    services,
-};
+use profivac_dp::master::{End, Handle, Master, Ms1Parameters, Ms2Parameters, Notice, Outcome, Phase, Settings, What};
 use profivac_wire::acyclic::{AbortReason, AlarmAck, Call, ErrorCode, Im0};
 use support::bus;
 use support::desk::Desk;
@@ -134,37 +131,10 @@ fn idle_as_on_a_real_bus() {
     assert_eq!(opened.server_sap, 40);
 }
 
-/// A master that has just exchanged 01 02 with slave 8 and sends nothing more by itself: FCB = 0 comes next.
-fn exchanging() -> Desk<Master<1, 8>> {
-    let settings = Settings { control_cycles: 0, ..Settings::new(BAUD) };
-    let mut desk = Desk::new(Master::on(bus(), settings, BitTime(0)));
-    let slave = SlaveParameters { user_prm: &[0x80, 0, 0], ..SlaveParameters::new(8, 0x1234, &[0x11, 0x21]) };
-    desk.station.user.add(&slave).unwrap();
-    desk.station.user.set_mode(Mode::Operate);
-    let ready = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
-    desk.asks();
-    for answer in ["10 02 08 00 0A 16", "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", ready] {
-        desk.hears(answer);
-        desk.asks();
-    }
-    assert_eq!(desk.asks().text(), "68 05 05 68 08 02 7D 00 00 87 16");
-    desk.station.user.set_mode(Mode::Stop);
-    let inputs = "68 05 05 68 02 08 08 01 02 15 16";
-    desk.hears(inputs);
-    if desk.takes_leave(inputs) {
-        // FCB = 0 comes next.
-        desk.station.user.submit(&services::rd_inp(8)).unwrap();
-        desk.asks();
-        desk.hears("E5");
-        desk.station.user.take();
-    }
-    desk
-}
-
 /// profibus-wire 4.4, octet by octet.
 #[test]
 fn ms1_as_printed() {
-    let mut desk = exchanging();
+    let mut desk = Desk::exchanging();
     let parameters = Ms1Parameters::new(BAUD);
     let read = desk.station.user.ms1_read(8, 1, 16, 20, &parameters).unwrap();
     desk.dialogue(
@@ -195,7 +165,7 @@ fn ms1_as_printed() {
 /// profibus-wire 4.5: the acknowledgement of alarm type 2 (process) of slot 3, Seq_Nr 2.
 #[test]
 fn alarm_ack_as_printed() {
-    let mut desk = exchanging();
+    let mut desk = Desk::exchanging();
     let alarm = AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 };
     let ack = desk.station.user.ms1_alarm_ack(8, alarm, &Ms1Parameters::new(BAUD)).unwrap();
     desk.dialogue(

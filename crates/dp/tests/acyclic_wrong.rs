@@ -3,14 +3,10 @@
 
 mod support;
 
+use profivac_dp::link::Baud;
 use profivac_dp::link::active::{Failure, Mismatch};
-use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{
-    Cause, End, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Settings, SlaveParameters, Trouble,
-    services,
-};
+use profivac_dp::master::{Cause, End, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome, Trouble};
 use profivac_wire::{Frame, Telegram};
-use support::bus;
 use support::desk::Desk;
 
 const BAUD: Baud = Baud::B1500000;
@@ -49,28 +45,7 @@ fn octets(frame: Frame<'_>) -> Vec<u8> {
 
 /// A master that has exchanged data with slave 8 and is silent but for what it is asked for.
 fn exchanging() -> Station {
-    let settings = Settings { control_cycles: 0, ..Settings::new(BAUD) };
-    let mut desk = Desk::new(Master::on(bus(), settings, BitTime(0)));
-    let slave = SlaveParameters { user_prm: &[0x80, 0, 0], ..SlaveParameters::new(8, 0x1234, &[0x11, 0x21]) };
-    desk.station.user.add(&slave).unwrap();
-    desk.station.user.set_mode(Mode::Operate);
-    let ready = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
-    desk.asks();
-    for answer in ["10 02 08 00 0A 16", "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", ready] {
-        desk.hears(answer);
-        desk.asks();
-    }
-    desk.asks();
-    desk.station.user.set_mode(Mode::Stop);
-    let inputs = "68 05 05 68 02 08 08 01 02 15 16";
-    desk.hears(inputs);
-    if desk.takes_leave(inputs) {
-        // FCB = 0 comes next.
-        desk.station.user.submit(&services::rd_inp(8)).unwrap();
-        desk.asks();
-        desk.hears("E5");
-        desk.station.user.take();
-    }
+    let mut desk = Desk::exchanging();
     while desk.station.user.next_event().is_some() {}
     desk
 }

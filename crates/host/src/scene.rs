@@ -208,6 +208,7 @@ mod tests {
     use crate::instrument::Spec;
     use crate::memory::Memory;
     use crate::pressure::Pressure;
+    use crate::watch::Fitted;
     use profivac_devices::bcg450::table::MODEL;
     use profivac_vacuum::Gas;
 
@@ -232,7 +233,8 @@ mod tests {
             change(VirtualDevice::new(spec.build(Memory::volatile(), baud).unwrap(), place, baud, conditions(1e-3)))
         });
         let (configuration, unit) = (MODEL.default_configuration, MODEL.unit_named("mbar").unwrap());
-        let watched = [5, 6].map(|address| Watched { address, model: &MODEL, configuration, unit });
+        let watched =
+            [5, 6].map(|address| Watched { address, model: &MODEL, configuration, unit, fitted: Fitted::default() });
         Scene::new(devices.into(), watched.into(), 1, baud).unwrap()
     }
 

@@ -18,12 +18,11 @@ use crate::memory::Memory;
 use crate::port::{PortError, Remark, Stream};
 use crate::pressure::Pressure;
 use crate::segment::Segment;
-use crate::text_file::{Parsed, baud, place_of, usual_baud};
+use crate::text_file::{self, Parsed, baud, place_of, usual_baud};
 use profivac_dp::link::Baud;
 use profivac_vacuum::Gas;
 use serde::Deserialize;
 use std::fmt::Display;
-use std::fs;
 use std::ops::Range;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -93,7 +92,7 @@ impl SegmentFile {
     /// [`PortError::File`] with the place in the file, and what was expected there.
     pub fn read(path: &Path) -> Result<Self, PortError> {
         let name = path.display().to_string();
-        let text = fs::read_to_string(path).map_err(|error| PortError::File(format!("{name}: {error}")))?;
+        let text = text_file::read(path).map_err(|error| PortError::File(format!("{name}: {error}")))?;
         Self::parse(&text, path)
     }
 
@@ -155,6 +154,7 @@ mod tests {
     use super::*;
     use crate::live::look;
     use crate::tool::{Tool, bus_parameters};
+    use std::fs;
     use std::time::Instant;
 
     const FILE: &str = "\

@@ -4,7 +4,27 @@ use profivac_dp::link::Baud;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
 use std::str::FromStr;
+
+/// The largest file that is read, in octets. free choice: what people write is far smaller, and what is no such file may have
+/// no end.
+const LARGEST: u64 = 256 * 1024;
+
+/// The text of a file, which may be something else and have no end.
+///
+/// # Errors
+/// What the system says, and what is no text.
+pub fn read(path: &Path) -> io::Result<String> {
+    let mut octets = Vec::new();
+    File::open(path)?.take(LARGEST.saturating_add(1)).read_to_end(&mut octets)?;
+    if octets.len() as u64 > LARGEST {
+        return Err(io::Error::other(format!("expected a text of at most {LARGEST} octets, got more")));
+    }
+    String::from_utf8(octets).map_err(|_| io::Error::other("expected a text in UTF-8, got other octets"))
+}
 
 /// A value that is written as a text.
 #[derive(Debug)]
@@ -45,6 +65,22 @@ pub fn place_of(text: &str, offset: usize) -> (usize, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_a_text_of_a_size_that_people_write_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        for (octets, expected) in [
+            (b"baud = 19200".to_vec(), Ok("baud = 19200".to_owned())),
+            (vec![0xFF, 0xFE, b'a', 0], Err("expected a text in UTF-8, got other octets".to_owned())),
+            (vec![b' '; 256 * 1024 + 1], Err("expected a text of at most 262144 octets, got more".to_owned())),
+        ] {
+            std::fs::write(&path, octets).unwrap();
+            assert_eq!(read(&path).map_err(|error| error.to_string()), expected);
+        }
+        let endless = read(Path::new("/dev/zero")).unwrap_err();
+        assert_eq!(endless.to_string(), "expected a text of at most 262144 octets, got more");
+    }
 
     #[test]
     fn places_are_counted_in_characters_from_one() {

@@ -10,11 +10,9 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
-use profivac_station::config::Config;
 use profivac_station::plant::Plant;
 use profivac_station::station::Station;
 use profivac_station::view::Standing;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 const SEGMENTS: usize = 2;
@@ -27,7 +25,7 @@ fn main() {
     let seconds = std::env::var("PROFIVAC_BENCH_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(3600);
     let folder = tempfile::tempdir().unwrap();
     let benches: Vec<_> = (0..SEGMENTS).map(|_| Bench::start(&DEVICES)).collect();
-    let station = Station::start(config(&benches, folder.path())).unwrap();
+    let station = Station::start(hardship::config(&benches, &DEVICES, "200 ms", folder.path())).unwrap();
     let plant = station.plant();
     wait_until_well(&plant);
     let mut random = fastrand::Rng::with_seed(1);
@@ -71,23 +69,6 @@ fn main() {
     );
     println!("all well {:.1} s after the last; {} samples lost", well.as_secs_f64(), plant.recorder().health().lost);
     station.stop();
-}
-
-fn config(benches: &[Bench], folder: &Path) -> Config {
-    let mut text = String::new();
-    for (number, bench) in benches.iter().enumerate() {
-        text += &format!(
-            "[[segment]]\nname = \"s{number}\"\nport = \"tcp://{}\"\nbaud = 187500\nmaster = 1\n",
-            bench.address
-        );
-        for device in DEVICES {
-            let (device, address) = device.split_once('@').unwrap();
-            text += &format!(
-                "[[segment.gauge]]\nname = \"g{number}.{address}\"\ndevice = \"{device}\"\naddress = {address}\n"
-            );
-        }
-    }
-    Config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
 /// How long it took until all gauges exchange data. A station in which something is stuck never gets there.

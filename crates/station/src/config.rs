@@ -37,7 +37,7 @@ use profivac_host::instrument::{DEVICES, entry};
 use profivac_host::port::PortError;
 use profivac_host::pressure::Pressure;
 use profivac_host::segment_file::SegmentFile;
-use profivac_host::text_file::{Parsed, baud, place_of, usual_baud};
+use profivac_host::text_file::{self, Parsed, baud, place_of, usual_baud};
 use profivac_vacuum::Gas;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
@@ -212,7 +212,7 @@ impl Config {
             column: 1,
             what: format!("the file cannot be read: {error}"),
         };
-        Self::parse(&std::fs::read_to_string(path).map_err(error)?, path)
+        Self::parse(&text_file::read(path).map_err(error)?, path)
     }
 
     /// Whether the files behind `sim:` ports can be read, too. They belong to others and may change or come later, so a

@@ -174,6 +174,7 @@ fn what_cannot_be_asked_is_refused_with_a_sentence() {
         ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, got 99999"),
         ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, got -1"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 8 samples, got 0"),
+        ("/api/export.csv?from=2&to=1", "expected from to lie before to, got 2 and 1"),
     ] {
         assert_eq!(desk.problem(path), (400, sentence.to_owned()), "{path}");
     }
@@ -229,6 +230,36 @@ fn an_export_is_a_table_to_be_saved() {
 }
 
 /// What is deleted after the first piece was taken is not in the rest: nobody has read ahead far.
+/// A name may have a comma in it: `series` again for each name always means one; commas part what is no name.
+#[test]
+fn an_export_has_the_series_that_were_asked_for() {
+    let desk = Desk::new();
+    for name in ["hall, north", "hall", "north & south", "annex"] {
+        let at = Micros(NEW_YEAR_MS * 1000);
+        desk.plant.recorder().push(&Arc::from(name), Sample::new(at, Some(1.0), Quality::Valid));
+    }
+    assert!(desk.plant.recorder().flush());
+    for (asked, expected) in [
+        ("", &["annex", "hall", "hall, north", "north & south"][..]),
+        ("&series=hall%2C%20north", &["hall, north"]),
+        ("&series=hall%2C+north&series=annex", &["annex", "hall, north"]),
+        ("&series=hall,annex", &["annex", "hall"]),
+        ("&series=north+%26+south&series=hall,annex", &["annex", "hall", "north & south"]),
+        ("&series=nobody", &[]),
+    ] {
+        let (status, _, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
+        let mut names: Vec<_> = text.lines().skip(1).map(|row| name_of(row).to_owned()).collect();
+        names.sort();
+        assert_eq!((status, names.iter().map(String::as_str).collect::<Vec<_>>()), (200, expected.to_vec()), "{asked}");
+    }
+}
+
+/// What stands between the time and the pressure, without its quotes.
+fn name_of(row: &str) -> &str {
+    let (_, rest) = row.split_once(',').unwrap();
+    rest.trim_end_matches(",valid").rsplit_once(',').unwrap().0.trim_matches('"')
+}
+
 #[test]
 fn an_export_is_read_as_it_is_taken() {
     let desk = Desk::new();

@@ -6,33 +6,14 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
-use profivac_station::config::Config;
 use profivac_station::plant::Plant;
 use profivac_station::recorder::{Micros, Quality};
 use profivac_station::station::Station;
 use profivac_station::view::Standing;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(90);
 const DEVICES: [&str; 3] = ["bcg450@5", "psg550@6", "tpg300@7"];
-
-fn config(benches: &[Bench], folder: &Path) -> Config {
-    let mut text = String::new();
-    for (number, bench) in benches.iter().enumerate() {
-        text += &format!(
-            "[[segment]]\nname = \"s{number}\"\nport = \"tcp://{}\"\nbaud = 187500\nmaster = 1\n",
-            bench.address
-        );
-        for device in DEVICES {
-            let (device, address) = device.split_once('@').unwrap();
-            text += &format!(
-                "[[segment.gauge]]\nname = \"g{number}.{address}\"\ndevice = \"{device}\"\naddress = {address}\npoll = \"20 ms\"\n"
-            );
-        }
-    }
-    Config::parse(&text, &folder.join("plant.toml")).unwrap()
-}
 
 fn until(plant: &Plant, what: &str, mut seen: impl FnMut(&Plant) -> bool) {
     let end = Instant::now() + PATIENCE;
@@ -54,7 +35,7 @@ fn all_well(plant: &Plant, count: usize) -> bool {
 fn every_blow_is_survived_and_nobody_else_feels_it() {
     let folder = tempfile::tempdir().unwrap();
     let benches: Vec<_> = (0..3).map(|_| Bench::start(&DEVICES)).collect();
-    let station = Station::start(config(&benches, folder.path())).unwrap();
+    let station = Station::start(hardship::config(&benches, &DEVICES, "20 ms", folder.path())).unwrap();
     let plant = station.plant();
     until(&plant, "all gauges", |plant| all_well(plant, 9));
     for (number, bench) in benches.iter().enumerate() {

@@ -97,7 +97,10 @@ fn gauges_are_found_watched_and_recorded() {
     exchanging(&plant, "fore");
     let rack = gauge(&plant, "rack", |gauge| gauge.readings.len() == 4);
     assert_eq!(rack.readings[3].series, "rack.4");
-    gauge(&plant, "old", |gauge| !gauge.readings.is_empty());
+    let principles = |gauge: &Gauge| gauge.readings.iter().map(|reading| reading.principle).collect::<Vec<_>>();
+    assert_eq!(principles(&rack), ["hot-cathode", "hot-cathode", "pirani", "diaphragm"].map(Some));
+    let old = gauge(&plant, "old", |gauge| !gauge.readings.is_empty());
+    assert_eq!(principles(&old), [None; 4], "it tells nobody");
     let map = segment(&plant, "hall").stations;
     let addresses: Vec<_> = map.iter().map(|station| (station.address, station.standing)).collect();
     assert_eq!(addresses[0], (1, Standing::Ourselves));

@@ -1,13 +1,13 @@
 //! `profivac decode`: what happened on a line, out of a file.
 
 use crate::failure::Failure;
+use crate::output::{check, remark};
 use crate::story::{Capture, Printer, Style};
 use crate::values;
 use clap::Args;
 use profivac_dp::link::Baud;
-use profivac_host::explain::input::{BadInput, Noted, Skipped, Source};
+use profivac_host::explain::input::{BadInput, Damage, Noted, Skipped, Source};
 use profivac_host::explain::{Teller, Told};
-use profivac_sim::trace::pcapng::BadCapture;
 use std::fs;
 use std::io::{self, Read};
 
@@ -15,7 +15,8 @@ use std::io::{self, Read};
 ///
 /// Takes a capture file (pcapng), a trace of profivac, or text with octets in hexadecimal as programs print them: dumps of
 /// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are named and never hide valid
-/// ones beside them. Text and plain octets are told while they are read, also from a pipe that never ends.
+/// ones beside them. Everything is told while it is read, also from a pipe that never ends. Of a file that was cut off, or
+/// is still being written, everything up to there is told; then a sentence says where it ends, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         noted.clear();
     }
     story.end()?;
-    remark(source.skipped, name);
+    skipped_lines(source.skipped, name);
     story.verdict(source.damage, name)
 }
 
@@ -70,10 +71,10 @@ fn open(file: &str) -> io::Result<Box<dyn Read>> {
 }
 
 /// Lines that were passed over are worth a word.
-fn remark(skipped: Skipped, name: &str) {
+fn skipped_lines(skipped: Skipped, name: &str) {
     if let Skipped { count, first: Some(first) } = skipped {
         let lines = if count == 1 { "line" } else { "lines" };
-        eprintln!("profivac: {name}: {count} {lines} without octets, the first is line {first}");
+        remark(&format_args!("{name}: {count} {lines} without octets, the first is line {first}"));
     }
 }
 
@@ -108,13 +109,14 @@ impl Story<'_> {
 
     fn show(&mut self, told: &mut Vec<Told>) -> Result<(), Failure> {
         self.printer.print(told);
+        check()?;
         self.capture.as_mut().map_or(Ok(()), |capture| capture.add(told))?;
         told.clear();
         Ok(())
     }
 
-    /// A recording without a telegram is a bad file, and so is a capture that ends before its end.
-    fn verdict(&self, damage: Option<BadCapture>, name: &str) -> Result<(), Failure> {
+    /// A recording without a telegram is a bad file, and so is a capture or a trace that ends before its end.
+    fn verdict(&self, damage: Option<Damage>, name: &str) -> Result<(), Failure> {
         if let Some(damage) = damage {
             return Err(Failure::usage(format!("{name}: {damage}; what comes before it is told above")));
         }

@@ -6,7 +6,7 @@ mod trend;
 
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::out;
+use crate::output::{check, out, remark};
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
@@ -38,7 +38,8 @@ pub struct Arguments {
     /// Keep the record in this file, which must not be there yet; `profivac report FILE` makes a page of it
     #[arg(long, value_name = "FILE.db")]
     record: Option<PathBuf>,
-    /// How much faster than real time
+    /// How much faster than real time. The plant is the same at every speed; rows and pictures come as often as ever, so
+    /// they lie further apart in its time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
     /// End after so many seconds
@@ -84,11 +85,11 @@ const MAX_LAG: Duration = Duration::from_millis(200);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
     if headless && !arguments.headless {
-        eprintln!("profivac: there is no terminal to draw on: rows as with --headless");
+        remark(&format_args!("there is no terminal to draw on: rows as with --headless"));
     }
     let mut demo = Demo::new(arguments)?;
     if let Some(url) = demo.dashboard.as_ref().and_then(Dashboard::url).filter(|_| headless) {
-        eprintln!("profivac: the dashboard is at {url}");
+        remark(&format_args!("the dashboard is at {url}"));
     }
     if headless {
         demo.in_rows(arguments.json)?
@@ -214,6 +215,7 @@ impl Demo {
             next += PERIOD;
             // Texts and numbers always have a JSON form.
             out(&if json { serde_json::to_string(&self.row()).unwrap_or_default() } else { self.row().line() });
+            check()?;
             if !going || self.run.is_over() {
                 return Ok(());
             }
@@ -233,7 +235,7 @@ impl Demo {
     /// What was not as expected, and a lost exchange, are failures where nobody sees them.
     fn verdict(&self, headless: bool) -> Result<(), Failure> {
         let Row { exchanges, lost, .. } = self.row();
-        self.run.findings().iter().for_each(|finding| eprintln!("profivac: {finding}"));
+        self.run.findings().iter().for_each(|finding| remark(&format_args!("{finding}")));
         if !headless {
             return Ok(());
         }
@@ -253,5 +255,56 @@ impl Row {
             "{:>9.2}{:>12.3e}{read:>12}{:>10}{:>11}{:>6}",
             self.seconds, self.true_mbar, self.instance, self.exchanges, self.lost
         )
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test")]
+mod tests {
+    use super::*;
+    use clap::FromArgMatches;
+    use std::collections::BTreeMap;
+
+    /// A demo that nobody looks at.
+    fn demo(speed: f64) -> Demo {
+        let command = Arguments::augment_args(clap::Command::new("demo"));
+        let words = ["demo".to_owned(), "--headless".to_owned(), format!("--speed={speed}")];
+        let matches = command.try_get_matches_from(words).unwrap();
+        Demo::new(&Arguments::from_arg_matches(&matches).unwrap()).unwrap()
+    }
+
+    /// What is measured at which step, whenever the demo stops to look, up to so many seconds of the plant.
+    fn watched(speed: f64, until_s: f64) -> BTreeMap<u64, String> {
+        let mut demo = demo(speed);
+        let mut rows = BTreeMap::new();
+        while demo.run.seconds() < until_s {
+            // As much of real time as a step takes: at speed 1 it stops at every step.
+            demo.pass(demo.run.step_s() * demo.speed);
+            let step = (demo.run.seconds() / demo.run.step_s()).round() as u64;
+            let all = demo.scene.watched().iter().map(|watched| demo.scene.reading(watched).values);
+            rows.insert(step, format!("{:?} {:?}", demo.row(), all.collect::<Vec<_>>()));
+        }
+        rows
+    }
+
+    /// The plant lives in steps of its own, whatever the clock on the wall does: true pressures, what all twelve devices
+    /// measure and what the master reads are the same to the last digit at the same time of the plant. What differs is only
+    /// how often somebody looks: at speed 50 in every fiftieth step, so what lasts for less may be missed on the screen and
+    /// in the rows, and the trend has fewer points. Nothing is interpolated.
+    #[test]
+    fn a_pump_down_is_the_same_at_every_speed() {
+        // From the beginning through the bypass and the opening of the gate, scenarios/demo.toml.
+        let until_s = 26.0;
+        let (slow, fast) = (watched(1.0, until_s), watched(50.0, until_s));
+        assert!(slow.len() >= 1300 && fast.len() < slow.len() / 4, "{} and {}", slow.len(), fast.len());
+        let (mut compared, last) = (0, *slow.keys().next_back().unwrap());
+        for (step, row) in fast.range(..=last) {
+            assert_eq!(slow.get(step), Some(row), "step {step}");
+            compared += 1;
+        }
+        assert!(compared > 20, "{compared}");
+        let true_mbar = |step: u64| slow[&step].split("true_mbar: ").nth(1).unwrap().split(',').next().unwrap().parse();
+        let (before, after): (f64, f64) = (true_mbar(1).unwrap(), true_mbar(last).unwrap());
+        assert!(before > 1000.0 && after < 1e-2, "it is a pump-down: {before} to {after}");
     }
 }

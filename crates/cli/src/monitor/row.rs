@@ -10,6 +10,9 @@ use serde::Serialize;
 pub struct Row {
     /// Seconds since 1970.
     pub unix_time: f64,
+    /// The segment it is on, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segment: Option<String>,
     pub address: u8,
     pub device: &'static str,
     /// In `unit`; nothing unless it is valid.
@@ -27,11 +30,14 @@ pub struct Row {
 }
 
 /// The columns of CSV, in the order of [`Row::csv`].
-pub const CSV_COLUMNS: &str = "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost";
+pub fn csv_columns(with_segment: bool) -> String {
+    let segment = if with_segment { "segment," } else { "" };
+    format!("unix_time,{segment}address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost")
+}
 
 impl Row {
     /// What `master` knows about a slave: a row for each of its values, and at least one.
-    pub fn of(watched: &Watched, master: &BusMaster, unix_time: f64) -> Vec<Self> {
+    pub fn of(segment: Option<&str>, watched: &Watched, master: &BusMaster, unix_time: f64) -> Vec<Self> {
         let address = watched.address;
         let reading = master.inputs(address).map(|inputs| watched.reading(inputs)).unwrap_or_default();
         let counters = master.counters(address).copied().unwrap_or_default();
@@ -39,6 +45,7 @@ impl Row {
         let (_, unit) = in_unit(None, watched.unit);
         let slave = Self {
             unix_time,
+            segment: segment.map(str::to_owned),
             address,
             device: watched.model.name,
             pressure: None,
@@ -83,8 +90,8 @@ impl Row {
     /// One line of CSV.
     pub fn csv(&self) -> String {
         let number = |number: Option<f64>| number.map_or_else(String::new, |number| format!("{number:e}"));
-        [
-            format!("{:.3}", self.unix_time),
+        let time = Some(format!("{:.3}", self.unix_time));
+        let columns = [
             self.address.to_string(),
             self.device.to_owned(),
             number(self.pressure),
@@ -92,17 +99,19 @@ impl Row {
             number(self.mbar),
             self.instance.to_string(),
             self.state.clone(),
-            format!("\"{}\"", self.remarks_text().replace('"', "\"\"")),
+            quoted(&self.remarks_text()),
             self.exchanges.to_string(),
             self.lost.to_string(),
-        ]
-        .join(",")
+        ];
+        let segment = self.segment.as_deref().map(quoted);
+        time.into_iter().chain(segment).chain(columns).collect::<Vec<_>>().join(",")
     }
 
     /// One line of a table.
     pub fn line(&self) -> String {
+        let segment = self.segment.as_deref().map_or_else(String::new, segment_column);
         format!(
-            "{:>4}  {:<10}{:>4}  {:<18}{:<10}{:>10}{:>6}  {}",
+            "{segment}{:>4}  {:<10}{:>4}  {:<18}{:<10}{:>10}{:>6}  {}",
             self.address,
             self.device,
             self.instance,
@@ -118,11 +127,21 @@ impl Row {
 }
 
 /// The header of a table of [`Row::line`].
-pub fn header() -> String {
+pub fn header(with_segment: bool) -> String {
+    let segment = if with_segment { segment_column("SEGMENT") } else { String::new() };
     format!(
-        "{:>4}  {:<10}{:>4}  {:<18}{:<10}{:>10}{:>6}  {}",
+        "{segment}{:>4}  {:<10}{:>4}  {:<18}{:<10}{:>10}{:>6}  {}",
         "ADDR", "DEVICE", "PART", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"
     )
+}
+
+fn segment_column(text: &str) -> String {
+    format!("{text:<12} ")
+}
+
+/// A text that may have anything in it, for CSV.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 /// A pressure in the unit the slave shows. COUNTS are for machines: mbar instead.
@@ -148,6 +167,7 @@ mod tests {
     fn row(unit: &str, pa: Option<f64>) -> Row {
         let slave = Row {
             unix_time: 1.5,
+            segment: None,
             address: 5,
             device: "bcg450",
             pressure: None,
@@ -176,15 +196,26 @@ mod tests {
     fn every_form_tells_the_same() {
         let row = row("mbar", Some(5e-4));
         assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"underrange; device warning\",1234,5");
-        assert_eq!(row.csv().split(',').count(), CSV_COLUMNS.split(',').count());
+        assert_eq!(row.csv().split(',').count(), csv_columns(false).split(',').count());
         let table = "\
 ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
    5  bcg450       2  5.000e-6 mbar     DATA            1234     5  underrange; device warning";
-        assert_eq!([header(), row.line()].join("\n"), table);
+        assert_eq!([header(false), row.line()].join("\n"), table);
         let json = serde_json::to_string(&row).unwrap();
         let expected = "{\"unix_time\":1.5,\"address\":5,\"device\":\"bcg450\",\"pressure\":5e-6,\"unit\":\"mbar\",\
                         \"mbar\":5e-6,\"instance\":2,\"state\":\"DATA\",\
                         \"remarks\":[\"underrange\",\"device warning\"],\"exchanges\":1234,\"lost\":5}";
         assert_eq!(json, expected);
+    }
+
+    #[test]
+    fn where_there_are_several_segments_every_form_names_it() {
+        let row = Row { segment: Some("hall, \"north\"".to_owned()), ..row("mbar", Some(5e-4)) };
+        assert!(row.csv().starts_with("1.500,\"hall, \"\"north\"\"\",5,bcg450,"), "{}", row.csv());
+        assert!(csv_columns(true).starts_with("unix_time,segment,address,"));
+        assert!(row.line().starts_with("hall, \"north\"    5  bcg450"), "{}", row.line());
+        assert!(header(true).starts_with("SEGMENT      ADDR  DEVICE"));
+        let json = serde_json::to_string(&row).unwrap();
+        assert!(json.contains("\"segment\":\"hall, \\\"north\\\"\",\"address\":5"), "{json}");
     }
 }

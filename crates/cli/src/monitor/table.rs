@@ -2,9 +2,9 @@
 
 use super::row::Row;
 use ratatui::Frame;
-use ratatui::layout::Constraint;
+use ratatui::layout::{Constraint, Layout};
 use ratatui::style::{Color, Style, Stylize};
-use ratatui::widgets::{Block, Cell, Row as Line, Table};
+use ratatui::widgets::{Block, Cell, Paragraph, Row as Line, Table};
 
 const HEADER: [&str; 8] = ["ADDR", "DEVICE", "PART", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"];
 
@@ -20,16 +20,31 @@ const WIDTHS: [Constraint; 8] = [
     Constraint::Fill(1),
 ];
 
-/// Fills the screen.
-pub fn draw(frame: &mut Frame<'_>, title: &str, rows: &[Row]) {
-    let block = Block::bordered().title(format!(" {title} ")).title_bottom(" q leaves, the slaves are unlocked then ");
-    let table = Table::new(rows.iter().map(line), WIDTHS).header(Line::new(HEADER).bold()).block(block);
-    frame.render_widget(table, frame.area());
+/// Of the name of a segment, where there are several.
+const SEGMENT_WIDTH: Constraint = Constraint::Max(12);
+
+/// Fills the screen: all rows, and above them what is to be said of each segment.
+pub fn draw(frame: &mut Frame<'_>, titles: &[String], rows: &[Row]) {
+    let with_segment = titles.len() > 1;
+    let lines = if with_segment { u16::try_from(titles.len()).unwrap_or(u16::MAX) } else { 0 };
+    let [above, below] = Layout::vertical([Constraint::Length(lines), Constraint::Fill(1)]).areas(frame.area());
+    let mut block = Block::bordered().title_bottom(" q leaves, the slaves are unlocked then ");
+    match titles {
+        [title] => block = block.title(format!(" {title} ")),
+        _ => frame.render_widget(Paragraph::new(titles.join("\n")), above),
+    }
+    let segment = with_segment.then_some((SEGMENT_WIDTH, "SEGMENT"));
+    let (first_width, first_name): (Vec<_>, Vec<_>) = segment.into_iter().unzip();
+    let widths = first_width.into_iter().chain(WIDTHS);
+    let header = Line::new(first_name.into_iter().chain(HEADER)).bold();
+    let lines = rows.iter().map(|row| line(row, with_segment));
+    frame.render_widget(Table::new(lines, widths).header(header).block(block), below);
 }
 
-fn line(row: &Row) -> Line<'static> {
+fn line(row: &Row, with_segment: bool) -> Line<'static> {
     let state = if row.is_exchanging() { Color::Green } else { Color::Red };
-    Line::new([
+    let segment = with_segment.then(|| Cell::from(row.segment.clone().unwrap_or_default()));
+    let cells = [
         Cell::from(row.address.to_string()),
         Cell::from(row.device),
         Cell::from(row.instance.to_string()),
@@ -38,5 +53,54 @@ fn line(row: &Row) -> Line<'static> {
         Cell::from(row.exchanges.to_string()),
         Cell::from(row.lost.to_string()),
         Cell::from(row.remarks_text()).style(Style::new().fg(Color::Yellow)),
-    ])
+    ];
+    Line::new(segment.into_iter().chain(cells))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    fn row(segment: Option<&str>) -> Row {
+        Row {
+            unix_time: 1.5,
+            segment: segment.map(str::to_owned),
+            address: 5,
+            device: "bcg450",
+            pressure: Some(5e-6),
+            unit: "mbar",
+            mbar: Some(5e-6),
+            instance: 2,
+            state: "DATA".to_owned(),
+            remarks: Vec::new(),
+            exchanges: 1234,
+            lost: 5,
+        }
+    }
+
+    fn drawn(titles: &[&str], rows: &[Row]) -> Vec<String> {
+        let mut terminal = Terminal::new(TestBackend::new(90, 8)).unwrap();
+        let titles: Vec<_> = titles.iter().map(|title| (*title).to_owned()).collect();
+        terminal.draw(|frame| draw(frame, &titles, rows)).unwrap();
+        let cells = terminal.backend().buffer().content.chunks(90);
+        cells.map(|line| line.iter().map(|cell| cell.symbol()).collect::<String>()).collect()
+    }
+
+    #[test]
+    fn one_segment_has_its_port_in_the_frame() {
+        let lines = drawn(&["/dev/ttyUSB0"], &[row(None)]);
+        assert!(lines[0].starts_with("┌ /dev/ttyUSB0 ─"), "{lines:?}");
+        assert!(lines[1].starts_with("│ADDR"), "{lines:?}");
+    }
+
+    #[test]
+    fn several_segments_have_a_line_each_and_every_row_names_its_own() {
+        let lines = drawn(&["hall: /dev/ttyUSB0", "annex: nobody answers"], &[row(Some("hall"))]);
+        assert!(lines[0].starts_with("hall: /dev/ttyUSB0 "), "{lines:?}");
+        assert!(lines[1].starts_with("annex: nobody answers "), "{lines:?}");
+        assert!(lines[3].starts_with("│SEGMENT      ADDR"), "{lines:?}");
+        assert!(lines[4].starts_with("│hall         5 ") && lines[4].contains("5.000e-6 mbar"), "{lines:?}");
+    }
 }

@@ -5,7 +5,7 @@ mod state;
 
 use crate::console::{Console, Said};
 use crate::failure::Failure;
-use crate::output::{out, remarks};
+use crate::output::{out, remark, remarks};
 use crate::values;
 use clap::{ArgGroup, Args};
 use order::{DeviceOrder, Order};
@@ -131,10 +131,10 @@ fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
         .map_err(|error| Failure::usage(format!("--state {}: {error}", folder.display())))?;
     if let Some(aside) = opened.aside {
         let Spec { device, place, .. } = spec;
-        eprintln!(
-            "profivac: the memory of {device} at address {place} is damaged: kept as {}, defaults used",
+        remark(&format_args!(
+            "the memory of {device} at address {place} is damaged: kept as {}, defaults used",
             aside.display()
-        );
+        ));
     }
     Ok(opened.memory)
 }
@@ -190,7 +190,7 @@ impl Simulation {
             self.segment.disturb(run.noise());
         }
         for finding in run.findings().iter().skip(*told) {
-            eprintln!("profivac: {finding}");
+            remark(&format_args!("{finding}"));
         }
         *told = run.findings().len();
     }

@@ -3,9 +3,11 @@
 use crate::bus::open_port;
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::output::{check, remark};
 use crate::story::{Capture, Printer, Style};
 use crate::values::{self, Rate};
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use profivac_host::explain::ear::{Ear, Heard};
 use profivac_host::explain::frame::Times;
 use profivac_host::explain::{Teller, Told};
@@ -19,7 +21,7 @@ use std::time::{Duration, Instant};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A serial device, a pty, or tcp://HOST:PORT
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", value_parser = NonEmptyStringValueParser::new())]
     port: String,
     /// Bits per second; on a serial device auto listens until a telegram is heard at some rate
     #[arg(long, value_name = "RATE|auto", default_value = "19200", value_parser = values::rate)]
@@ -45,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let signals = Signals::catch()?;
     let (port, baud) = open_port(&arguments.port, arguments.baud)?;
     let mut ear = Ear::new(port, baud);
-    eprintln!("profivac: listening on {}, Ctrl-C ends", arguments.port);
+    remark(&format_args!("listening on {}, Ctrl-C ends", arguments.port));
     let mut teller = Teller::new(baud, Times::Platform);
     let mut capture = Capture::begin(&arguments.style, baud)?;
     let printer = Printer::new(&arguments.style, baud);
@@ -75,6 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn show(printer: &Printer<'_>, capture: Option<&mut Capture>, told: &mut Vec<Told>) -> Result<(), Failure> {
     printer.print(told);
+    check()?;
     capture.map_or(Ok(()), |capture| capture.add(told))?;
     told.clear();
     Ok(())

@@ -134,21 +134,12 @@ impl Gauge {
 
     /// What the self test would find.
     fn health(&self) -> Health {
-        match () {
-            // free choice: a gauge whose program cannot be read does not start at all.
-            () if self.faults.eprom => Health::Critical,
-            () if self.exception_status().intersects(ExceptionStatus::ALARM) => Health::Faulty,
-            () => Health::Good,
-        }
+        Health::found(self.faults.eprom, self.exception_status().intersects(ExceptionStatus::ALARM))
     }
 
     /// Memory faults, alike in both records (48, 49).
     fn common(&self) -> Common {
-        let mut common = Common::empty();
-        common.set(Common::EPROM, self.faults.eprom);
-        common.set(Common::EEPROM, self.faults.eeprom);
-        common.set(Common::RAM, self.faults.ram);
-        common
+        Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
     /// Exception Detail Alarm: CDG, Pirani, BA (46).

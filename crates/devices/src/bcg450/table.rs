@@ -179,10 +179,10 @@ static CONFIGURATIONS: [Configuration; 8] = [
 #[rustfmt::skip]
 pub static UNITS: [Unit; 5] = [
     Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
-    Unit { code: 1301, name: "Torr",   alias: "torr",   scale: Scale::PerMbar(0.750_061_68) },
-    Unit { code: 1302, name: "Micron", alias: "mTorr",  scale: Scale::PerMbar(750.061_68) },
-    Unit { code: 1308, name: "mbar",   alias: "hPa",    scale: Scale::PerMbar(1.0) },
-    Unit { code: 1309, name: "Pascal", alias: "Pa",     scale: Scale::PerMbar(100.0) },
+    Unit { code: 1301, name: "Torr",   alias: "torr",   scale: Scale::TORR },
+    Unit { code: 1302, name: "Micron", alias: "mTorr",  scale: Scale::MICRON },
+    Unit { code: 1308, name: "mbar",   alias: "hPa",    scale: Scale::MBAR },
+    Unit { code: 1309, name: "Pascal", alias: "Pa",     scale: Scale::PASCAL },
 ];
 
 /// 1.5

@@ -195,20 +195,12 @@ impl Controller {
 
     /// What the self test would find (4.4.1): memories and internal communication.
     fn health(&self) -> Health {
-        match () {
-            // free choice: a board whose program cannot be read does not start at all.
-            () if self.faults.eprom => Health::Critical,
-            () if !self.common().is_empty() => Health::Faulty,
-            () => Health::Good,
-        }
+        Health::found(self.faults.eprom, !self.common().is_empty())
     }
 
     /// Common Exception Detail 0, alike for alarms and warnings (37, 121).
     fn common(&self) -> Common {
-        let mut common = Common::empty();
-        common.set(Common::EPROM, self.faults.eprom);
-        common.set(Common::EEPROM, self.faults.eeprom);
-        common.set(Common::RAM, self.faults.ram);
+        let mut common = Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram);
         common.set(Common::COMMUNICATION, self.faults.comm);
         common
     }

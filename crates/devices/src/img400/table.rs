@@ -169,10 +169,10 @@ static CONFIGURATIONS: [Configuration; 16] = [
 #[rustfmt::skip]
 static UNITS: [Unit; 5] = [
     Unit { code: 0x1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
-    Unit { code: 0x1301, name: "Torr",   alias: "torr",   scale: Scale::PerMbar(0.750_061_68) },
-    Unit { code: 0x1302, name: "Micron", alias: "mTorr",  scale: Scale::PerMbar(750.061_68) },
-    Unit { code: 0x1308, name: "hPa",    alias: "mbar",   scale: Scale::PerMbar(1.0) },
-    Unit { code: 0x1309, name: "Pascal", alias: "Pa",     scale: Scale::PerMbar(100.0) },
+    Unit { code: 0x1301, name: "Torr",   alias: "torr",   scale: Scale::TORR },
+    Unit { code: 0x1302, name: "Micron", alias: "mTorr",  scale: Scale::MICRON },
+    Unit { code: 0x1308, name: "hPa",    alias: "mbar",   scale: Scale::MBAR },
+    Unit { code: 0x1309, name: "Pascal", alias: "Pa",     scale: Scale::PASCAL },
 ];
 
 /// 4.2.5: the three octets of DPV1_Status, then the unit (39).

@@ -32,6 +32,17 @@ pub enum Scale {
     Counts,
 }
 
+impl Scale {
+    /// mbar and hPa.
+    pub const MBAR: Self = Self::PerMbar(1.0);
+    /// Pa.
+    pub const PASCAL: Self = Self::PerMbar(100.0);
+    /// Torr: 101325/760 Pa.
+    pub const TORR: Self = Self::PerMbar(0.750_061_68);
+    /// mTorr.
+    pub const MICRON: Self = Self::PerMbar(750.061_68);
+}
+
 /// The COUNTS of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Counts {

@@ -25,6 +25,18 @@ bitflags::bitflags! {
     }
 }
 
+impl Common {
+    /// What broken memories add: errata-bpg-bcg-tpg 48 and 49, errata-pxg55x-img400 37.
+    #[must_use]
+    pub fn of_memories(eprom: bool, eeprom: bool, ram: bool) -> Self {
+        let mut common = Self::empty();
+        common.set(Self::EPROM, eprom);
+        common.set(Self::EEPROM, eeprom);
+        common.set(Self::RAM, ram);
+        common
+    }
+}
+
 bitflags::bitflags! {
     /// Exception Status.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]

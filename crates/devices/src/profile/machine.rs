@@ -162,6 +162,19 @@ pub enum Health {
     Critical,
 }
 
+impl Health {
+    /// What a device finds that cannot read its program, or has an alarm.
+    // free choice: a device whose program cannot be read does not start at all.
+    #[must_use]
+    pub const fn found(no_program: bool, alarm: bool) -> Self {
+        match () {
+            () if no_program => Self::Critical,
+            () if alarm => Self::Faulty,
+            () => Self::Good,
+        }
+    }
+}
+
 // free choice: the manuals give no times; both phases are short.
 const INIT_S: f64 = 0.1;
 const SELF_TEST_S: f64 = 0.4;

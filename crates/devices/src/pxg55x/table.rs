@@ -351,8 +351,8 @@ const TORR: f64 = 1.333_223_69;
 pub static UNITS: [Unit; 4] = [
     Unit { code: 0x1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
     Unit { code: 0x1301, name: "Torr",   alias: "torr",   scale: Scale::PerMbar(1.0 / TORR) },
-    Unit { code: 0x1308, name: "mbar",   alias: "hPa",    scale: Scale::PerMbar(1.0) },
-    Unit { code: 0x1309, name: "Pascal", alias: "Pa",     scale: Scale::PerMbar(100.0) },
+    Unit { code: 0x1308, name: "mbar",   alias: "hPa",    scale: Scale::MBAR },
+    Unit { code: 0x1309, name: "Pascal", alias: "Pa",     scale: Scale::PASCAL },
 ];
 
 /// 3.8

@@ -62,9 +62,9 @@ blocks! {
 
 /// mbar, the unit from the factory.
 // free choice: the manual gives no initial value
-pub(super) const MBAR: Unit = Unit { code: 1, name: "mbar", alias: "hPa", scale: Scale::PerMbar(1.0) };
-const TORR: Unit = Unit { code: 2, name: "Torr", alias: "torr", scale: Scale::PerMbar(0.750_061_68) };
-const PASCAL: Unit = Unit { code: 3, name: "Pascal", alias: "Pa", scale: Scale::PerMbar(100.0) };
+pub(super) const MBAR: Unit = Unit { code: 1, name: "mbar", alias: "hPa", scale: Scale::MBAR };
+const TORR: Unit = Unit { code: 2, name: "Torr", alias: "torr", scale: Scale::TORR };
+const PASCAL: Unit = Unit { code: 3, name: "Pascal", alias: "Pa", scale: Scale::PASCAL };
 
 /// 3.2.4.1
 pub(super) const UNITS: &[Unit] = &[MBAR, TORR, PASCAL];

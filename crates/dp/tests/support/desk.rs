@@ -1,8 +1,9 @@
 //! A master alone with a test that answers for everybody else.
 
-use super::{hex, is_housekeeping, text};
+use super::{bus, hex, is_housekeeping, text};
 use profivac_dp::link::active::{Active, Requests};
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, services};
 
 /// What the master sent, and when it began.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +35,35 @@ pub struct Desk<R> {
     /// When the last telegram ended, whoever sent it.
     pub now: BitTime,
     said: u32,
+}
+
+impl Desk<Master<1, 8>> {
+    /// A master that has just exchanged 01 02 with slave 8 and sends nothing more by itself: FCB = 0 comes next.
+    pub fn exchanging() -> Self {
+        let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
+        let mut desk = Self::new(Master::on(bus(), settings, BitTime(0)));
+        let slave = SlaveParameters { user_prm: &[0x80, 0, 0], ..SlaveParameters::new(8, 0x1234, &[0x11, 0x21]) };
+        desk.station.user.add(&slave).unwrap();
+        desk.station.user.set_mode(Mode::Operate);
+        let ready = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
+        desk.asks();
+        for answer in ["10 02 08 00 0A 16", "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", ready] {
+            desk.hears(answer);
+            desk.asks();
+        }
+        assert_eq!(desk.asks().text(), "68 05 05 68 08 02 7D 00 00 87 16");
+        desk.station.user.set_mode(Mode::Stop);
+        let inputs = "68 05 05 68 02 08 08 01 02 15 16";
+        desk.hears(inputs);
+        if desk.takes_leave(inputs) {
+            // FCB = 0 comes next.
+            desk.station.user.submit(&services::rd_inp(8)).unwrap();
+            desk.asks();
+            desk.hears("E5");
+            desk.station.user.take();
+        }
+        desk
+    }
 }
 
 impl<R: Requests> Desk<R> {

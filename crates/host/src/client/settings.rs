@@ -153,12 +153,18 @@ const ATTEMPTS: usize = 3;
 /// What was read of a parameter, or why it could not be.
 pub type Read = (Named, Result<Reading, ClientError>);
 
-/// Reads what one instance has. That it was this one is asked for once, at the end.
-fn dump_instance<R: Records>(gauge: &mut Gauge<R>, group: &[&Named]) -> Result<Vec<Read>, ClientError> {
+/// Reads what one instance has, and tells before each how many are done. That it was this instance is asked for once, at the
+/// end.
+fn dump_instance<R: Records>(
+    gauge: &mut Gauge<R>,
+    group: &[&Named],
+    tell: &mut dyn FnMut(usize),
+) -> Result<Vec<Read>, ClientError> {
     let Some(last) = group.last() else { return Ok(Vec::new()) };
     for _ in 0..ATTEMPTS {
         let mut readings = Vec::new();
         for named in group {
+            tell(readings.len());
             match gauge.read_once(named) {
                 Err(error) if error.severity() == Severity::Line => return Err(error),
                 reading => readings.push(((*named).clone(), reading)),
@@ -176,6 +182,14 @@ fn dump_instance<R: Records>(gauge: &mut Gauge<R>, group: &[&Named]) -> Result<V
 /// # Errors
 /// When the line is lost; what the gauge refuses is part of the result.
 pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
+    dump_telling(gauge, |_, _| {})
+}
+
+/// The same, and tells on the way how many of all are done: on a slow line it takes long.
+///
+/// # Errors
+/// As [`dump`].
+pub fn dump_telling<R: Records>(gauge: &mut Gauge<R>, mut tell: impl FnMut(usize, usize)) -> Result<Dump, ClientError> {
     let names = gauge.names();
     let via = gauge.records().via();
     let is_read = |named: &&Named| {
@@ -186,8 +200,10 @@ pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
     let place = |named: &Named| (named.parameter.place.slot, named.parameter.place.instance);
     let mut readings = Vec::new();
     for group in wanted.chunk_by(|a, b| place(a) == place(b)) {
-        readings.extend(dump_instance(gauge, group)?);
+        let before = readings.len();
+        readings.extend(dump_instance(gauge, group, &mut |done| tell(before + done, wanted.len()))?);
     }
+    tell(readings.len(), wanted.len());
     if readings.is_empty() {
         let reason = "nothing can be read this way; say --via pkw".to_owned();
         return Err(ClientError::NoWay { device: gauge.model().name, address: gauge.address(), reason });
@@ -442,6 +458,17 @@ mod tests {
         let dump = dump(&mut gauge);
         gauge.finish().unwrap();
         dump
+    }
+
+    #[test]
+    fn a_dump_tells_how_far_it_is() {
+        let records = Shared { shown: 2, reads: 0, every: 0 };
+        let mut gauge = Gauge::known(records, 5, entry("bcg450").unwrap().model);
+        let mut told = Vec::new();
+        let dump = dump_telling(&mut gauge, |done, all| told.push((done, all))).unwrap();
+        let all = dump.readings.len();
+        assert!(all > 50, "{all}");
+        assert_eq!(told, (0..=all).map(|done| (done, all)).collect::<Vec<_>>());
     }
 
     #[test]

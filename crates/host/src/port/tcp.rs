@@ -48,7 +48,11 @@ impl TcpServer {
     /// [`PortError::Address`] when `address` is none, [`PortError::InUse`] when somebody else listens there.
     pub fn listen(address: &str) -> Result<Self, PortError> {
         let host = host(address)?;
-        let failed = |error| network(address, error);
+        let failed = |error: std::io::Error| match error.kind() {
+            // No port is missing: this computer has no such address.
+            ErrorKind::AddrNotAvailable => PortError::system(address, error),
+            _ => network(address, error),
+        };
         let addresses = resolve(address, address)?;
         let listener = TcpListener::bind(addresses.as_slice()).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;

@@ -40,24 +40,19 @@ use crate::bench::VirtualDevice;
 use crate::instrument::{Spec, SpecError, check_places, entry};
 use crate::memory::Memory;
 use crate::scene::Scene;
-use crate::watch::Watched;
+use crate::watch::{Fitted, Watched};
 use event::Reader;
 use file::File;
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
-use std::fs;
-use std::io::Read;
 use std::path::Path;
 use words::{TIME, Text, Wrong, unknown};
 
 /// The length of a step unless the file says it, in s, and the longest.
 const STEP_S: f64 = 0.01;
 const LONGEST_STEP_S: f64 = 3600.0;
-
-/// The largest file, in octets: what is shipped has some thousand.
-const LARGEST: u64 = 256 * 1024;
 
 /// What is wrong with a scenario.
 #[derive(Debug, thiserror::Error)]
@@ -118,7 +113,7 @@ impl Scenario {
     /// [`ScenarioError`] with the place in the file and what was expected there.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
-        let text = read(path).map_err(|source| ScenarioError::Read { name: name.clone(), source })?;
+        let text = crate::text_file::read(path).map_err(|source| ScenarioError::Read { name: name.clone(), source })?;
         Self::parse(&text, &name)
     }
 
@@ -188,7 +183,7 @@ impl Scenario {
             let configuration = telling(model);
             // Every device knows mbar; without it what it shows could not be told from counts.
             let unit = model.unit_named("mbar").ok_or_else(|| SpecError::Device(spec.device.clone()))?;
-            Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit })
+            Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit, fitted: Fitted::default() })
         };
         let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
         Scene::new(devices, watched, address, baud).map_err(|error| SceneError::Master(error.to_string()))
@@ -199,16 +194,6 @@ impl Scenario {
     pub fn start(&self, bus: Bus) -> Run {
         Run::new(self, bus)
     }
-}
-
-/// The text of a file, which may be something else and have no end.
-fn read(path: &Path) -> std::io::Result<String> {
-    let mut text = String::new();
-    fs::File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > LARGEST {
-        return Err(std::io::Error::other(format!("expected a scenario of at most {LARGEST} octets, got more")));
-    }
-    Ok(text)
 }
 
 /// The length of a step.

@@ -154,7 +154,7 @@ fn quantities_beyond_all_plants_are_refused() {
 #[test]
 fn a_file_without_an_end_is_given_up() {
     let error = Scenario::read(std::path::Path::new("/dev/zero")).unwrap_err().to_string();
-    assert_eq!(error, "/dev/zero: expected a scenario of at most 262144 octets, got more");
+    assert_eq!(error, "/dev/zero: expected a text of at most 262144 octets, got more");
 }
 
 /// Numbers, texts and signs that a file may get by accident.

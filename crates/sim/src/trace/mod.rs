@@ -13,8 +13,8 @@
 pub mod pcapng;
 mod text;
 
-pub use text::BadLine;
 pub(crate) use text::Line;
+pub use text::{BadLine, Reader};
 
 use crate::character::Character;
 use crate::describe::Words;

@@ -55,25 +55,62 @@ impl fmt::Display for BadLine {
 
 impl std::error::Error for BadLine {}
 
+/// Reads a trace line by line, while it comes.
+#[derive(Clone, Debug)]
+pub struct Reader {
+    baud: Baud,
+    number: usize,
+}
+
+impl Reader {
+    /// Begins with the first line, which says the rate.
+    ///
+    /// # Errors
+    /// [`BadLine`] when it does not.
+    pub fn begin(first: &str) -> Result<Self, BadLine> {
+        let number = 1;
+        match first.strip_prefix("# ").and_then(rate) {
+            Some(baud) => Ok(Self { baud, number }),
+            None => Err(bad(number, ("a transmission rate, as in '# 1.5 Mbit/s'", first))),
+        }
+    }
+
+    /// The rate of the line.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    /// What the next line holds: nothing if it is empty or a remark.
+    ///
+    /// # Errors
+    /// [`BadLine`] when it is no line of a trace.
+    pub fn line(&mut self, line: &str) -> Result<Option<Entry>, BadLine> {
+        self.number += 1;
+        if line.is_empty() || line.starts_with('#') {
+            return Ok(None);
+        }
+        entry(line).map(Some).map_err(|wrong| bad(self.number, wrong))
+    }
+}
+
+/// How much of a line a message shows.
+const SHOWN: usize = 60;
+
+fn bad(number: usize, (expected, received): (&'static str, &str)) -> BadLine {
+    BadLine { number, expected, received: received.chars().take(SHOWN).collect() }
+}
+
 impl FromStr for Trace {
     type Err = BadLine;
 
     /// Reads what [`Display`](fmt::Display) wrote. Empty lines and further remarks are skipped.
     fn from_str(text: &str) -> Result<Self, BadLine> {
-        let mut lines = text.lines().zip(1..);
-        let (first, _) = lines.next().unwrap_or_default();
-        let bad = |number, (expected, received): (&'static str, &str)| {
-            Err(BadLine { number, expected, received: received.to_owned() })
-        };
-        let Some(baud) = first.strip_prefix("# ").and_then(rate) else {
-            return bad(1, ("a transmission rate, as in '# 1.5 Mbit/s'", first));
-        };
-        let mut trace = Self { baud, entries: Default::default() };
-        for (line, number) in lines.filter(|(line, _)| !line.is_empty() && !line.starts_with('#')) {
-            match entry(line) {
-                Ok(entry) => trace.entries.push_back(entry),
-                Err(wrong) => return bad(number, wrong),
-            }
+        let mut lines = text.lines();
+        let mut reader = Reader::begin(lines.next().unwrap_or_default())?;
+        let mut trace = Self { baud: reader.baud(), entries: Default::default() };
+        for line in lines {
+            trace.entries.extend(reader.line(line)?);
         }
         Ok(trace)
     }

@@ -69,17 +69,55 @@ pub struct Rising {
 }
 
 /// What to export.
-#[derive(Debug, Deserialize, IntoParams)]
+#[derive(Debug, PartialEq, Eq, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
+#[serde(try_from = "Vec<(String, String)>")]
 pub struct Export {
-    /// Names, separated by commas; everything if nothing is said.
-    series: Option<String>,
+    /// Names, `series` again for each; everything if nothing is said. What is no name may be several, separated by commas.
+    #[serde(default)]
+    series: Vec<String>,
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
     /// The end.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
+}
+
+impl TryFrom<Vec<(String, String)>> for Export {
+    type Error = String;
+
+    /// A name that comes again is what a struct does not take from a query.
+    fn try_from(pairs: Vec<(String, String)>) -> Result<Self, String> {
+        let (mut series, mut from, mut to) = (Vec::new(), None, None);
+        for (name, value) in pairs {
+            match name.as_str() {
+                "series" => series.push(value),
+                "from" => from = Some(moment(&name, &value)?),
+                "to" => to = Some(moment(&name, &value)?),
+                _ => {}
+            }
+        }
+        let missing = |name| format!("expected {name} in milliseconds since 1970, got nothing");
+        Ok(Self { series, from: from.ok_or_else(|| missing("from"))?, to: to.ok_or_else(|| missing("to"))? })
+    }
+}
+
+fn moment(name: &str, value: &str) -> Result<i64, String> {
+    value.parse().map_err(|_| format!("expected {name} in milliseconds since 1970, got {value:?}"))
+}
+
+/// The series that were asked for, of those that there are. A name may have a comma in it: only what is no name is taken
+/// apart there.
+fn named(asked: &[String], there: Vec<String>) -> Vec<String> {
+    if asked.is_empty() {
+        return there;
+    }
+    let names = asked.iter().flat_map(|text| match there.contains(text) {
+        true => vec![text.clone()],
+        false => text.split(',').map(str::to_owned).collect(),
+    });
+    names.collect()
 }
 
 /// What was recorded of a series, drawn for so many pixels.
@@ -139,11 +177,10 @@ pub async fn export(
 ) -> Result<impl IntoResponse, Problem> {
     let wanted = taken(wanted)?;
     let (from, to) = times(wanted.from, wanted.to)?;
-    let series = wanted.series.as_ref().map(|names| names.split(',').map(str::to_owned).collect());
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
     let export = archive.read(move |reader| {
-        let series = series.map_or_else(|| reader.gauges(), Ok)?;
+        let series = named(&wanted.series, reader.gauges()?);
         Ok(crate::recorder::Export::new(reader, series, from, to))
     });
     let export = export.await?;

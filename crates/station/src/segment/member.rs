@@ -201,8 +201,8 @@ impl Member {
     }
 
     fn reading(&self, watched: &Watched, value: &Value, alone: bool) -> view::Reading {
-        let facts = watched.model.ranges.iter().find(|facts| facts.part.instance == value.instance);
-        let principle = facts.map(|facts| facts.part.principle);
+        // Nothing for a channel of a TPG300 or TPG500: it tells nobody which gauge it has.
+        let principle = watched.principle(value.instance);
         let name = &self.config.name;
         view::Reading {
             series: if alone { name.clone() } else { format!("{name}.{}", value.instance) },

@@ -9,10 +9,12 @@ use profivac_host::instrument::Spec;
 use profivac_host::memory::Memory;
 use profivac_host::port::TcpServer;
 use profivac_host::segment::Segment;
+use profivac_station::config::Config;
 use profivac_vacuum::Gas;
 use profivac_wire::Telegram;
 use std::io::Write;
 use std::net::TcpStream;
+use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -63,6 +65,24 @@ impl Bench {
             stream.write_all(octets).ok();
         }
     }
+}
+
+/// A station with a segment for each bench: all its devices, each taken every `poll`.
+pub fn config(benches: &[Bench], devices: &[&str], poll: &str, folder: &Path) -> Config {
+    let mut text = String::new();
+    for (number, bench) in benches.iter().enumerate() {
+        text += &format!(
+            "[[segment]]\nname = \"s{number}\"\nport = \"tcp://{}\"\nbaud = 187500\nmaster = 1\n",
+            bench.address
+        );
+        for device in devices {
+            let (device, address) = device.split_once('@').unwrap();
+            text += &format!(
+                "[[segment.gauge]]\nname = \"g{number}.{address}\"\ndevice = \"{device}\"\naddress = {address}\npoll = \"{poll}\"\n"
+            );
+        }
+    }
+    Config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
 impl Drop for Bench {

@@ -24,6 +24,7 @@ export interface Recorder {
   written_ms: number | null
   error: string | null
   lost: number
+  lost_events: number
 }
 
 export interface Station {
@@ -247,5 +248,7 @@ export function blocks(gauge: string): Promise<Block[]> {
 }
 
 export function exportAddress(series: string[], from: number, to: number): string {
-  return address('/api/export.csv', { series: series.join(','), from, to })
+  // Each by itself: a name may have a comma in it.
+  const query = [['from', String(from)], ['to', String(to)], ...series.map((name) => ['series', name])]
+  return `/api/export.csv?${new URLSearchParams(query).toString()}`
 }

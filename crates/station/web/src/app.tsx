@@ -16,6 +16,7 @@ import { Login } from './pages/login.tsx'
 import { Person } from './parts/person.tsx'
 import { age } from './pure/format.ts'
 import { nextUnit, UNIT_NAMES, type Unit } from './pure/units.ts'
+import { lostSentence } from './pure/words.ts'
 import { go, Link, usePlace } from './router.tsx'
 import { isIn, useHere } from './session.ts'
 import { nextTheme, setUnit, unit, useTheme, useUnit } from './settings.ts'
@@ -172,7 +173,8 @@ function Trouble({ live }: { live: Live }): JSX.Element | null {
       </p>
     )
   }
-  return recorder?.lost ? <p class="alarm">{recorder.lost} samples could not be recorded.</p> : null
+  const lost = recorder && lostSentence(recorder)
+  return lost ? <p class="alarm">{lost}</p> : null
 }
 
 /** Every page by a key, unless somebody writes. */

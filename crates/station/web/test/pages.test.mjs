@@ -4,7 +4,8 @@ import { aligned, moved, rangeOf, rangeText, windowOf, zoomed } from '../dist/te
 import { fitted, steadyPart, verdict } from '../dist/test/pure/rise.js'
 import { matching } from '../dist/test/pure/search.js'
 import { ageOf, isStale, worth } from '../dist/test/pure/stale.js'
-import { baud, gas, segmentSentence } from '../dist/test/pure/words.js'
+import { exportAddress } from '../dist/test/api.js'
+import { baud, gas, lostSentence, segmentSentence } from '../dist/test/pure/words.js'
 
 const gauge = { age_ms: 100, poll_ms: 200 }
 
@@ -99,4 +100,16 @@ test('a segment is described in a sentence', () => {
 test('words for gases and rates', () => {
   assert.deepEqual(['n2', 'Ar', 'he', 'CO2'].map(gas), ['N₂', 'Ar', 'He', 'CO₂'])
   assert.deepEqual([19_200, 93_750, 1_500_000].map(baud), ['19.2 kbit/s', '93.75 kbit/s', '1.5 Mbit/s'])
+})
+
+test('what could not be recorded is told, samples and events', () => {
+  const sentence = (lost, lost_events) => lostSentence({ written_ms: 1, error: null, lost, lost_events })
+  assert.equal(sentence(0, 0), null)
+  assert.equal(sentence(7, 0), '7 samples could not be recorded.')
+  assert.equal(sentence(0, 1), '1 event could not be recorded.')
+  assert.equal(sentence(1, 20), '1 sample and 20 events could not be recorded.')
+})
+
+test('an export names each series by itself', () => {
+  assert.equal(exportAddress(['hall, north', 'annex'], 1, 2), '/api/export.csv?from=1&to=2&series=hall%2C+north&series=annex')
 })

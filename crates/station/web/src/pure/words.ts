@@ -1,6 +1,6 @@
 // The words for what the API has as codes.
 
-import type { EventKind, Principle, Quality, RiskClass, Segment, SegmentState, Standing } from '../api.ts'
+import type { EventKind, Principle, Quality, Recorder, RiskClass, Segment, SegmentState, Standing } from '../api.ts'
 
 export const STANDINGS: Record<Standing, { word: string; sentence: string }> = {
   ourselves: { word: 'our master', sentence: 'The master of this station.' },
@@ -60,6 +60,13 @@ export function gas(name: string): string {
 export function baud(bitsPerSecond: number): string {
   const [value, unit] = bitsPerSecond >= 1e6 ? [bitsPerSecond / 1e6, 'Mbit/s'] : [bitsPerSecond / 1e3, 'kbit/s']
   return `${value} ${unit}`
+}
+
+/** What the recorder could not keep, in one sentence; nothing if it kept everything. */
+export function lostSentence({ lost, lost_events }: Recorder): string | null {
+  const many = (count: number, what: string): string[] => (count ? [`${count} ${what}${count === 1 ? '' : 's'}`] : [])
+  const all = [...many(lost, 'sample'), ...many(lost_events, 'event')]
+  return all.length ? `${all.join(' and ')} could not be recorded.` : null
 }
 
 /** How a segment is, in one sentence. */

@@ -1,80 +1,12 @@
-//! What can be decoded: a capture file, a trace, printed octets, or octets as they are.
+//! A file that is read while it is told: what kind it is, and portion by portion what it holds.
 
-use super::frame::Times;
-use super::printed::Reader;
+use super::{BadInput, Damage, Noted, Skipped};
+use crate::explain::frame::Times;
+use crate::explain::printed::Reader;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_sim::Trace;
-use profivac_sim::trace::BadLine;
 use profivac_sim::trace::pcapng::{self, BadCapture};
+use profivac_sim::trace::{self, BadLine};
 use std::io::{ErrorKind, Read};
-
-/// Octets that were noted together.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Noted {
-    /// When the first began, if that was noted too.
-    pub start: Option<BitTime>,
-    /// The octets.
-    pub octets: Vec<u8>,
-    /// The numbers of those with an error, counted from 0.
-    pub errors: Vec<usize>,
-}
-
-/// What a file holds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Recording {
-    /// What kind of file it is.
-    pub kind: &'static str,
-    /// The rate of the line, if the file tells it.
-    pub baud: Option<Baud>,
-    /// What its times are worth.
-    pub times: Times,
-    /// The octets.
-    pub noted: Vec<Noted>,
-    /// Lines without octets.
-    pub skipped: Skipped,
-    /// Why there is no more of a capture file.
-    pub damage: Option<BadCapture>,
-}
-
-/// Lines without octets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Skipped {
-    /// How many.
-    pub count: usize,
-    /// The number of the first, counted from 1.
-    pub first: Option<usize>,
-}
-
-/// Why nothing can be decoded.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BadInput {
-    /// The capture file is damaged.
-    #[error("{0}")]
-    Capture(BadCapture),
-    /// The trace is damaged.
-    #[error("{0}")]
-    Trace(BadLine),
-    /// A capture file of the older format.
-    #[error("expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'")]
-    Pcap,
-    /// Text in two octets a letter.
-    #[error("expected text in UTF-8, found UTF-16: convert it with 'iconv -f UTF-16 -t UTF-8'")]
-    Utf16,
-    /// Text without a single octet.
-    #[error("line {line}: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found '{found}'")]
-    NoOctets {
-        /// The first line that is not empty.
-        line: usize,
-        /// What it has.
-        found: String,
-    },
-    /// Nothing at all.
-    #[error("expected telegrams, found an empty file")]
-    Empty,
-    /// The system does not give it.
-    #[error("cannot be read: {0}")]
-    Unread(String),
-}
 
 const PCAPNG: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
 /// Microseconds and nanoseconds, in both orders of octets.
@@ -82,18 +14,18 @@ const PCAP: [[u8; 4]; 4] =
     [[0xA1, 0xB2, 0xC3, 0xD4], [0xD4, 0xC3, 0xB2, 0xA1], [0xA1, 0xB2, 0x3C, 0x4D], [0x4D, 0x3C, 0xB2, 0xA1]];
 
 /// What some programs put in front of a text.
-const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
-
-/// How much of a line a message shows.
-const SHOWN: usize = 60;
+pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
 
 /// So much is read at a time, and no line is longer: what is, goes on in the next.
 const PORTION: usize = 1 << 16;
 
+/// No line of a trace is longer. free choice: a telegram has 255 octets, what was never quiet many more.
+const LONGEST: usize = 1 << 20;
+
 /// So much shows what kind of file it is.
 const TELLING: usize = 12;
 
-/// A file of any kind that is told while it is read: text and plain octets may be of any size, and never end.
+/// A file of any kind that is told while it is read: it may be of any size, and never end.
 pub struct Source<R> {
     input: R,
     baud: Baud,
@@ -105,14 +37,18 @@ pub struct Source<R> {
     pub times: Times,
     /// Lines without octets up to now.
     pub skipped: Skipped,
-    /// Why there is no more of a capture file.
-    pub damage: Option<BadCapture>,
+    /// Why there is no more of a capture file or a trace.
+    pub damage: Option<Damage>,
     way: Way,
     /// What was read and is not noted yet.
     ahead: Vec<u8>,
     ended: bool,
     /// What was read first shows what kind of file it is, and is not noted yet.
     is_new: bool,
+    /// Nothing was noted of a trace yet.
+    is_empty: bool,
+    /// What had to be found first.
+    found: Vec<Noted>,
 }
 
 /// How a file is read.
@@ -121,8 +57,10 @@ enum Way {
     Printed { reader: Reader, line: usize, any: bool, first: Option<(usize, String)> },
     /// As it is.
     Raw,
-    /// Its format wants it as a whole.
-    Whole(Vec<Noted>),
+    /// Block by block.
+    Captured(pcapng::Reader),
+    /// Line by line, as profivac wrote it.
+    Traced(trace::Reader),
 }
 
 impl<R: Read> Source<R> {
@@ -134,8 +72,9 @@ impl<R: Read> Source<R> {
         let way = Way::Raw;
         let (kind, times, skipped) = ("octets", Times::Exact, Skipped::default());
         let (line_baud, damage, ahead, ended) = (None, None, Vec::new(), false);
-        let is_new = true;
-        let mut source = Self { input, baud, kind, line_baud, times, skipped, damage, way, ahead, ended, is_new };
+        let (is_new, is_empty, found) = (true, true, Vec::new());
+        let mut source =
+            Self { input, baud, kind, line_baud, times, skipped, damage, way, ahead, ended, is_new, is_empty, found };
         while !source.ended && (source.ahead.len() < TELLING || !source.ahead.contains(&b'\n')) {
             if source.ahead.len() >= PORTION {
                 break;
@@ -190,42 +129,35 @@ impl<R: Read> Source<R> {
         Ok(())
     }
 
-    /// The whole file.
-    fn rest(&mut self) -> Result<Vec<u8>, BadInput> {
-        let mut whole = std::mem::take(&mut self.ahead);
-        let read = self.input.read_to_end(&mut whole);
-        self.ended = true;
-        read.map(|_| whole).map_err(|error| BadInput::Unread(error.to_string()))
-    }
-
-    /// What a capture file holds before it is damaged, if that is anything.
+    /// A capture file up to its first packet: before that its rate is not known.
     fn captured(&mut self) -> Result<(), BadInput> {
-        let file = self.rest()?;
-        match pcapng::read_until_damage(&file, self.baud) {
-            (trace, Some(damage)) if trace.entries.is_empty() => Err(BadInput::Capture(damage)),
-            (trace, damage) => {
-                self.damage = damage;
-                self.whole("pcapng", trace);
-                Ok(())
+        let mut reader = pcapng::Reader::new(self.baud);
+        loop {
+            reader.push(&std::mem::take(&mut self.ahead));
+            match reader.next() {
+                Some(entry) => {
+                    self.found.push(entry.map_err(Damage::from)?.into());
+                    break;
+                }
+                None if self.ended => {
+                    reader.end().map_err(Damage::from)?;
+                    break;
+                }
+                None => self.fill()?,
             }
         }
-    }
-
-    fn traced(&mut self) -> Result<(), BadInput> {
-        let file = self.rest()?;
-        let trace = String::from_utf8_lossy(&file).parse().map_err(BadInput::Trace)?;
-        self.whole("trace", trace);
+        (self.kind, self.line_baud, self.way) = ("pcapng", Some(reader.baud()), Way::Captured(reader));
         Ok(())
     }
 
-    fn whole(&mut self, kind: &'static str, trace: Trace) {
-        (self.kind, self.line_baud) = (kind, Some(trace.baud));
-        let noted = trace.entries.into_iter().map(|entry| Noted {
-            start: Some(entry.start),
-            octets: entry.octets.to_vec(),
-            errors: entry.errors,
-        });
-        self.way = Way::Whole(noted.collect());
+    /// The first line of a trace.
+    fn traced(&mut self) -> Result<(), BadInput> {
+        let end =
+            self.ahead.iter().position(|octet| *octet == b'\n').map_or(self.ahead.len(), |end| end.saturating_add(1));
+        let first: Vec<u8> = self.ahead.drain(..end).collect();
+        let reader = trace::Reader::begin(String::from_utf8_lossy(&first).trim_end()).map_err(Damage::from)?;
+        (self.kind, self.line_baud, self.way) = ("trace", Some(reader.baud()), Way::Traced(reader));
+        Ok(())
     }
 
     /// Appends what comes next: as much as is there at once. False when there is no more.
@@ -236,8 +168,23 @@ impl<R: Read> Source<R> {
         if !std::mem::take(&mut self.is_new) && !self.ended {
             self.fill()?;
         }
+        noted.append(&mut self.found);
         match &mut self.way {
-            Way::Whole(all) => noted.append(all),
+            Way::Captured(reader) => {
+                reader.push(&std::mem::take(&mut self.ahead));
+                if let Err(damage) = packets(reader, self.ended, noted) {
+                    self.stop(damage.into());
+                }
+            }
+            Way::Traced(reader) => {
+                let done = entries(reader, &mut self.ahead, self.ended, noted).map_err(Damage::from);
+                self.is_empty &= noted.is_empty();
+                match done {
+                    Err(damage) if self.is_empty => return Err(damage.into()),
+                    Err(damage) => self.stop(damage),
+                    Ok(()) => {}
+                }
+            }
             Way::Raw if self.ahead.is_empty() => {}
             Way::Raw => {
                 noted.push(Noted { start: None, octets: std::mem::take(&mut self.ahead), errors: Vec::new() });
@@ -245,6 +192,12 @@ impl<R: Read> Source<R> {
             Way::Printed { .. } => return self.print(noted),
         }
         Ok(!self.ended)
+    }
+
+    /// Nothing behind it is read.
+    fn stop(&mut self, damage: Damage) {
+        (self.damage, self.ended) = (Some(damage), true);
+        self.ahead.clear();
     }
 
     /// The lines that are there.
@@ -284,6 +237,41 @@ impl<R: Read> Source<R> {
     }
 }
 
+/// The packets that are there.
+fn packets(reader: &mut pcapng::Reader, is_last: bool, noted: &mut Vec<Noted>) -> Result<(), BadCapture> {
+    while let Some(entry) = reader.next() {
+        noted.push(entry?.into());
+    }
+    if is_last { reader.end() } else { Ok(()) }
+}
+
+/// The entries of the lines that are there. The last may have no end.
+fn entries(
+    reader: &mut trace::Reader,
+    ahead: &mut Vec<u8>,
+    is_last: bool,
+    noted: &mut Vec<Noted>,
+) -> Result<(), BadLine> {
+    let mut from = 0_usize;
+    let mut done = Ok(());
+    while let Some(rest) = ahead.get(from..).filter(|rest| !rest.is_empty()) {
+        let end = rest.iter().position(|octet| *octet == b'\n').map(|end| end.saturating_add(1));
+        // What is no line for so long is none: the words before the octets are wrong, or they are missing.
+        let Some(end) = end.or((is_last || rest.len() > LONGEST).then_some(rest.len())) else { break };
+        let line = String::from_utf8_lossy(rest.get(..end).unwrap_or_default()).into_owned();
+        from = from.saturating_add(end);
+        match reader.line(line.trim_end()) {
+            Ok(entry) => noted.extend(entry.map(Noted::from)),
+            Err(bad) => {
+                done = Err(bad);
+                break;
+            }
+        }
+    }
+    ahead.drain(..from.min(ahead.len()));
+    done
+}
+
 /// Where the first line ends, if it is there: behind its end, or where one that is too long is cut between words.
 fn end_of_line(text: &[u8], is_last: bool) -> Option<usize> {
     let portion = text.get(..PORTION).unwrap_or(text);
@@ -297,18 +285,8 @@ fn end_of_line(text: &[u8], is_last: bool) -> Option<usize> {
     Some(between.map_or(PORTION, |between| between.saturating_add(1)))
 }
 
-impl Recording {
-    /// Reads a file of any kind as a whole. Times in seconds become bit times of `baud`, unless the file has a rate.
-    ///
-    /// # Errors
-    /// [`BadInput`] in one sentence.
-    pub fn read(file: &[u8], baud: Baud) -> Result<Self, BadInput> {
-        let (mut source, mut noted) = (Source::open(file, baud)?, Vec::new());
-        while source.read(&mut noted)? {}
-        let Source { kind, line_baud: baud, times, skipped, damage, .. } = source;
-        Ok(Self { kind, baud, times, noted, skipped, damage })
-    }
-}
+/// How much of a line a message shows.
+const SHOWN: usize = 60;
 
 /// A trace says its rate first.
 fn is_trace(text: &[u8]) -> bool {
@@ -342,54 +320,12 @@ fn bit_time(seconds: f64, baud: Baud) -> BitTime {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Recording;
     use super::*;
-    use profivac_sim::scenario::hex;
+    use profivac_sim::Trace;
 
     fn read(file: &[u8]) -> Result<Recording, String> {
         Recording::read(file, Baud::B19200).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn every_kind_of_file_is_known_by_its_content() {
-        let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5! 00\n".parse().unwrap();
-        for (file, kind) in [
-            (trace.to_string().into_bytes(), "trace"),
-            (pcapng::write(&trace, pcapng::USER0), "pcapng"),
-            (pcapng::write(&trace, pcapng::PROFIBUS_DL), "pcapng"),
-        ] {
-            let recording = read(&file).unwrap();
-            assert_eq!((recording.kind, recording.baud, recording.noted.len()), (kind, Some(Baud::B500000), 2));
-            assert_eq!((recording.noted[1].start, &recording.noted[1].errors[..]), (Some(BitTime(200)), &[0][..]));
-        }
-        let skipped = Skipped { count: 1, first: Some(2) };
-        assert_eq!(read(b"RX 10 08 02 49 53 16\nwaiting\n0.5 E5").unwrap().skipped, skipped);
-        assert_eq!(read(b"RX E5\n0.5 E5").unwrap().noted[1].start, Some(BitTime(9600)));
-        assert_eq!(read(&hex("10 08 02 49 53 16 10 02 08 00 0A 16")).unwrap().kind, "octets");
-        assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, "text", "a letter of another character set");
-    }
-
-    #[test]
-    fn what_cannot_be_read_is_named_with_its_place() {
-        for (file, message) in [
-            (&b""[..], "expected telegrams, found an empty file"),
-            (b" \n\n", "expected telegrams, found an empty file"),
-            (
-                b"\nhello there\n",
-                "line 2: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found 'hello there'",
-            ),
-            (b"# 500 kbit/s\nsoon | E5", "line 2: expected a bit time, found 'soon'"),
-            (
-                b"# 501 kbit/s\n1 | E5",
-                "line 1: expected a transmission rate, as in '# 1.5 Mbit/s', found '# 501 kbit/s'",
-            ),
-            (
-                &[0xD4, 0xC3, 0xB2, 0xA1, 2, 0],
-                "expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'",
-            ),
-            (&[0x0A, 0x0D, 0x0D, 0x0A, 0, 0], "expected a pcapng file, found no section header"),
-        ] {
-            assert_eq!(read(file).unwrap_err(), message);
-        }
     }
 
     /// Hands out three octets at a time, as a slow pipe does, and says how much was taken.
@@ -418,6 +354,74 @@ mod tests {
         }
     }
 
+    /// Of a capture and a trace as of a text: what is there is noted, the rest is not waited for.
+    #[test]
+    fn a_packet_is_noted_before_the_next_is_there() {
+        let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5\n 300 | E5\n".parse().unwrap();
+        for file in [pcapng::write(&trace, pcapng::USER0), trace.to_string().into_bytes()] {
+            let taken = std::cell::Cell::new(0);
+            let mut source = Source::open(Slow(&file, &taken), Baud::B19200).unwrap();
+            let mut noted = Vec::new();
+            while noted.is_empty() {
+                assert!(source.read(&mut noted).unwrap());
+            }
+            assert!(noted.len() == 1 && taken.get() + 36 < file.len(), "{} of {}", taken.get(), file.len());
+        }
+    }
+
+    #[test]
+    fn a_file_that_was_cut_off_is_noted_up_to_there() {
+        let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5\n".parse().unwrap();
+        let capture = pcapng::write(&trace, pcapng::USER0);
+        let mut text = trace.to_string();
+        text.truncate(text.len() - 2);
+        let at = capture.len() - 36;
+        for (file, damage) in [
+            (
+                &capture[..capture.len() - 1],
+                format!("the file ends within the block at octet {at}: it was cut off, or is still being written"),
+            ),
+            (text.as_bytes(), "line 3: expected two hexadecimal digits, found 'E'".to_owned()),
+        ] {
+            let recording = read(file).unwrap();
+            assert_eq!(recording.noted.len(), 1);
+            assert_eq!(recording.damage.map(|damage| damage.to_string()), Some(damage));
+        }
+    }
+
+    /// A capture that never ends is held no longer than it takes to note it.
+    #[test]
+    fn a_file_of_any_size_needs_no_more_room() {
+        let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n".parse().unwrap();
+        let capture = pcapng::write(&trace, pcapng::USER0);
+        let text = trace.to_string();
+        let (head, line) = text.split_at(text.find('\n').unwrap() + 1);
+        for (head, again) in [(&capture[..72], &capture[72..]), (head.as_bytes(), line.as_bytes())] {
+            let mut source = Source::open(head.chain(Endless(again, 0)), Baud::B19200).unwrap();
+            let mut all = 0;
+            while all < 100_000 {
+                let mut noted = Vec::new();
+                assert!(source.read(&mut noted).unwrap());
+                assert!(noted.len() <= 2 * PORTION / again.len() + 2, "{}", noted.len());
+                all += noted.len();
+                assert!(source.ahead.len() <= 2 * PORTION && source.ahead.capacity() <= 4 * PORTION);
+            }
+        }
+    }
+
+    /// The same again and again.
+    struct Endless<'a>(&'a [u8], usize);
+
+    impl Read for Endless<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            for octet in &mut *buffer {
+                *octet = self.0[self.1 % self.0.len()];
+                self.1 += 1;
+            }
+            Ok(buffer.len())
+        }
+    }
+
     #[test]
     fn a_line_is_noted_before_the_next_is_there() {
         let log = b"RX 10 08 02 49 53 16\nRX E5\nRX E5\n";
@@ -436,20 +440,5 @@ mod tests {
         assert_eq!(recording.noted.iter().map(|noted| noted.octets.len()).sum::<usize>(), octets / 6 * 6);
         let joined = Recording::read("100802495316".repeat(20_000).as_bytes(), Baud::B19200).unwrap();
         assert_eq!(joined.noted.iter().map(|noted| noted.octets.len()).sum::<usize>(), 6 * 20_000);
-    }
-
-    #[test]
-    fn a_text_may_begin_with_a_mark_but_not_have_two_octets_a_letter() {
-        let mark = |text: &str| [BYTE_ORDER_MARK, text.as_bytes()].concat();
-        assert_eq!(read(&mark("# 500 kbit/s\r\n200 | E5\r\n")).unwrap().kind, "trace");
-        assert_eq!(read(&mark("RX E5")).unwrap().noted.len(), 1);
-        let wide: Vec<u16> = "\u{FEFF}RX 10 08 02 49 53 16\r\n".encode_utf16().collect();
-        for file in [
-            wide.iter().flat_map(|letter| letter.to_le_bytes()).collect::<Vec<_>>(),
-            wide.iter().flat_map(|letter| letter.to_be_bytes()).collect(),
-        ] {
-            let expected = "expected text in UTF-8, found UTF-16: convert it with 'iconv -f UTF-16 -t UTF-8'";
-            assert_eq!(read(&file).unwrap_err(), expected);
-        }
     }
 }

@@ -1,5 +1,9 @@
 //! A slave to be watched: what it is, how its inputs are laid out, and what they say.
 
+mod fitted;
+
+pub use fitted::Fitted;
+
 use crate::client::owned::Owned;
 use crate::client::records::{RecordError, Records};
 use crate::gsd;
@@ -7,6 +11,7 @@ use crate::instrument::DEVICES;
 use crate::live::{SlaveSeen, look};
 use crate::ms2;
 use crate::tool::{Reply, Tool, ToolError};
+use profivac_devices::Principle;
 use profivac_devices::model::{Codes, Configuration, Counts, Field, Format, Model, NumberType, Unit, UserPrm, Via};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::link::Baud;
@@ -62,6 +67,8 @@ pub struct Watched {
     pub configuration: &'static Configuration,
     /// The unit it shows.
     pub unit: &'static Unit,
+    /// What it told of the gauges on its channels.
+    pub fitted: Fitted,
 }
 
 impl Watched {
@@ -79,9 +86,10 @@ impl Watched {
         let model = known.ok_or(WatchError::Unknown { address, ident: slave.ident })?;
         let configuration = present_configuration(tool, address, model)?;
         // Until it is known: a device whose user parameters have no unit keeps what it has.
-        let found =
-            Self { address, model, configuration, unit: model.units.first().ok_or(WatchError::NoUnit(address))? };
-        Ok(Self { unit: present_unit(tool, &found)?, ..found })
+        let unit = model.units.first().ok_or(WatchError::NoUnit(address))?;
+        let found = Self { address, model, configuration, unit, fitted: Fitted::default() };
+        let unit = present_unit(tool, &found)?;
+        Ok(Self { unit, fitted: Fitted::ask(tool, address, model)?, ..found })
     }
 
     /// The parameters that leave the slave as it is, at this rate: what its GSD file says, and the unit it shows.
@@ -94,6 +102,12 @@ impl Watched {
             dpv1: self.model.features.dpv1,
             ..SlaveParameters::new(self.address, self.model.ident, self.configuration.octets)
         }
+    }
+
+    /// How an instance or channel senses; nothing where neither the tables nor the device tell it, see [`Fitted`].
+    #[must_use]
+    pub fn principle(&self, instance: u8) -> Option<Principle> {
+        self.fitted.principle(self.model, instance)
     }
 
     /// What its inputs say.
@@ -308,7 +322,13 @@ mod tests {
 
     fn watched(configuration: usize, unit: &str) -> Watched {
         let unit = MODEL.unit_named(unit).unwrap();
-        Watched { address: 5, model: &MODEL, configuration: &MODEL.configurations[configuration], unit }
+        Watched {
+            address: 5,
+            model: &MODEL,
+            configuration: &MODEL.configurations[configuration],
+            unit,
+            fitted: Fitted::default(),
+        }
     }
 
     #[test]
@@ -350,7 +370,7 @@ mod tests {
     fn every_channel_of_a_controller_has_its_own_value() {
         let model = &profivac_devices::img400::table::MODEL;
         let (configuration, unit) = (&model.configurations[9], model.unit_named("mbar").unwrap());
-        let watched = Watched { address: 7, model, configuration, unit };
+        let watched = Watched { address: 7, model, configuration, unit, fitted: Fitted::default() };
         let values = [1e-8_f32, 1e-2, 1e-3, 5.0].map(f32::to_be_bytes).concat();
         let reading = watched.reading(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
         let valid: Vec<_> = reading.values.iter().map(|value| (value.instance, value.pa.is_some())).collect();
@@ -373,7 +393,7 @@ mod tests {
     fn a_measurement_status_tells_whether_a_channel_is_valid() {
         let model = &profivac_devices::tpg::table::TPG300;
         let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
-        let watched = Watched { address: 7, model, configuration, unit };
+        let watched = Watched { address: 7, model, configuration, unit, fitted: Fitted::default() };
         let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
         let channels = [channel(2.5, 0), channel(1e-3, 1), channel(5.0, 3), channel(0.0, 5)].concat();
         let reading = watched.reading(&[vec![0; 8], channels].concat());
@@ -406,7 +426,13 @@ mod tests {
         for entry in &DEVICES {
             let model = entry.model;
             let Some(unit) = model.units.first() else { continue };
-            let watched = Watched { address: 5, model, configuration: model.default_configuration, unit };
+            let watched = Watched {
+                address: 5,
+                model,
+                configuration: model.default_configuration,
+                unit,
+                fitted: Fitted::default(),
+            };
             let file = gsd::gsd(model);
             let says = |keyword: &str| file.lines().find_map(|it| it.strip_prefix(keyword)?.trim().strip_prefix("= "));
             assert_eq!(says("Min_Slave_Intervall"), Some("10"), "{}", model.name);

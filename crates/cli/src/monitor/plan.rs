@@ -1,0 +1,72 @@
+//! What is to be watched: which segments, and who on them. From the command line, or from a station's file.
+
+use super::Arguments;
+use crate::bus::Bus;
+use crate::failure::Failure;
+use crate::values;
+use profivac_station::config::Config;
+use std::path::Path;
+
+/// A segment to be watched.
+pub struct Plan {
+    /// What it is called, where there are several.
+    pub name: Option<String>,
+    /// Where it is.
+    pub bus: Bus,
+    /// Who is watched on it.
+    pub addresses: Vec<u8>,
+}
+
+impl Arguments {
+    /// All segments, at least one, each with somebody to watch.
+    pub(super) fn plans(&self) -> Result<Vec<Plan>, Failure> {
+        let plans = match (&self.port, self.watched.as_slice()) {
+            (None, [file]) if file.ends_with(".toml") => self.of_file(Path::new(file))?,
+            (Some(_), all) if all.iter().any(|text| text.ends_with(".toml")) => {
+                return Err(Failure::usage("a station's file says which port: leave --port out, or say addresses"));
+            }
+            (Some(port), all) => {
+                let addresses = all.iter().map(|text| values::slave_address(text));
+                let addresses = addresses.collect::<Result<_, _>>().map_err(Failure::usage)?;
+                vec![Plan { name: None, bus: Bus::at(port, &self.line), addresses }]
+            }
+            (None, _) => {
+                return Err(Failure::usage("expected --port PORT with addresses, or a station's FILE.toml alone"));
+            }
+        };
+        plans.iter().try_for_each(Plan::check)?;
+        Ok(plans)
+    }
+
+    /// What a station's file says. A segment without gauges is no reason not to watch the others.
+    fn of_file(&self, file: &Path) -> Result<Vec<Plan>, Failure> {
+        let config = Config::read(file)?;
+        let several = config.segments.len() > 1;
+        let plan = |segment: &profivac_station::config::Segment| Plan {
+            name: several.then(|| segment.name.clone()),
+            bus: Bus::of(segment, &self.line),
+            addresses: segment.gauges.iter().map(|gauge| gauge.address).collect(),
+        };
+        let plans: Vec<_> = config.segments.iter().filter(|segment| !segment.gauges.is_empty()).map(plan).collect();
+        match (plans.as_slice(), config.segments.as_slice()) {
+            ([], [segment]) => {
+                Err(Failure::usage(format!("{}: the segment {:?} has no gauges", file.display(), segment.name)))
+            }
+            ([], _) => Err(Failure::usage(format!("{}: no segment has gauges", file.display()))),
+            _ => Ok(plans),
+        }
+    }
+}
+
+impl Plan {
+    /// Every slave once, and none is this master.
+    fn check(&self) -> Result<(), Failure> {
+        for (number, address) in self.addresses.iter().enumerate() {
+            self.bus.check_other(*address, "address")?;
+            if self.addresses.iter().take(number).any(|other| other == address) {
+                return Err(Failure::usage(format!("address {address} is named twice")));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,355 @@
+//! The requests and their right answers, and what must not come of a wrong one.
+
+use crate::support::bus;
+use crate::support::desk::{Desk, Said};
+use profivac_dp::link::active::{Active, Confirmation, Request};
+use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::services::{self, NoResult};
+use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
+
+pub const IDENT: u16 = 0x1234;
+/// Two octets in, two octets out.
+pub const CFG: [u8; 2] = [0x11, 0x21];
+
+pub const THERE: &str = "10 02 08 00 0A 16";
+pub const POWER_UP: &str = "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16";
+pub const READY: &str = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
+pub const INPUTS: &str = "68 05 05 68 02 08 08 01 02 15 16";
+pub const INPUTS_HIGH: &str = "68 05 05 68 02 08 0A 01 02 17 16";
+
+pub type Station = Desk<Master<4, 32>>;
+
+/// An answer to be spoilt: addresses, FC, access points and data.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    pub da: u8,
+    pub sa: u8,
+    pub fc: u8,
+    pub saps: Option<[u8; 2]>,
+    pub du: Vec<u8>,
+}
+
+impl Answer {
+    pub fn of(fc: u8, saps: Option<[u8; 2]>, du: &[u8]) -> Self {
+        Self { da: 2, sa: 8, fc, saps, du: du.to_vec() }
+    }
+
+    /// SD1 where nothing follows FC, else SD2.
+    pub fn octets(&self) -> Vec<u8> {
+        let extended = if self.saps.is_some() { 0x80 } else { 0 };
+        let mut body = vec![self.da | extended, self.sa | extended, self.fc];
+        body.extend(self.saps.into_iter().flatten());
+        body.extend(&self.du);
+        let fcs = body.iter().fold(0u8, |sum, octet| sum.wrapping_add(*octet));
+        let le = body.len() as u8;
+        let mut octets = if le == 3 { vec![0x10] } else { vec![0x68, le, le, 0x68] };
+        octets.extend(body);
+        octets.extend([fcs, 0x16]);
+        octets
+    }
+}
+
+/// What the master knows of slave 8, and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    pub inputs: Option<Vec<u8>>,
+    pub diagnosis: Option<(u32, u8, u16, Vec<u8>)>,
+    pub state: Option<String>,
+    pub exchanges: u32,
+    pub diagnoses: u32,
+}
+
+pub fn known(desk: &Station) -> Known {
+    let master = &desk.station.user;
+    let counters = master.counters(8).unwrap();
+    Known {
+        inputs: master.inputs(8).map(<[u8]>::to_vec),
+        diagnosis: master
+            .diagnosis(8)
+            .map(|diag| (diag.status.bits(), diag.master_add, diag.ident, diag.ext_diag.to_vec())),
+        state: master.state(8).map(|state| state.to_string()),
+        exchanges: counters.exchanges,
+        diagnoses: counters.diagnoses,
+    }
+}
+
+/// A single request, and what its answer comes to.
+#[derive(Clone, Copy)]
+pub struct Tool {
+    pub request: Request<'static>,
+    pub read: fn(&Confirmation<'_>) -> Result<Vec<u8>, NoResult>,
+}
+
+/// A request on the line, and the answer to it.
+pub struct Case {
+    pub name: &'static str,
+    /// Plays until this request is on the line.
+    pub asked: fn() -> Station,
+    pub tool: Option<Tool>,
+    /// The right answer, with values that nobody knows yet.
+    pub right: Answer,
+    /// What the station answered last: the former request.
+    pub former: &'static str,
+    /// The lengths that are wrong, and what is said about them; none where every length is right.
+    pub lengths: &'static [(usize, &'static str)],
+}
+
+pub fn desk() -> Station {
+    let mut master: Active<Master<4, 32>> = {
+        let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
+        Master::on(bus(), settings, BitTime(0))
+    };
+    master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
+    master.user.set_mode(Mode::Operate);
+    let mut desk = Desk::new(master);
+    desk.asks();
+    desk
+}
+
+/// The next request after these answers.
+pub fn after(answers: &[&str]) -> Station {
+    let mut desk = desk();
+    for answer in answers {
+        desk.hears(answer);
+        desk.asks();
+    }
+    desk
+}
+
+pub fn fdl_status() -> Station {
+    desk()
+}
+
+pub fn first_diag() -> Station {
+    after(&[THERE])
+}
+
+pub fn set_prm() -> Station {
+    after(&[THERE, POWER_UP])
+}
+
+pub fn chk_cfg() -> Station {
+    after(&[THERE, POWER_UP, "E5"])
+}
+
+pub fn second_diag() -> Station {
+    after(&[THERE, POWER_UP, "E5", "E5"])
+}
+
+/// Operate goes first, without an answer.
+pub fn first_exchange() -> Station {
+    let mut desk = after(&[THERE, POWER_UP, "E5", "E5", READY]);
+    desk.asks();
+    desk
+}
+
+pub fn exchange() -> Station {
+    let mut desk = first_exchange();
+    desk.hears(INPUTS);
+    desk.asks();
+    desk
+}
+
+pub fn diag_in_exchange() -> Station {
+    let mut desk = exchange();
+    desk.hears(INPUTS_HIGH);
+    desk.asks();
+    desk
+}
+
+pub const MS0: [u8; 2] = [0x3E, 0];
+
+/// The access points of an answer of this service.
+pub fn saps(service: u8) -> Option<[u8; 2]> {
+    Some([MS0[0], service])
+}
+
+pub fn cyclic() -> Vec<Case> {
+    let diag = |du: &[u8]| Answer::of(8, saps(0x3C), du);
+    let too_short: &[_] = &[(5, "its answer has 5 octets instead of 6"), (1, "its answer has 1 octets instead of 6")];
+    let data: &[_] = &[(1, "it answers with data where it should only acknowledge")];
+    let case = |name, asked, right, former, lengths| Case { name, asked, tool: None, right, former, lengths };
+    vec![
+        case("FDL status", fdl_status, Answer::of(0, None, &[]), INPUTS, &[(1, FORM)]),
+        case("Slave_Diag before Set_Prm", first_diag, diag(&[2, 5, 0, 0xFF, 0x12, 0x34, 2, 9]), THERE, too_short),
+        case("Set_Prm", set_prm, Answer::of(9, None, &[]), POWER_UP, data),
+        case("Chk_Cfg", chk_cfg, Answer::of(9, None, &[]), POWER_UP, data),
+        case("Slave_Diag after Chk_Cfg", second_diag, diag(&[0, 0xC, 0, 2, 0x12, 0x34, 2, 9]), INPUTS, too_short),
+        case(
+            "Data_Exchange",
+            exchange,
+            Answer::of(8, None, &[7, 7]),
+            READY,
+            &[
+                (0, "its answer has 0 octets instead of 2"),
+                (1, "its answer has 1 octets instead of 2"),
+                (3, "its answer has 3 octets instead of 2"),
+                (40, "its answer has 40 octets instead of 2"),
+            ],
+        ),
+        case(
+            "Slave_Diag in exchange",
+            diag_in_exchange,
+            diag(&[8, 0xC, 0, 2, 0x12, 0x34, 2, 9]),
+            INPUTS_HIGH,
+            too_short,
+        ),
+    ]
+}
+
+pub fn tools() -> Vec<Case> {
+    let tool = |name, request, read, right, lengths| Case {
+        name,
+        asked: exchange,
+        tool: Some(Tool { request, read }),
+        right,
+        former: INPUTS,
+        lengths,
+    };
+    vec![
+        tool(
+            "FDL status",
+            services::fdl_status(8),
+            |c| services::station(c).map(|_| vec![]),
+            Answer::of(0, None, &[]),
+            &[(1, FORM)],
+        ),
+        tool(
+            "Slave_Diag",
+            services::slave_diag(8),
+            |c| services::diagnosis(c).map(|diag| diag.ext_diag.to_vec()),
+            Answer::of(8, saps(0x3C), &[8, 0xC, 0, 2, 0x12, 0x34, 2, 9]),
+            &[(5, "its answer has 5 octets instead of 6")],
+        ),
+        tool(
+            "Get_Cfg",
+            services::get_cfg(8),
+            |c| services::configuration(c).map(|(octets, _)| octets.to_vec()),
+            Answer::of(8, saps(0x3B), &[0xC1, 0x81, 0x84, 0x85]),
+            &[
+                (3, "its configuration is none: the last identifier announces more octets than follow"),
+                (0, "its configuration is none: no identifier"),
+            ],
+        ),
+        tool(
+            "RD_Inp",
+            services::rd_inp(8),
+            |c| services::image(c, Some(2)).map(<[u8]>::to_vec),
+            Answer::of(8, saps(0x38), &[7, 7]),
+            &[(1, "its answer has 1 octets instead of 2"), (3, "its answer has 3 octets instead of 2")],
+        ),
+        tool(
+            "RD_Outp",
+            services::rd_outp(8),
+            |c| services::image(c, Some(2)).map(<[u8]>::to_vec),
+            Answer::of(8, saps(0x39), &[7, 7]),
+            &[(1, "its answer has 1 octets instead of 2"), (3, "its answer has 3 octets instead of 2")],
+        ),
+        tool(
+            "Set_Slave_Add",
+            services::set_slave_add(8, &[5, 0x12, 0x34, 0]),
+            |c| services::acknowledged(c).map(|()| vec![]),
+            Answer::of(9, None, &[]),
+            &[(1, "it answers with data where it should only acknowledge")],
+        ),
+    ]
+}
+
+pub const FORM: &str = "the form of the answer does not fit the request";
+pub const OTHER_SAPS: &str = "the answer belongs to other service access points";
+
+pub fn is_exchange(said: &Said) -> bool {
+    matches!(said.octets[..], [0x68, 5, 5, 0x68, 8, 2, ..])
+}
+
+impl Case {
+    /// Answers every try of the request with these octets until it comes to something: the words for it, and the values
+    /// of a tool where there are some.
+    pub fn answered(&self, desk: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
+        match &self.tool {
+            None => Self::cycle_answered(desk, octets),
+            Some(tool) => Self::tool_answered(desk, tool, octets),
+        }
+    }
+
+    fn cycle_answered(desk: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
+        let state = desk.station.user.state(8);
+        let exchanges = desk.station.user.counters(8).unwrap().exchanges;
+        for _ in 0..8 {
+            if !octets.is_empty() {
+                desk.hears_octets(11, octets);
+            }
+            desk.asks();
+            if let Some(trouble) = desk.station.user.trouble(8) {
+                return Err(trouble.to_string());
+            }
+            if desk.station.user.state(8) != state || desk.station.user.counters(8).unwrap().exchanges != exchanges {
+                return Ok(Vec::new());
+            }
+        }
+        panic!("it does not come to anything");
+    }
+
+    /// Data_Exchange with the same slave goes on as it should.
+    fn tool_answered(desk: &mut Station, tool: &Tool, octets: &[u8]) -> Result<Vec<u8>, String> {
+        desk.station.user.submit(&tool.request).unwrap();
+        desk.hears(INPUTS);
+        for _ in 0..20 {
+            match desk.asks() {
+                said if is_exchange(&said) => desk.hears(INPUTS),
+                _ if octets.is_empty() => {}
+                _ => desk.hears_octets(11, octets),
+            }
+            if let Some(confirmation) = desk.station.user.take() {
+                return (tool.read)(&confirmation).map_err(|reason| reason.to_string());
+            }
+        }
+        panic!("there is no result");
+    }
+
+    pub fn takes_the_right_answer(&self) {
+        let mut desk = (self.asked)();
+        let before = known(&desk);
+        let result = self.answered(&mut desk, &self.right.octets());
+        assert!(result.is_ok(), "{}: {result:?}", self.name);
+        match &self.tool {
+            None => assert_ne!(known(&desk), before, "{}: the poison works", self.name),
+            // Where there are data, the end of them is what a tool is told.
+            Some(_) => assert!(self.right.du.ends_with(&result.unwrap()), "{}", self.name),
+        }
+    }
+
+    /// The defect keeps the poison out, and is named.
+    pub fn refuses(&self, what: &str, octets: &[u8], words: &str) {
+        let mut desk = (self.asked)();
+        let before = known(&desk);
+        let result = self.answered(&mut desk, octets);
+        assert_eq!(result, Err(words.to_string()), "{}, {what}", self.name);
+        self.nothing_is_new(&desk, &before, what);
+    }
+
+    pub fn nothing_is_new(&self, desk: &Station, before: &Known, what: &str) {
+        let now = known(desk);
+        match &self.tool {
+            // The slave may have been lost over it, and then there are no inputs at all.
+            None => {
+                assert!(now.inputs.is_none() || now.inputs == before.inputs, "{}, {what}: {now:?}", self.name);
+                assert_eq!(
+                    (now.exchanges, now.diagnoses),
+                    (before.exchanges, before.diagnoses),
+                    "{}, {what}",
+                    self.name
+                );
+            }
+            // A tool beside it disturbs nothing.
+            Some(_) => {
+                assert_eq!((&now.inputs, &now.state), (&before.inputs, &before.state), "{}, {what}", self.name);
+            }
+        }
+        assert_eq!(now.diagnosis, before.diagnosis, "{}, {what}", self.name);
+    }
+}
+
+pub fn all() -> impl Iterator<Item = Case> {
+    cyclic().into_iter().chain(tools())
+}

@@ -1,0 +1,331 @@
+//! Reads a capture file while it comes, block by block: nothing larger than one block is held, however large the file is.
+
+use super::{
+    BYTE_ORDER, CharacterErrors, ENHANCED_PACKET, Entry, IF_SPEED, IF_TSRESOL, INTERFACE, OPT_COMMENT, PROFIBUS_DL,
+    SECTION_HEADER, USER0,
+};
+use profivac_dp::link::{Baud, BitTime};
+use std::fmt;
+
+/// The largest block that is read: 16 MiB. free choice: what libpcap takes; a telegram has 255 octets at most.
+const LARGEST: u32 = 1 << 24;
+
+/// The most interfaces of a section. free choice: a capture has one for each line that was listened to.
+const MOST_INTERFACES: usize = 1 << 12;
+
+/// Kind and length in front, the length again behind.
+const FRAMING: usize = 12;
+
+/// Why octets are no capture file that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BadCapture {
+    /// It does not begin with the section header of pcapng.
+    NotPcapng,
+    /// The file ends within a block: its writer was stopped, or goes on.
+    Cut {
+        /// Where the block begins.
+        offset: u64,
+    },
+    /// A block is shorter than its kind needs, or larger than any that is read.
+    Block {
+        /// Where it begins.
+        offset: u64,
+    },
+    /// A packet of an interface that was not described, or more interfaces than are read.
+    Interface {
+        /// Where the block begins.
+        offset: u64,
+    },
+    /// An interface with telegrams of something else.
+    LinkType(u16),
+}
+
+impl fmt::Display for BadCapture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotPcapng => f.write_str("expected a pcapng file, found no section header"),
+            Self::Cut { offset } => {
+                write!(f, "the file ends within the block at octet {offset}: it was cut off, or is still being written")
+            }
+            Self::Block { offset } => write!(f, "the block at octet {offset} has no possible length"),
+            Self::Interface { offset } => write!(f, "the block at octet {offset} belongs to no interface"),
+            Self::LinkType(other) => {
+                write!(f, "expected link type {PROFIBUS_DL} or {USER0}, found {other}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for BadCapture {}
+
+/// Reads packets out of octets that come in any portions.
+pub struct Reader {
+    /// What was pushed last; what lies before `at` is read.
+    ahead: Vec<u8>,
+    at: usize,
+    /// Where `at` is in the file.
+    offset: u64,
+    /// Where the last block began that says nothing here, and what is still to come of it.
+    passed: u64,
+    passing: u64,
+    big_endian: bool,
+    interfaces: Vec<Interface>,
+    baud: Baud,
+    stage: Stage,
+}
+
+/// How far a file is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// Nothing yet.
+    New,
+    /// Blocks, no packet yet: an interface may still say the rate.
+    Begun,
+    /// Packets.
+    Packets,
+    /// After damage there is nothing more to find.
+    Damaged,
+}
+
+/// A whole block: where it begins, its kind, and what is in it.
+type Block = (u64, u32, std::ops::Range<usize>);
+
+impl Reader {
+    /// A file that does not say its rate gets `otherwise`.
+    #[must_use]
+    pub const fn new(otherwise: Baud) -> Self {
+        Self {
+            ahead: Vec::new(),
+            at: 0,
+            offset: 0,
+            passed: 0,
+            passing: 0,
+            big_endian: false,
+            interfaces: Vec::new(),
+            baud: otherwise,
+            stage: Stage::New,
+        }
+    }
+
+    /// The rate of the line: what the interfaces before the first packet say. Times of all packets are bit times of it.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    /// More of the file has come.
+    pub fn push(&mut self, octets: &[u8]) {
+        self.ahead.drain(..self.at);
+        self.at = 0;
+        self.ahead.extend(octets);
+    }
+
+    /// How many octets are held.
+    #[cfg(test)]
+    pub(super) fn held(&self) -> usize {
+        self.ahead.len()
+    }
+
+    /// The next packet. `None` when more of the file is needed first, or after damage.
+    ///
+    /// # Errors
+    /// [`BadCapture`], once: there is nothing behind it.
+    #[expect(clippy::should_implement_trait, reason = "after `None` there may be more")]
+    pub fn next(&mut self) -> Option<Result<Entry, BadCapture>> {
+        while self.stage != Stage::Damaged {
+            let (offset, kind, body) = match self.block()? {
+                Ok(block) => block,
+                Err(damage) => return Some(Err(self.damaged(damage))),
+            };
+            match self.entry(offset, kind, body) {
+                Ok(None) => {}
+                Ok(Some(entry)) => return Some(Ok(entry)),
+                Err(damage) => return Some(Err(self.damaged(damage))),
+            }
+        }
+        None
+    }
+
+    /// There is no more of the file: whether it ends where it may.
+    ///
+    /// # Errors
+    /// [`BadCapture`] unless it was told before.
+    pub fn end(&mut self) -> Result<(), BadCapture> {
+        match self.stage {
+            Stage::Damaged => Ok(()),
+            Stage::New => Err(self.damaged(BadCapture::NotPcapng)),
+            _ if self.passing > 0 => Err(self.damaged(BadCapture::Cut { offset: self.passed })),
+            _ if self.at == self.ahead.len() => Ok(()),
+            _ => Err(self.damaged(BadCapture::Cut { offset: self.offset })),
+        }
+    }
+
+    fn damaged(&mut self, damage: BadCapture) -> BadCapture {
+        let is_new = self.stage == Stage::New;
+        self.stage = Stage::Damaged;
+        if is_new { BadCapture::NotPcapng } else { damage }
+    }
+
+    /// The next block that says something here, if it is there as a whole.
+    fn block(&mut self) -> Option<Result<Block, BadCapture>> {
+        loop {
+            self.pass();
+            let rest = self.ahead.get(self.at..).filter(|rest| rest.len() >= FRAMING)?;
+            if rest.starts_with(&SECTION_HEADER.to_le_bytes()) {
+                self.big_endian = rest.get(8..12)? == BYTE_ORDER.to_be_bytes();
+            }
+            let mut head = Fields { octets: rest, big_endian: self.big_endian };
+            let (offset, kind, length) = (self.offset, head.long()?, head.long()?);
+            let (size, is_known) = (length as usize, [SECTION_HEADER, INTERFACE, ENHANCED_PACKET].contains(&kind));
+            let is_first = self.stage == Stage::New && kind != SECTION_HEADER;
+            if is_first || size < FRAMING || !size.is_multiple_of(4) || (is_known && length > LARGEST) {
+                return Some(Err(BadCapture::Block { offset }));
+            }
+            if !is_known {
+                (self.passed, self.passing) = (offset, u64::from(length));
+                continue;
+            }
+            if rest.len() < size {
+                return None;
+            }
+            let body = self.at + 8..self.at + size - 4;
+            self.at += size;
+            self.offset += u64::from(length);
+            return Some(Ok((offset, kind, body)));
+        }
+    }
+
+    /// Leaves out what says nothing here.
+    fn pass(&mut self) {
+        let there = self.ahead.len() - self.at;
+        let passed = usize::try_from(self.passing).unwrap_or(usize::MAX).min(there);
+        self.at += passed;
+        self.passing -= passed as u64;
+        self.offset += passed as u64;
+    }
+
+    /// The packet in a block, if it is one.
+    fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Entry>, BadCapture> {
+        let octets = self.ahead.get(body).unwrap_or_default();
+        let body = Fields { octets, big_endian: self.big_endian };
+        match kind {
+            SECTION_HEADER => {
+                self.interfaces.clear();
+                self.stage = if self.stage == Stage::New { Stage::Begun } else { self.stage };
+            }
+            INTERFACE => {
+                let interface = Interface::read(body).ok_or(BadCapture::Block { offset })??;
+                if self.stage == Stage::Begun {
+                    self.baud = interface.baud.unwrap_or(self.baud);
+                }
+                if self.interfaces.len() >= MOST_INTERFACES {
+                    return Err(BadCapture::Interface { offset });
+                }
+                self.interfaces.push(interface);
+            }
+            _ => {
+                let number = body.clone().long().ok_or(BadCapture::Block { offset })?;
+                let interface = self.interfaces.get(number as usize).ok_or(BadCapture::Interface { offset })?;
+                let entry = interface.entry(body, self.baud).ok_or(BadCapture::Block { offset })?;
+                self.stage = Stage::Packets;
+                return Ok(Some(entry));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Takes fields from the front of a block.
+#[derive(Clone)]
+struct Fields<'a> {
+    octets: &'a [u8],
+    big_endian: bool,
+}
+
+impl<'a> Fields<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.octets.split_at_checked(count)?;
+        self.octets = rest;
+        Some(taken)
+    }
+
+    /// An unsigned number of `count` octets.
+    fn number(&mut self, count: usize) -> Option<u64> {
+        let octets = self.take(count)?.iter();
+        let joined = |number, octet: &u8| number << 8 | u64::from(*octet);
+        Some(if self.big_endian { octets.fold(0, joined) } else { octets.rev().fold(0, joined) })
+    }
+
+    fn long(&mut self) -> Option<u32> {
+        self.number(4).map(|number| number as u32)
+    }
+
+    fn short(&mut self) -> Option<u16> {
+        self.number(2).map(|number| number as u16)
+    }
+
+    /// The next option, `None` at their end.
+    fn option(&mut self) -> Option<(u16, Self)> {
+        let (code, length) = (self.short()?, usize::from(self.short()?));
+        let octets = self.take(length.next_multiple_of(4))?.get(..length)?;
+        (code != 0).then_some((code, Self { octets, ..*self }))
+    }
+}
+
+/// How the packets of an interface are to be read.
+struct Interface {
+    baud: Option<Baud>,
+    ticks_per_second: u128,
+}
+
+impl Interface {
+    fn read(mut body: Fields<'_>) -> Option<Result<Self, BadCapture>> {
+        let link_type = body.short()?;
+        if link_type != PROFIBUS_DL && link_type != USER0 {
+            return Some(Err(BadCapture::LinkType(link_type)));
+        }
+        body.take(6)?;
+        let mut interface = Self { baud: None, ticks_per_second: 1_000_000 };
+        while let Some((code, mut value)) = body.option() {
+            match code {
+                IF_SPEED => interface.baud = rate(value.number(8)?),
+                IF_TSRESOL => interface.ticks_per_second = ticks(value.number(1)?)?,
+                _ => {}
+            }
+        }
+        Some(Ok(interface))
+    }
+
+    fn entry(&self, mut body: Fields<'_>, baud: Baud) -> Option<Entry> {
+        body.long()?;
+        let (high, low) = (u64::from(body.long()?), u64::from(body.long()?));
+        let (length, _) = (body.long()? as usize, body.long()?);
+        let octets = body.take(length.checked_next_multiple_of(4)?)?.get(..length)?;
+        let ticks = u128::from(high << 32 | low) * u128::from(baud.bits_per_second());
+        let start = BitTime(((ticks + self.ticks_per_second / 2) / self.ticks_per_second) as u64);
+        let mut errors = Vec::new();
+        while let Some((code, value)) = body.option() {
+            if code == OPT_COMMENT {
+                errors = character_errors(value.octets).unwrap_or_default();
+            }
+        }
+        Some(Entry { start, octets: octets.into(), errors })
+    }
+}
+
+fn rate(speed: u64) -> Option<Baud> {
+    u32::try_from(speed).ok().and_then(Baud::from_bits_per_second)
+}
+
+/// if_tsresol: a negative power of ten, or of two if bit 7 is set.
+fn ticks(resolution: u64) -> Option<u128> {
+    let base: u128 = if resolution & 0x80 != 0 { 2 } else { 10 };
+    // 2^64 ticks a second are finer than any clock; more would leave no room for the product with the rate.
+    base.checked_pow((resolution & 0x7F) as u32).filter(|ticks| *ticks <= 1 << 64)
+}
+
+/// The comment that [`packet`] wrote. Any other says nothing about octets.
+fn character_errors(comment: &[u8]) -> Option<Vec<usize>> {
+    let numbers = std::str::from_utf8(comment).ok()?.strip_prefix(CharacterErrors::WORDS)?;
+    numbers.split(", ").map(|number| number.parse::<usize>().ok()?.checked_sub(1)).collect()
+}
