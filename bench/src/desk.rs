@@ -117,14 +117,15 @@ impl<D: Device> Desk<D> {
 
     /// The same, octet by octet.
     pub fn hear_each(&mut self, octets: &[u8]) -> usize {
-        self.now = self.now + T_SYN_TBIT;
+        let mut now = self.now + T_SYN_TBIT;
         let mut answered = 0;
         for octet in octets {
-            self.now = self.now + CHARACTER_TBIT;
-            if let Heard::Telegram(telegram) = self.receiver.octet(self.now, *octet) {
-                answered = answer(&mut self.slave, self.now, &telegram);
+            now = now + CHARACTER_TBIT;
+            if let Heard::Telegram(telegram) = self.receiver.octet(now, *octet) {
+                answered = answer(&mut self.slave, now, &telegram);
             }
         }
+        self.now = now;
         answered
     }
 }

@@ -59,6 +59,14 @@ pub const ROWS: &[Row] = &[
         target: Some(12),
     },
     Row {
+        what: "the same, in pieces of eight",
+        ours: receiver::receive_pieces,
+        minus: None,
+        peer: None,
+        units: 41,
+        target: Some(12),
+    },
+    Row {
         what: "the same, one by one",
         ours: receiver::receive_each,
         minus: None,

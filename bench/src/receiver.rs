@@ -32,6 +32,20 @@ pub fn receive_piece(times: u32) {
     }
 }
 
+/// The same, but a telegram comes in pieces of eight, as a small FIFO has it.
+pub fn receive_pieces(times: u32) {
+    let octets = telegram::octets();
+    let mut receiver = Receiver::new(BitTime(0));
+    let mut now = BitTime(0);
+    for _ in 0..times {
+        now = now + T_SYN_TBIT;
+        for piece in octets.chunks(8) {
+            let _ = black_box(receiver.octets(now + CHARACTER_TBIT, black_box(piece)));
+            now = now + CHARACTER_TBIT * piece.len() as u64;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,5 +60,19 @@ mod tests {
             telegrams += u32::from(matches!(receiver.octet(end, *octet), Heard::Telegram(_)));
         }
         assert_eq!(telegrams, 1);
+    }
+
+    #[test]
+    fn the_last_piece_completes_the_telegram() {
+        let mut receiver = Receiver::new(BitTime(0));
+        let mut first = BitTime(T_SYN_TBIT + CHARACTER_TBIT);
+        let mut heard = Vec::new();
+        for piece in telegram::octets().chunks(8) {
+            let (taken, said) = receiver.octets(first, piece);
+            assert_eq!(taken, piece.len());
+            heard.push(matches!(said, Heard::Telegram(_)));
+            first = first + CHARACTER_TBIT * piece.len() as u64;
+        }
+        assert_eq!(heard, [false, false, false, false, false, true]);
     }
 }

@@ -99,7 +99,7 @@ impl core::error::Error for Malformed {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
     /// So many octets in total.
-    Total(usize),
+    Total(u8),
     /// The next octet will tell more.
     Open,
     /// This is no telegram.
@@ -108,38 +108,44 @@ pub enum Extent {
 
 impl Extent {
     /// How many octets always tell the length.
-    pub const TELLING: usize = 4;
+    pub const TELLING: u8 = 4;
 
     /// Looks at the first octets of a telegram. Enough octets are four of an SD2 and one of every other form.
     #[must_use]
     #[inline]
     pub const fn of(octets: &[u8]) -> Self {
         match octets {
-            [] | [SD2] => Self::Open,
-            [SD2, le] => Self::bounded(*le, Self::Open),
-            [SD2, le, ler] => {
-                Self::bounded(*le, if *le == *ler { Self::Open } else { Self::Broken(Malformed::Length) })
-            }
-            [SD2, le, ler, SD2, ..] if *le == *ler => Self::bounded(*le, Self::Total(*le as usize).plus(6)),
-            [SD2, _, _, SD2, ..] => Self::Broken(Malformed::Length),
-            [SD2, _, _, other, ..] => Self::Broken(Malformed::Start(*other)),
-            [SD1, ..] => Self::Total(6),
-            [SD3, ..] => Self::Total(14),
-            [SD4, ..] => Self::Total(3),
-            [SC, ..] => Self::Total(1),
-            [other, ..] => Self::Broken(Malformed::Start(*other)),
+            [] => Self::Open,
+            [SD2, le, ler, repeated, ..] => Self::headed([SD2, *le, *ler, *repeated]),
+            [SD2, le, ler] if *le != *ler => Self::Broken(Malformed::Length),
+            // 3 is an SD2 without data: parsers accept it, profibus-wire 1.2.
+            [SD2, 0..3 | 250.., ..] => Self::Broken(Malformed::Length),
+            [first, ..] => Self::begun(*first),
         }
     }
 
-    /// `self` if LE is one a telegram can have. 3 is an SD2 without data: parsers accept it, profibus-wire 1.2.
-    const fn bounded(le: u8, this: Self) -> Self {
-        if le < 3 || le > 249 { Self::Broken(Malformed::Length) } else { this }
+    /// What the first octet tells: the total of every form but SD2, which is open.
+    #[must_use]
+    #[inline]
+    pub const fn begun(first: u8) -> Self {
+        match first {
+            SC => Self::Total(1),
+            SD4 => Self::Total(3),
+            SD1 => Self::Total(6),
+            SD2 => Self::Open,
+            SD3 => Self::Total(14),
+            other => Self::Broken(Malformed::Start(other)),
+        }
     }
 
-    const fn plus(self, more: usize) -> Self {
-        match self {
-            Self::Total(octets) => Self::Total(octets.saturating_add(more)),
-            other => other,
+    /// What the first four octets of an SD2 tell.
+    #[must_use]
+    #[inline]
+    pub const fn headed(head: [u8; 4]) -> Self {
+        match head {
+            [SD2, le @ 3..=249, ler, SD2] if le == ler => Self::Total(le.saturating_add(6)),
+            [SD2, _, _, SD2] => Self::Broken(Malformed::Length),
+            [SD2, _, _, other] | [other, ..] => Self::Broken(Malformed::Start(other)),
         }
     }
 }
@@ -173,7 +179,7 @@ impl<'a> Telegram<'a> {
     fn defect(octets: &[u8]) -> Malformed {
         match (Extent::of(octets), octets.last()) {
             (Extent::Broken(defect), _) => defect,
-            (Extent::Total(total), Some(last)) if total == octets.len() => Malformed::End(*last),
+            (Extent::Total(total), Some(last)) if usize::from(total) == octets.len() => Malformed::End(*last),
             _ => Malformed::Length,
         }
     }
@@ -228,27 +234,32 @@ impl<'a> Frame<'a> {
     }
 
     fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
-        let da = self.da & !EXT | if self.dsap.is_some() { EXT } else { 0 };
-        let sa = self.sa & !EXT | if self.ssap.is_some() { EXT } else { 0 };
-        if let (None, None, []) = (self.dsap, self.ssap, self.du) {
-            let mut writer = Writer::new(out);
-            writer.octets(&[SD1, da, sa, self.fc, sum(&[da, sa, self.fc]), ED])?;
-            return Ok(writer.written());
+        let (da, sa, fc, du) = (self.da & !EXT, self.sa & !EXT, self.fc, self.du);
+        match (self.dsap, self.ssap) {
+            (None, None) if du.is_empty() => {
+                let mut writer = Writer::new(out);
+                writer.octets(&[SD1, da, sa, fc, sum(&[da, sa, fc]), ED])?;
+                Ok(writer.written())
+            }
+            (None, None) => emit_sd2(out, [da, sa, fc], du),
+            (Some(dsap), Some(ssap)) => emit_sd2(out, [da | EXT, sa | EXT, fc, dsap, ssap], du),
+            (Some(dsap), None) => emit_sd2(out, [da | EXT, sa, fc, dsap], du),
+            (None, Some(ssap)) => emit_sd2(out, [da, sa | EXT, fc, ssap], du),
         }
-        let extensions = usize::from(self.dsap.is_some()).wrapping_add(usize::from(self.ssap.is_some()));
-        let le = self.du.len().saturating_add(extensions).saturating_add(3);
-        let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(Full)?;
-        let mut fcs = sum(&[da, sa, self.fc]).wrapping_add(sum(self.du));
-        let mut writer = Writer::new(out);
-        writer.octets(&[SD2, le, le, SD2, da, sa, self.fc])?;
-        for extension in [self.dsap, self.ssap].into_iter().flatten() {
-            writer.octet(extension)?;
-            fcs = fcs.wrapping_add(extension);
-        }
-        writer.octets(self.du)?;
-        writer.octets(&[fcs, ED])?;
-        Ok(writer.written())
     }
+}
+
+/// An SD2 of everything that stands before the data unit, and the data unit.
+#[inline]
+fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> Result<usize, Full> {
+    let le = HEAD.saturating_add(du.len());
+    let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(Full)?;
+    let mut writer = Writer::new(out);
+    writer.octets(&[SD2, le, le, SD2])?;
+    writer.octets(&head)?;
+    writer.octets(du)?;
+    writer.octets(&[sum(&head).wrapping_add(sum(du)), ED])?;
+    Ok(writer.written())
 }
 
 /// The extension octet that the EXT bit of `address` announces, and what follows it.

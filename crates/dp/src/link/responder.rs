@@ -11,6 +11,15 @@ use profivac_wire::{BROADCAST, Frame, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
 /// The requester that no station is: nobody has asked yet.
 const NOBODY: u8 = 0xFF;
 
+/// FC of the counted request that data exchange consists of.
+const SRD_HIGH: u8 = srd_high(false);
+/// The same with FCB.
+const SRD_HIGH_FCB: u8 = srd_high(true);
+
+const fn srd_high(fcb: bool) -> u8 {
+    Control::Request { function: Function::SrdHigh, count: FrameCount::Counted(fcb) }.to_octet()
+}
+
 /// A request for the layer above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Indication<'a> {
@@ -107,6 +116,23 @@ impl Responder {
     /// Decides what a frame is for this station and, if it is a new counted request, remembers it.
     #[inline]
     pub fn accept<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {
+        if self.is_next(frame) {
+            self.remember(frame.sa, !self.fcb);
+            return Accepted::Confirmed(indication(frame));
+        }
+        self.judge(frame)
+    }
+
+    /// Whether the station that was accepted last goes on with another request to this one, as in every data exchange.
+    /// Then nothing is left of what [`judge`](Self::judge) asks.
+    #[inline]
+    fn is_next(&self, frame: &Frame<'_>) -> bool {
+        let fc = if self.fcb { SRD_HIGH } else { SRD_HIGH_FCB };
+        frame.fc == fc && frame.sa == self.requester && frame.da == self.address
+    }
+
+    /// Any frame. profibus-wire 1.8.
+    fn judge<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {
         let Control::Request { function, count } = frame.control() else { return Accepted::Ignored };
         self.counts = false;
         if frame.sa == self.address || frame.sa == BROADCAST {
@@ -136,20 +162,25 @@ impl Responder {
     }
 
     /// The table of profibus-wire 1.9.
-    #[inline]
     fn counted<'a>(&mut self, frame: &Frame<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
         match count {
             FrameCount::Uncounted => return new,
             FrameCount::Counted(fcb) if frame.sa == self.requester && fcb == self.fcb && self.length > 0 => {
                 return Accepted::Repetition;
             }
-            FrameCount::First => self.fcb = true,
-            FrameCount::Counted(fcb) => self.fcb = fcb,
+            FrameCount::First => self.remember(frame.sa, true),
+            FrameCount::Counted(fcb) => self.remember(frame.sa, fcb),
         }
-        self.requester = frame.sa;
+        new
+    }
+
+    /// A new counted request: its answer will be stored.
+    #[inline]
+    const fn remember(&mut self, requester: u8, fcb: bool) {
+        self.requester = requester;
+        self.fcb = fcb;
         self.length = 0;
         self.counts = true;
-        new
     }
 
     /// The stored answer once more, for a request that ended at `end`.

@@ -81,7 +81,9 @@ impl Connection {
 
     /// Time has come to `now`. profibus-wire 4.9; polls restart nothing.
     pub(super) fn elapse(&mut self, now: BitTime) {
-        while let Some(link) = self.link.filter(|link| link.deadline <= now) {
+        while let Some(link) = self.link
+            && link.deadline <= now
+        {
             match link.phase {
                 Phase::Open | Phase::Answered | Phase::Refused => self.abort(link, AbortReason::TIMEOUT, link.deadline),
                 Phase::Aborting => self.close(),

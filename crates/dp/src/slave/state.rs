@@ -4,8 +4,10 @@ use crate::link::BitTime;
 use core::fmt;
 use profivac_wire::cfg::Lengths;
 
-/// Where a slave stands between power-up and data exchange.
+/// Where a slave stands between power-up and data exchange. Every telegram asks several times which it is, so that it has an
+/// octet of its own (`repr`) instead of a value that the watchdog cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum State {
     /// Waiting for Set_Prm. Whatever was wrong before is remembered for the diagnosis.
     WaitPrm(Fault),

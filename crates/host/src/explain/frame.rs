@@ -171,6 +171,7 @@ impl Framer {
     fn candidate(&self, from: usize) -> Option<(usize, bool)> {
         let rest = self.octets.get(from..)?;
         let Extent::Total(length) = Extent::of(rest) else { return None };
+        let length = usize::from(length);
         let octets = rest.get(..length)?;
         let spoiled = self.wrong.iter().skip(from).take(length).any(|wrong| *wrong);
         match Telegram::parse(octets).ok().filter(|_| !spoiled)? {
@@ -241,7 +242,7 @@ impl Framer {
         }
         match Extent::of(rest) {
             Extent::Open => true,
-            Extent::Total(length) => length > rest.len(),
+            Extent::Total(length) => usize::from(length) > rest.len(),
             Extent::Broken(_) => false,
         }
     }
