@@ -2,7 +2,7 @@
 
 use crate::act;
 use crate::plant::Plant;
-use crate::view::{Gauge, Mastership, Segment, Station};
+use crate::view::{Gauge, Mastership, ReadSoFar, Segment, Station};
 use axum::extract::State;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
@@ -24,6 +24,7 @@ pub struct Moment {
     segments: Vec<Segment>,
     gauges: Vec<Gauge>,
     mastership: Mastership,
+    reading: Vec<ReadSoFar>,
 }
 
 /// The present moment as JSON, made once for all who watch.
@@ -55,7 +56,7 @@ impl Moments {
         let Self { plant, .. } = self;
         let mastership = act::mastership(plant, Instant::now());
         let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
-        let moment = Moment { station, segments, gauges, mastership };
+        let moment = Moment { station, segments, gauges, mastership, reading: plant.reading() };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }
