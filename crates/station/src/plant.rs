@@ -4,7 +4,9 @@ use crate::act::Acts;
 use crate::act::draft::{Choice, Done, Draft, Refusal};
 use crate::act::orders::Order;
 use crate::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
-use crate::view::{Block, Gauge, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds};
+use crate::view::{
+    Block, Gauge, ReadSoFar, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds,
+};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -86,6 +88,7 @@ pub struct Plant {
     scenery: RwLock<BTreeMap<String, (Instant, Scenery)>>,
     questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
     acts: Acts,
+    reading: Mutex<Vec<ReadSoFar>>,
 }
 
 impl Plant {
@@ -100,6 +103,7 @@ impl Plant {
             scenery: RwLock::new(BTreeMap::new()),
             questions: Mutex::new(BTreeMap::new()),
             acts: Acts::default(),
+            reading: Mutex::new(Vec::new()),
         }
     }
 
@@ -111,6 +115,21 @@ impl Plant {
     /// Who may act, and what is armed.
     pub const fn acts(&self) -> &Acts {
         &self.acts
+    }
+
+    /// How far the parameters of gauges are read that are being read now.
+    #[must_use]
+    pub fn reading(&self) -> Vec<ReadSoFar> {
+        self.reading.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// So many parameters of a gauge are read; all means that nothing is being read any more.
+    pub fn read_so_far(&self, gauge: &str, done: usize, of: usize) {
+        let mut reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        reading.retain(|other| other.gauge != gauge);
+        if done < of {
+            reading.push(ReadSoFar { gauge: gauge.to_owned(), done, of });
+        }
     }
 
     /// When it began.

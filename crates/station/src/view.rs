@@ -245,6 +245,17 @@ pub struct Block {
     pub parameters: Vec<Parameter>,
 }
 
+/// How far the parameters of a gauge are read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct ReadSoFar {
+    /// The gauge.
+    pub gauge: String,
+    /// So many were read.
+    pub done: usize,
+    /// Of so many.
+    pub of: usize,
+}
+
 /// Who may act on gauges now.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Mastership {

@@ -54,7 +54,15 @@ fn draft() -> Draft {
     let wish = Wish { command: Some("degas-on".to_owned()), ..Wish::default() };
     let choice = Choice::of(&MODEL, &wish).unwrap();
     let risk = Risk { class: Class::Dangerous, words: choice.command.unwrap().risk.to_owned() };
-    Draft { octets: vec![1, 1], before: None, after: choice.text, risk, conditions: Vec::new() }
+    Draft {
+        device: "bcg450",
+        address: 5,
+        octets: vec![1, 1],
+        before: None,
+        after: choice.text,
+        risk,
+        conditions: Vec::new(),
+    }
 }
 
 fn scenery() -> Scenery {

@@ -141,6 +141,26 @@ fn who_asks_for_parameters_makes_no_hole_in_the_record() {
     desk.station.stop();
 }
 
+#[test]
+fn how_far_parameters_are_read_is_told() {
+    let desk = Desk::new(&["bcg450@5"], &["chamber bcg450 5"]);
+    desk.exchanging("chamber");
+    let plant = Arc::clone(&desk.plant);
+    let asked = std::thread::spawn(move || plant.blocks("chamber").unwrap());
+    let end = Instant::now() + PATIENCE;
+    let far = loop {
+        if let Some(far) = desk.plant.reading().into_iter().find(|far| far.done > 10) {
+            break far;
+        }
+        assert!(Instant::now() < end && !asked.is_finished(), "never seen");
+        std::thread::yield_now();
+    };
+    assert!(far.gauge == "chamber" && far.done < far.of && far.of > 50, "{far:?}");
+    assert!(!asked.join().unwrap().is_empty());
+    assert_eq!(desk.plant.reading(), []);
+    desk.station.stop();
+}
+
 fn engineer(desk: &Desk) -> Actor {
     let actor = Actor { person: Person { name: Arc::from("Erna"), role: Role::Engineer }, peer: None };
     act::pass(&desk.plant, &actor, Move::Ask, Instant::now()).unwrap();

@@ -4,7 +4,10 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_host::segment_file::SegmentFile;
+use profivac_station::act::draft::Wish;
+use profivac_station::act::{self, Actor, Move};
 use profivac_station::config::Config;
+use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
 use profivac_station::recorder::{Micros, Quality};
 use profivac_station::station::Station;
@@ -206,5 +209,23 @@ fn a_station_is_shared_by_all_who_look() {
     watchers.into_iter().for_each(|watcher| {
         watcher.join().unwrap();
     });
+    station.stop();
+}
+
+#[test]
+fn what_was_armed_for_one_gauge_is_not_fired_at_another_of_the_same_name() {
+    let desk = Desk::new();
+    desk.bench("hall", &["bcg450@5", "bcg450@6"]);
+    let mut station = Station::start(desk.config(&[("hall", &["chamber bcg450 5"])])).unwrap();
+    let plant = station.plant();
+    exchanging(&plant, "chamber");
+    let actor = Actor { person: Person { name: Arc::from("Erna"), role: Role::Engineer }, peer: None };
+    act::pass(&plant, &actor, Move::Ask, Instant::now()).unwrap();
+    let wish = Wish { command: Some("stop".to_owned()), ..Wish::default() };
+    let order = act::arm(&plant, &actor, "chamber", &wish).unwrap();
+    station.become_like(desk.config(&[("hall", &["chamber bcg450 6"])])).unwrap();
+    gauge(&plant, "chamber", |gauge| gauge.address == 6 && gauge.standing == Standing::Exchanging);
+    let refused = act::fire(&plant, &actor, &order.id).unwrap_err().to_string();
+    assert_eq!(refused, "chamber was bcg450 at address 5 when it was armed and is bcg450 at 6 now");
     station.stop();
 }

@@ -58,6 +58,10 @@ pub struct Choice {
 /// What the gauge says to it before anything is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Draft {
+    /// Which device it is, and where: another one may have the name of the gauge later.
+    pub device: &'static str,
+    /// Its address on the bus.
+    pub address: u8,
     /// The octets that are sent.
     pub octets: Vec<u8>,
     /// What it is now, in words with its unit, and the octets of it; nothing if it cannot be read.

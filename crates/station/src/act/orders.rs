@@ -142,7 +142,15 @@ mod tests {
     fn order(id: &str, until: Instant) -> Order {
         let choice = Choice::of(&MODEL, &Wish { command: Some("stop".to_owned()), ..Wish::default() }).unwrap();
         let risk = allowed::risk(choice.named.parameter.row, choice.command);
-        let draft = Draft { octets: vec![5], before: None, after: "stop".to_owned(), risk, conditions: Vec::new() };
+        let draft = Draft {
+            device: "bcg450",
+            address: 5,
+            octets: vec![5],
+            before: None,
+            after: "stop".to_owned(),
+            risk,
+            conditions: Vec::new(),
+        };
         Order { id: id.to_owned(), by: Arc::from("Ada"), gauge: "chamber".to_owned(), choice, draft, until }
     }
 

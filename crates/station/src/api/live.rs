@@ -3,7 +3,7 @@
 use super::gate::Visit;
 use crate::act;
 use crate::plant::Plant;
-use crate::view::{Gauge, Mastership, Segment, Station};
+use crate::view::{Gauge, Mastership, ReadSoFar, Segment, Station};
 use axum::extract::State;
 use axum::http::Extensions;
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -26,6 +26,7 @@ pub struct Moment {
     segments: Vec<Segment>,
     gauges: Vec<Gauge>,
     mastership: Mastership,
+    reading: Vec<ReadSoFar>,
 }
 
 /// The present moment as JSON, made once for all who watch.
@@ -57,7 +58,7 @@ impl Moments {
         let Self { plant, .. } = self;
         let mastership = act::mastership(plant, Instant::now());
         let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
-        let moment = Moment { station, segments, gauges, mastership };
+        let moment = Moment { station, segments, gauges, mastership, reading: plant.reading() };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }

@@ -267,6 +267,7 @@ impl Work {
                     self.audit.push(Entry { what: Deed::Outcome, of: Some(row), outcome, ..*entry });
                 }
             }
+            Message::Audit(..) if self.audit.len() >= UNWRITTEN_EVENTS => count(&mut self.locked().lost_events),
             Message::Audit(entry, done) => {
                 self.audit.push(*entry);
                 self.acknowledgements.push(done);

@@ -18,6 +18,14 @@ pub fn draft<R: Records>(name: &str, watched: &Watched, records: R, choice: &Cho
 
 /// Carries out what was armed, if everything is as it was then.
 pub fn carry_out<R: Records>(watched: &Watched, records: R, order: &Order) -> Result<Done, Refusal> {
+    let (was, is) = ((order.draft.device, order.draft.address), (watched.model.name, watched.address));
+    if was != is {
+        let sentence = format!(
+            "{} was {} at address {} when it was armed and is {} at {} now",
+            order.gauge, was.0, was.1, is.0, is.1
+        );
+        return Err(Refusal::Changed(sentence));
+    }
     let mut gauge = open(&order.gauge, watched, records)?;
     let done = carried_out(&mut gauge, order);
     gauge.finish().ok();
@@ -40,6 +48,8 @@ fn drafted<R: Records>(gauge: &mut Gauge<R>, choice: &Choice) -> Result<(client:
     let order = gauge.draft(&choice.named, &choice.text).map_err(|error| before_sending(&error))?;
     let conditions = gauge.conditions(&order).map_err(|error| before_sending(&error))?;
     let draft = Draft {
+        device: gauge.model().name,
+        address: gauge.address(),
         octets: order.octets.clone(),
         before: order.before.as_ref().map(|before| (before.text.clone(), before.octets.clone())),
         after: order.text.clone(),

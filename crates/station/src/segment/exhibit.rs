@@ -64,7 +64,12 @@ impl Exhibit {
         if let Ok(question) = self.questions.try_recv() {
             let watched = |name: &str| self.watched(name);
             // There is no port that could be lost.
-            questions::settle(question, watched, |address| SceneRecords { scene, address, connection: None }).ok();
+            questions::settle(&self.plant, question, watched, |address| SceneRecords {
+                scene,
+                address,
+                connection: None,
+            })
+            .ok();
         }
     }
 

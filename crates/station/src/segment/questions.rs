@@ -5,7 +5,7 @@
 use super::{Worker, deeds};
 use crate::act::allowed;
 use crate::act::draft::Refusal;
-use crate::plant::Question;
+use crate::plant::{Plant, Question};
 use crate::view::{Block, Parameter, Writing};
 use profivac_devices::model::{Codes, DataType, Direction, Model, NumberType, Unit, Via};
 use profivac_host::client::names::Named;
@@ -24,7 +24,7 @@ use std::time::Instant;
 /// The name of the port, when it was lost.
 pub fn answer(worker: &Worker, tool: &mut Tool) -> Result<(), String> {
     let Ok(question) = worker.questions.try_recv() else { return Ok(()) };
-    let settled = settle(question, |name| watched(name, worker), |address| Ms2::new(tool, address));
+    let settled = settle(&worker.plant, question, |name| watched(name, worker), |address| Ms2::new(tool, address));
     settled.map_err(|Lost| tool.port_name().to_owned())
 }
 
@@ -36,6 +36,7 @@ pub struct Lost;
 /// # Errors
 /// [`Lost`].
 pub fn settle<R: Records>(
+    plant: &Plant,
     question: Question,
     watched: impl FnOnce(&str) -> Result<Watched, String>,
     records: impl FnOnce(u8) -> R,
@@ -44,7 +45,7 @@ pub fn settle<R: Records>(
     match question {
         Question::Blocks(name, answer) => {
             let watched = watched(&name).map_err(Missed::Because);
-            let blocks = watched.and_then(|watched| read_blocks(&name, &watched, records(watched.address)));
+            let blocks = watched.and_then(|watched| read_blocks(plant, &name, &watched, records(watched.address)));
             let lost = matches!(blocks, Err(Missed::Port));
             answer.send(blocks.map_err(Missed::sentence)).ok();
             return if lost { Err(Lost) } else { Ok(()) };
@@ -99,23 +100,40 @@ impl Missed {
 }
 
 /// All blocks of a gauge, with what their parameters show.
-fn read_blocks<R: Records>(name: &str, watched: &Watched, records: R) -> Result<Vec<Block>, Missed> {
+fn read_blocks<R: Records>(plant: &Plant, name: &str, watched: &Watched, records: R) -> Result<Vec<Block>, Missed> {
     if !watched.model.features.dpv1 {
         let sentence = format!("{name} has no DP-V1: its parameters are read with `profivac dump --via pkw`");
         return Err(Missed::Because(sentence));
     }
     let mut gauge = Gauge::known(records, watched.address, watched.model).in_unit(watched.unit);
-    let mut blocks: Vec<Block> = Vec::new();
-    for named in gauge.names().all() {
-        let Some(parameter) = parameter(&mut gauge, named, watched.unit)? else { continue };
-        let title = title(named);
-        match blocks.last_mut().filter(|block| block.name == title) {
-            Some(block) => block.parameters.push(parameter),
-            None => blocks.push(Block { name: title, parameters: vec![parameter] }),
+    let (names, mut blocks) = (gauge.names(), Ok(Vec::new()));
+    let of = names.all().len();
+    for (done, named) in names.all().iter().enumerate() {
+        plant.read_so_far(name, done, of);
+        blocks = blocks.and_then(|blocks| grown(blocks, &mut gauge, named, watched.unit));
+        if blocks.is_err() {
+            break;
         }
     }
+    plant.read_so_far(name, of, of);
     // The instance that was shown before is shown again, if the gauge still answers.
     gauge.finish().ok();
+    blocks
+}
+
+/// Blocks with one more parameter, if somebody can read or write it.
+fn grown<R: Records>(
+    mut blocks: Vec<Block>,
+    gauge: &mut Gauge<R>,
+    named: &Named,
+    unit: &'static Unit,
+) -> Result<Vec<Block>, Missed> {
+    let Some(parameter) = parameter(gauge, named, unit)? else { return Ok(blocks) };
+    let title = title(named);
+    match blocks.last_mut().filter(|block| block.name == title) {
+        Some(block) => block.parameters.push(parameter),
+        None => blocks.push(Block { name: title, parameters: vec![parameter] }),
+    }
     Ok(blocks)
 }
 

@@ -68,7 +68,7 @@ async function armed(page) {
 }
 
 async function fired(page) {
-  await page.getByRole('button', { name: 'Ask for it' }).click()
+  await page.locator('.commands').getByRole('button', { name: 'Ask for it' }).click()
   await armed(page)
   await page.getByRole('button', { name: 'Fire' }).click()
   await page.getByText('Done: ').waitFor()

@@ -93,12 +93,20 @@ export interface Mastership {
   asked_ms: number | null
 }
 
+/** How far the parameters of a gauge are read. */
+export interface ReadSoFar {
+  gauge: string
+  done: number
+  of: number
+}
+
 /** What /api/live sends four times a second. */
 export interface Moment {
   station: Station
   segments: Segment[]
   gauges: Gauge[]
   mastership: Mastership
+  reading: ReadSoFar[]
 }
 
 /** One entry of each list for every pixel in which something was recorded. */

@@ -160,7 +160,7 @@ function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => v
         <button type="button" class="main" onClick={again} disabled={begun !== null}>
           Read again
         </button>
-        <Progress begun={begun} read={read} />
+        <Progress gauge={gauge} begun={begun} read={read} />
       </div>
       <Permission />
       {read.error && <p class="alarm">{read.error}</p>}
@@ -177,9 +177,10 @@ function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => v
   )
 }
 
-function Progress({ begun, read }: { begun: number | null; read: Read }): JSX.Element {
-  useLive()
-  const words = begun !== null ? `reading … ${age(performance.now() - begun)}` : read.at !== null ? `read at ${clock(read.at)}` : 'not read yet'
+function Progress({ gauge, begun, read }: { gauge: Gauge; begun: number | null; read: Read }): JSX.Element {
+  const so = useLive().moment?.reading.find((one) => one.gauge === gauge.name)
+  const far = so ? `${so.done} of ${so.of}, ` : ''
+  const words = begun !== null ? `reading … ${far}${age(performance.now() - begun)}` : read.at !== null ? `read at ${clock(read.at)}` : 'not read yet'
   return (
     <span class={begun === null ? 'progress muted' : 'progress busy'} role="status">
       {words}

@@ -8,8 +8,8 @@ export function matching(blocks: Block[], wanted: string): Block[] {
   return blocks
     .map(({ name, parameters }) => ({
       name,
-      parameters: parameters.filter((parameter) => {
-        const text = [name, ...Object.values(parameter)].join(' ').toLowerCase()
+      parameters: parameters.filter(({ write: _, ...shown }) => {
+        const text = [name, ...Object.values(shown)].join(' ').toLowerCase()
         return words.every((word) => text.includes(word))
       }),
     }))
