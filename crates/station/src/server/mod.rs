@@ -100,6 +100,12 @@ pub enum ServerError {
          makes the first"
     )]
     NoUsers(SocketAddr),
+    /// Everybody could come in, through a proxy.
+    #[error(
+        "`hosts` lets other computers reach {0} through a proxy: that needs users, `profivac user add NAME --role \
+         engineer FILE.toml` makes the first"
+    )]
+    Proxy(SocketAddr),
     /// Those who may come in.
     #[error(transparent)]
     Users(#[from] UsersError),
@@ -139,6 +145,9 @@ impl Server {
         }
         if !loopback && !door.has_users() {
             return Err(ServerError::NoUsers(listen));
+        }
+        if !hosts.is_empty() && !door.has_users() {
+            return Err(ServerError::Proxy(listen));
         }
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;

@@ -183,8 +183,14 @@ fn others_reach_only_what_has_tls_and_users() {
     for nobody in [of_file(), Access::look(), Access::everybody("demo", Role::Engineer)] {
         assert!(start(nobody, true).unwrap_err().contains("that needs users"));
     }
+    let behind = |access: Access| {
+        let hosts = vec!["vacuum.example".to_owned()];
+        let setup = Setup { hosts, ..Setup::new("127.0.0.1:0".parse().unwrap(), access) };
+        Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
+    };
+    assert!(behind(Access::look()).unwrap_err().contains("through a proxy: that needs users"));
     let hash = Hash::of(PASSWORD).unwrap();
     Users::change(&users, |users| users.add("ada", Role::Engineer, hash)).unwrap();
-    assert_eq!(start(of_file(), true), Ok(()));
+    assert_eq!((start(of_file(), true), behind(of_file())), (Ok(()), Ok(())));
     assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
 }
