@@ -40,6 +40,7 @@ fn users_are_made_changed_and_removed() {
     for (name, role) in [("ada", "engineer"), ("wall.1", "viewer")] {
         let added = add(name, role, &file, PASSWORD);
         assert!(added.status.success(), "{}", told(&added));
+        assert_eq!(told(&added).contains("this is the first user"), name == "ada");
     }
     assert_eq!(list(&file), "ada     engineer\nwall.1  viewer\n");
     let text = fs::read_to_string(&users).unwrap();
@@ -104,7 +105,8 @@ fn a_password_is_asked_twice_on_the_terminal_and_not_shown() {
     assert!(shown.contains("the two passwords are not the same") && !shown.contains("whisker"), "{shown}");
     assert!(!folder.path("plant.users.toml").exists());
     let (code, shown) = all_shown_on_terminal(&arguments, prompt, &format!("{PASSWORD}\n{PASSWORD}\n"));
-    assert_eq!((code, shown.as_str()), (0, "Password for ada: \r\nOnce more: \r\n"));
+    assert_eq!(code, 0, "{shown}");
+    assert!(shown.starts_with("Password for ada: \r\nOnce more: \r\nprofivac: this is the first user"), "{shown}");
     assert_eq!(list(&file), "ada  engineer\n");
 }
 

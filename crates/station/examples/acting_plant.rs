@@ -70,7 +70,8 @@ fn scene() -> Result<Scene, Box<dyn Error>> {
     let device = VirtualDevice::new(spec.build(Memory::volatile(), BAUD)?, 5, BAUD, around(1e-6));
     let model = entry("bcg450")?.model;
     let unit = model.unit_named("mbar").ok_or("there is no such unit")?;
-    let watched = Watched { address: 5, model, configuration: model.default_configuration, unit, fitted: Default::default() };
+    let watched =
+        Watched { address: 5, model, configuration: model.default_configuration, unit, fitted: Default::default() };
     Ok(Scene::new(vec![device], vec![watched], 1, BAUD)?)
 }
 

@@ -42,6 +42,12 @@ pub struct Wanted<'a> {
 impl Dashboard {
     /// Records `scene`, and serves it at the place that is wanted.
     pub fn open(scenario: &Scenario, scene: &Scene, master: u8, wanted: &Wanted<'_>) -> Result<Self, Failure> {
+        if let Some(address) = wanted.listen.filter(|address| !address.ip().is_loopback()) {
+            let sentence = format!(
+                "the demonstration is for this computer alone: expected an address like {USUAL}, got {address}"
+            );
+            return Err(Failure::usage(sentence));
+        }
         let folder = tempfile::tempdir()?;
         let file = wanted.record.map_or_else(|| folder.path().join("demo.db"), Path::to_owned);
         if file.exists() {

@@ -214,7 +214,8 @@ fn live(plant: Arc<Plant>, mbar: f64, inbox: &Receiver<Blow>) {
     let device = VirtualDevice::new(unit, 5, BAUD, Outside::mbar(mbar));
     let model = entry("bcg450").unwrap().model;
     let unit = model.unit_named("mbar").unwrap();
-    let watched = Watched { address: 5, model, configuration: model.default_configuration, unit, fitted: Default::default() };
+    let watched =
+        Watched { address: 5, model, configuration: model.default_configuration, unit, fitted: Default::default() };
     let mut scene = Scene::new(vec![device], vec![watched], 1, BAUD).unwrap();
     let mut exhibit = Exhibit::new(plant, "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
     loop {
