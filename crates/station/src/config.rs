@@ -23,6 +23,11 @@
 //!
 //! Everything is checked before anything starts; what is wrong is told with line and column.
 
+mod alarms;
+mod webhooks;
+
+use crate::alarm::Rule;
+use alarms::{WrittenAlarm, WrittenDefaults};
 use profivac_dp::link::Baud;
 use profivac_host::instrument::{DEVICES, entry};
 use profivac_host::port::PortError;
@@ -37,6 +42,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
+use webhooks::WrittenWebhook;
+pub use webhooks::{Secret, Webhook};
 
 /// Where the dashboard is unless the file says otherwise: only this computer sees it.
 const LISTEN: &str = "127.0.0.1:8080";
@@ -64,6 +71,10 @@ pub struct Config {
     pub record: PathBuf,
     /// Its segments.
     pub segments: Vec<Segment>,
+    /// Its alarms: those of the file, and those that there are by themselves.
+    pub alarms: Vec<Rule>,
+    /// Who is told of them.
+    pub webhooks: Vec<Webhook>,
 }
 
 /// A segment.
@@ -127,6 +138,12 @@ struct Written {
     station: WrittenStation,
     #[serde(default)]
     segment: Vec<WrittenSegment>,
+    #[serde(default)]
+    alarm: Vec<WrittenAlarm>,
+    #[serde(default)]
+    alarms: WrittenDefaults,
+    #[serde(default)]
+    webhook: Vec<WrittenWebhook>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -227,7 +244,9 @@ impl Config {
         let written: Written =
             toml::from_str(text).map_err(|error| at((error.span().unwrap_or_default(), error.message().to_owned())))?;
         check(&written).map_err(at)?;
-        Ok(written.into_config(path))
+        let alarms = alarms::rules(&written.alarm, &written.alarms, &written.segment).map_err(at)?;
+        let webhooks = webhooks::webhooks(&written.webhook, path).map_err(at)?;
+        Ok(Self { alarms, webhooks, ..written.into_config(path) })
     }
 }
 
@@ -292,7 +311,8 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> R
     let mut seen = HashSet::new();
     for name in names {
         if name.get_ref().trim().is_empty() {
-            return Err((name.span(), format!("expected the name of a {what}, got nothing")));
+            let article = if what.starts_with('a') { "an" } else { "a" };
+            return Err((name.span(), format!("expected the name of {article} {what}, got nothing")));
         }
         if !seen.insert(name.get_ref()) {
             return Err((name.span(), format!("the {what} {:?} stands twice", name.get_ref())));
@@ -310,6 +330,8 @@ impl Written {
             listen: self.station.listen.map_or_else(usual_listen, |listen| listen.0),
             record: path.parent().unwrap_or(Path::new("")).join(record),
             segments: self.segment.into_iter().map(WrittenSegment::into_segment).collect(),
+            alarms: Vec::new(),
+            webhooks: Vec::new(),
         }
     }
 }
@@ -417,7 +439,11 @@ levels = { process = "1e-3 mbar" }
             ("1e-3 mbar", "low", "hall.toml:17:22: "),
             ("gas =", "gass =", "hall.toml:16:1: unknown field `gass`, expected one of `name`, `address`, "),
             ("name = \"chamber\"", "name = \"\"", "hall.toml:12:8: expected the name of a gauge, got nothing"),
-            ("[station]", "[stations]", "hall.toml:2:2: unknown field `stations`, expected `station` or `segment`"),
+            (
+                "[station]",
+                "[stations]",
+                "hall.toml:2:2: unknown field `stations`, expected one of `station`, `segment`, ",
+            ),
             ("port = \"/dev/ttyUSB0\"", "", "missing field `port`"),
         ] {
             let told = altered(from, to);

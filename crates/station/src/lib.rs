@@ -2,6 +2,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | [`alarm`] | what somebody must know about, and who knows |
 //! | [`api`] | what can be asked over HTTP |
 //! | [`config`] | the file that describes a station |
 //! | [`people`] | who asks, and what they may |
@@ -13,7 +14,9 @@
 //! | [`station`] | all of it |
 //! | [`view`] | what can be seen |
 //! | [`web`] | the dashboard |
+//! | [`webhook`] | who is told of alarms over HTTP |
 
+pub mod alarm;
 pub mod api;
 pub mod config;
 pub mod people;
@@ -25,3 +28,4 @@ pub mod server;
 pub mod station;
 pub mod view;
 pub mod web;
+pub mod webhook;

@@ -1,7 +1,9 @@
 //! What all threads of the station share: what is seen of each segment now, the recorder, and the questions that are asked.
 
+use crate::alarm::Alarms;
 use crate::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
 use crate::view::{Block, Gauge, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds};
+use crate::webhook::Board;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -78,6 +80,8 @@ pub struct Plant {
     /// Segments by name, with when they were shown last.
     scenery: RwLock<BTreeMap<String, (Instant, Scenery)>>,
     questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
+    alarms: Alarms,
+    webhooks: Board,
 }
 
 impl Plant {
@@ -91,7 +95,27 @@ impl Plant {
             recorder,
             scenery: RwLock::new(BTreeMap::new()),
             questions: Mutex::new(BTreeMap::new()),
+            alarms: Alarms::default(),
+            webhooks: Board::default(),
         }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The alarms.
+    #[must_use]
+    pub const fn alarms(&self) -> &Alarms {
+        &self.alarms
+    }
+
+    /// How those are who are told of alarms.
+    #[must_use]
+    pub const fn webhooks(&self) -> &Board {
+        &self.webhooks
     }
 
     /// The recorder.

@@ -1,5 +1,6 @@
 //! Gauges and segments as they change.
 
+use crate::alarm::view::Standing;
 use crate::plant::Plant;
 use crate::view::{Gauge, Segment, Station};
 use axum::extract::State;
@@ -22,6 +23,7 @@ pub struct Moment {
     station: Station,
     segments: Vec<Segment>,
     gauges: Vec<Gauge>,
+    alarms: Standing,
 }
 
 /// The present moment as JSON, made once for all who watch.
@@ -51,7 +53,12 @@ impl Moments {
 
     fn json(&self) -> String {
         let Self { plant, .. } = self;
-        let moment = Moment { station: plant.station(), segments: plant.segments(), gauges: plant.gauges() };
+        let moment = Moment {
+            station: plant.station(),
+            segments: plant.segments(),
+            gauges: plant.gauges(),
+            alarms: plant.alarms().standing(),
+        };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }

@@ -3,6 +3,7 @@
 //! SQLite with a write-ahead log and `synchronous = FULL`: what a transaction has returned from is on the disk, and a power
 //! cut in the middle of one leaves the file as it was before.
 
+use super::alarms::{self, Batch};
 use super::claim::{Claim, beside};
 use super::rollup::{Additions, LEVELS};
 use super::sample::{Micros, Sample};
@@ -16,7 +17,7 @@ const VERSION: i64 = STEPS.len() as i64;
 
 /// How an empty file becomes one of this version. A file of an older version takes the steps it lacks; a step that was ever
 /// shipped is never changed.
-const STEPS: [&str; 1] = [MEASURED];
+const STEPS: [&str; 2] = [MEASURED, alarms::TABLES];
 
 const MEASURED: &str = "
     CREATE TABLE gauge (
@@ -101,10 +102,12 @@ pub enum EventKind {
     Command,
     /// Somebody wrote something down.
     Note,
+    /// Something became of an alarm.
+    Alarm,
 }
 
 impl EventKind {
-    const ALL: [Self; 5] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note];
+    const ALL: [Self; 6] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Alarm];
 
     /// As it stands in the file.
     #[must_use]
@@ -115,6 +118,7 @@ impl EventKind {
             Self::Gauge => "gauge",
             Self::Command => "command",
             Self::Note => "note",
+            Self::Alarm => "alarm",
         }
     }
 
@@ -206,6 +210,7 @@ impl Store {
         samples: &[(usize, Sample)],
         additions: &Additions,
         events: &[Event],
+        alarms: &Batch,
     ) -> Result<u64, StoreError> {
         self.be_there()?;
         let gauges: Vec<_> = events.iter().map(|event| event.gauge.as_deref().map(|name| self.gauge(name))).collect();
@@ -219,6 +224,7 @@ impl Store {
             let crowded = insert_samples(&transaction, samples, &ids)?;
             add_spans(&transaction, additions, &ids)?;
             insert_events(&transaction, events, &gauges, &ids)?;
+            alarms.write(&transaction)?;
             transaction.commit()?;
             Ok(crowded)
         });

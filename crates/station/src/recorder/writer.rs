@@ -1,5 +1,6 @@
 //! The thread that owns the file. Whoever measures never waits for the disk.
 
+use super::alarms::Batch;
 use super::clock::Clock;
 use super::ring::Ring;
 use super::rollup::Additions;
@@ -63,6 +64,8 @@ enum Message {
     Sample(Arc<str>, Sample),
     /// Somebody may want to know when it is on the disk.
     Event(Event, Option<Sender<()>>),
+    /// What became of alarms, with the events that tell it. Written at once.
+    Alarms(Batch, Vec<Event>, Option<Sender<()>>),
     Flush(Sender<()>),
     /// A flush with what the dead band holds back.
     Finish(Sender<()>),
@@ -114,6 +117,20 @@ impl Recorder {
         sent && wait.recv_timeout(PATIENCE).is_ok()
     }
 
+    /// What became of alarms, and the events that tell it. Never waits, and is written at once. Says whether there was room for it.
+    #[must_use]
+    pub fn alarms(&self, batch: Batch, events: Vec<Event>) -> bool {
+        self.send(Message::Alarms(batch, events, None))
+    }
+
+    /// The same, with somebody who waits: what is returned tells when it is on the disk. The order of what is sent is the order in
+    /// the file.
+    #[must_use]
+    pub fn alarms_and_tell(&self, batch: Batch, events: Vec<Event>) -> Written {
+        let (done, wait) = channel();
+        Written(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
+    }
+
     /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in ten seconds.
     #[must_use]
     pub fn flush(&self) -> bool {
@@ -141,6 +158,23 @@ impl Recorder {
     /// Whether there was room for it.
     fn send(&self, message: Message) -> bool {
         self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
+    }
+}
+
+/// Something that is on its way to the disk.
+pub struct Written(Option<Receiver<()>>);
+
+impl Written {
+    /// Whether there was room for it.
+    #[must_use]
+    pub const fn is_taken(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Returns when it is on the disk, `false` if that could not be had in ten seconds.
+    #[must_use]
+    pub fn wait(self) -> bool {
+        self.0.is_some_and(|wait| wait.recv_timeout(PATIENCE).is_ok())
     }
 }
 
@@ -173,6 +207,9 @@ struct Work {
     samples: Vec<(usize, Sample)>,
     additions: Additions,
     events: Vec<Event>,
+    alarms: Batch,
+    /// Something is not to wait for the end of the second.
+    is_urgent: bool,
     acknowledgements: Vec<Sender<()>>,
     clock: Clock,
     /// So much fits into memory.
@@ -192,6 +229,8 @@ impl Work {
             samples: Vec::new(),
             additions: Additions::default(),
             events: Vec::new(),
+            alarms: Batch::default(),
+            is_urgent: false,
             acknowledgements: Vec::new(),
             clock: Clock::new(now, Micros::now()),
             room: UNWRITTEN,
@@ -208,7 +247,7 @@ impl Work {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            if !self.acknowledgements.is_empty() || Instant::now() >= self.due {
+            if self.is_urgent || !self.acknowledgements.is_empty() || Instant::now() >= self.due {
                 self.write();
             }
         }
@@ -220,6 +259,7 @@ impl Work {
         match message {
             Message::Sample(gauge, sample) => self.sample(&gauge, sample),
             Message::Event(event, done) => self.event(event, done),
+            Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
             Message::Flush(done) => self.acknowledgements.push(done),
             Message::Finish(done) => {
                 self.let_go();
@@ -270,6 +310,17 @@ impl Work {
         self.acknowledgements.extend(done);
     }
 
+    fn alarms(&mut self, batch: Batch, events: Vec<Event>, done: Option<Sender<()>>) {
+        let lost = self.alarms.append(batch, UNWRITTEN_EVENTS);
+        if lost > 0 {
+            let mut health = self.locked();
+            health.lost_events = health.lost_events.saturating_add(lost);
+        }
+        events.into_iter().for_each(|event| self.event(event, None));
+        self.is_urgent = true;
+        self.acknowledgements.extend(done);
+    }
+
     /// Full rate around an event: of its gauge, or of all.
     fn around(&mut self, event: &Event) {
         for (name, lane) in &mut self.lanes {
@@ -283,10 +334,11 @@ impl Work {
     /// Writes what is there. What could not be written is tried again with the next.
     fn write(&mut self) {
         self.due = Instant::now() + PERIOD;
+        self.is_urgent = false;
         if let Some(text) = self.clock.step(Instant::now(), Micros::now()) {
             self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
         }
-        let written = self.store.write(&self.samples, &self.additions, &self.events);
+        let written = self.store.write(&self.samples, &self.additions, &self.events, &self.alarms);
         if let Some(crowded) = self.told(written) {
             let mut health = self.locked();
             health.lost = health.lost.saturating_add(crowded);
@@ -294,6 +346,7 @@ impl Work {
             self.samples.clear();
             self.additions.clear();
             self.events.clear();
+            self.alarms = Batch::default();
             self.acknowledgements.drain(..).for_each(|done| {
                 // Whoever asked may have gone.
                 done.send(()).ok();
