@@ -6,6 +6,8 @@ use profivac_host::scenario::{ScenarioError, SceneError};
 use profivac_host::tool::ToolError;
 use profivac_host::watch::WatchError;
 use profivac_station::config::ConfigError;
+use profivac_station::people::private::NotPrivate;
+use profivac_station::people::users::UsersError;
 use profivac_station::server::ServerError;
 use profivac_station::station::StationError;
 use std::fmt;
@@ -117,10 +119,24 @@ impl From<ScenarioError> for Failure {
 impl From<ServerError> for Failure {
     fn from(error: ServerError) -> Self {
         let kind = match error {
-            ServerError::Public(_) => Kind::Usage,
+            ServerError::NoTls(_) | ServerError::NoUsers(_) | ServerError::Users(_) | ServerError::Tls(_) => {
+                Kind::Usage
+            }
             ServerError::Listen { .. } => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<UsersError> for Failure {
+    fn from(error: UsersError) -> Self {
+        Self::usage(error.to_string())
+    }
+}
+
+impl From<NotPrivate> for Failure {
+    fn from(error: NotPrivate) -> Self {
+        Self::usage(error.to_string())
     }
 }
 

@@ -8,6 +8,7 @@ use profivac_host::live::look;
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
 use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 
 /// A file for `profivac run`, made from who answers on a bus.
@@ -55,10 +56,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Never over a file that is there: it may have been worked on.
+/// Never over a file that is there: it may have been worked on. Its owner's alone: it will say where secrets are.
 fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
     let failed = |error: std::io::Error| Failure::usage(format!("{}: {error}", path.display()));
-    let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(failed)?;
+    let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path).map_err(failed)?;
     file.write_all(text.as_bytes()).map_err(failed)
 }
 

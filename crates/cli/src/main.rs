@@ -25,6 +25,7 @@ mod screen;
 mod simulate;
 mod sniff;
 mod story;
+mod user;
 mod values;
 mod write;
 
@@ -68,6 +69,7 @@ enum Command {
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
     Run(run::Arguments),
+    User(user::Arguments),
     Init(init::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
@@ -91,6 +93,7 @@ fn main() -> ExitCode {
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::User(arguments) => user::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),

@@ -6,19 +6,20 @@ use crate::output::{out, remark};
 use clap::Args;
 use profivac_host::port::wait;
 use profivac_station::config::Config;
-use profivac_station::server::Server;
+use profivac_station::people::private::{self, NotPrivate};
+use profivac_station::server::{Server, Setup};
 use profivac_station::station::Station;
 use rustix::fd::AsFd;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The station: many segments, a recorder, a dashboard, left running for years.
 ///
 /// The file is checked completely before anything starts. Gauges are parameterised, with the unit they have, and released
-/// at the end. What is not there is waited for, what is lost comes back. SIGHUP reads the file again: what did not change
-/// goes on undisturbed.
+/// at the end. What is not there is waited for, what is lost comes back. SIGHUP reads the file again, and certificate and key:
+/// what did not change goes on undisturbed. Without users (see `profivac user`) everybody on this computer may look.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -28,9 +29,6 @@ pub struct Arguments {
     /// Where the dashboard is, instead of where the file says; port 0 lets the system choose one
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Let other computers see the station, if it listens at an address they reach
-    #[arg(long)]
-    public: bool,
     /// Only check the file
     #[arg(long)]
     check: bool,
@@ -41,7 +39,8 @@ Examples:
   profivac init --port /dev/ttyUSB0 --out plant.toml
   profivac run plant.toml --check
   profivac run plant.toml
-  profivac run plant.toml --listen 0.0.0.0:8080 --public";
+  profivac run plant.toml --listen 127.0.0.1:9090
+  profivac run plant.toml --listen 0.0.0.0:8443          # with users and [tls], see docs/station.md";
 
 /// How often somebody looks whether all threads live.
 const WATCH: Duration = Duration::from_secs(5);
@@ -50,6 +49,7 @@ const WATCH: Duration = Duration::from_secs(5);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
     config.hints().iter().for_each(remark);
+    check_private(&arguments.file, &config)?;
     if arguments.check {
         config.check_ports()?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
@@ -60,9 +60,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut reload = Signals::of(&[SIGHUP])?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let begun = config.clone();
+    let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     let mut station = Station::start(config)?;
-    let server = Server::start(station.plant(), listen, arguments.public)?;
-    out(&format!("ready http://{}", server.address()));
+    let server = Server::start(station.plant(), Setup { listen, ..setup })?;
+    out(&format!("ready {}", server.url()));
     loop {
         let said = wait(&[stop.as_fd(), reload.as_fd()], WATCH)?;
         if said.first() == Some(&true) {
@@ -70,6 +71,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         if said.get(1) == Some(&true) {
             reload.forget();
+            if let Err(error) = server.renew() {
+                remark(&format_args!("{error}; the certificate stays as it was"));
+            }
             match Config::read(&arguments.file) {
                 Ok(config) => become_like(&mut station, &begun, config)?,
                 Err(error) => remark(&format_args!("{error}; the station goes on as it was")),
@@ -80,6 +84,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     drop(server);
     station.stop();
     Ok(())
+}
+
+/// A file that says where secrets are is its owner's alone; any other one hardly is for everybody.
+fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
+    match private::check(file) {
+        Err(NotPrivate::Open(..)) if !config.is_private() => {
+            remark(&format_args!("{file} is open to others: chmod 600 {file}", file = file.display()));
+            Ok(())
+        }
+        checked => Ok(checked?),
+    }
 }
 
 /// What only a restart brings about is told: whoever changed it believes that it holds.

@@ -5,6 +5,12 @@
 //! name = "Target hall"
 //! listen = "127.0.0.1:8080"        # where the dashboard is
 //! record = "target-hall.db"        # beside this file
+//! users = "target-hall.users.toml" # who may log in, beside this file
+//! hosts = ["vacuum.example"]       # what browsers may call this computer, besides localhost
+//!
+//! [tls]                            # without it nobody but this computer is served
+//! certificate = "target-hall.pem"
+//! key = "target-hall.key"
 //!
 //! [[segment]]
 //! name = "hall"
@@ -27,6 +33,9 @@ mod alarms;
 mod webhooks;
 
 use crate::alarm::Rule;
+use crate::api::guard::host;
+use crate::people::Access;
+use crate::server::TlsFiles;
 use alarms::{WrittenAlarm, WrittenDefaults};
 use profivac_dp::link::Baud;
 use profivac_host::instrument::{DEVICES, entry};
@@ -37,7 +46,7 @@ use profivac_host::text_file::{Parsed, baud, place_of, usual_baud};
 use profivac_vacuum::Gas;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -69,12 +78,27 @@ pub struct Config {
     pub listen: SocketAddr,
     /// The recorder's file.
     pub record: PathBuf,
+    /// Who may log in.
+    pub users: UsersFile,
+    /// Names and addresses of this computer, without ports.
+    pub hosts: Vec<String>,
+    /// Certificate and key.
+    pub tls: Option<TlsFiles>,
     /// Its segments.
     pub segments: Vec<Segment>,
     /// Its alarms: those of the file, and those that there are by themselves.
     pub alarms: Vec<Rule>,
     /// Who is told of them.
     pub webhooks: Vec<Webhook>,
+}
+
+/// The file with those who may log in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UsersFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Whether the station's file names it: then it has to be there.
+    pub named: bool,
 }
 
 /// A segment.
@@ -136,6 +160,7 @@ pub struct ConfigError {
 struct Written {
     #[serde(default)]
     station: WrittenStation,
+    tls: Option<WrittenTls>,
     #[serde(default)]
     segment: Vec<WrittenSegment>,
     #[serde(default)]
@@ -152,6 +177,16 @@ struct WrittenStation {
     name: Option<String>,
     listen: Option<Parsed<SocketAddr>>,
     record: Option<PathBuf>,
+    users: Option<PathBuf>,
+    #[serde(default)]
+    hosts: Vec<Spanned<String>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenTls {
+    certificate: PathBuf,
+    key: PathBuf,
 }
 
 #[derive(Debug, Deserialize)]
@@ -220,13 +255,31 @@ impl Config {
         empty.map(hint).collect()
     }
 
+    /// Who is let in: everybody may look, unless there is a file with users.
+    #[must_use]
+    pub fn access(&self) -> Access {
+        let UsersFile { path, named } = &self.users;
+        if *named || path.exists() { Access::Users(path.clone()) } else { Access::look() }
+    }
+
+    /// Whether it says where secrets are, so that only its owner may read it.
+    #[must_use]
+    pub const fn is_private(&self) -> bool {
+        self.users.named || self.tls.is_some()
+    }
+
     /// What only a restart brings about, between this file and a changed one, in sentences.
     #[must_use]
     pub fn needs_restart(&self, new: &Self) -> Vec<String> {
         let listen = ("listen", self.listen.to_string(), new.listen.to_string());
+        let files =
+            |config: &Self| config.tls.as_ref().map_or_else(|| "off".to_owned(), |tls| tls.key.display().to_string());
+        let tls = ("tls", files(self), files(new));
+        let users = ("users", self.users.path.display().to_string(), new.users.path.display().to_string());
+        let hosts = ("hosts", format!("{:?}", self.hosts), format!("{:?}", new.hosts));
         let record = ("record", self.record.display().to_string(), new.record.display().to_string());
         let name = ("name", self.name.clone(), new.name.clone());
-        let changed = [listen, record, name].into_iter().filter(|(_, old, new)| old != new);
+        let changed = [listen, record, name, users, hosts, tls].into_iter().filter(|(_, old, new)| old != new);
         changed
             .map(|(what, old, new)| format!("{what} is {old} until the station is started again, then {new}"))
             .collect()
@@ -255,10 +308,22 @@ fn check(written: &Written) -> Result<(), Complaint> {
     if written.segment.is_empty() {
         return Err((0..0, "expected at least one [[segment]]".to_owned()));
     }
+    written.station.hosts.iter().try_for_each(check_host)?;
     unique("segment", written.segment.iter().map(|segment| &segment.name))?;
     unique("port", written.segment.iter().map(|segment| &segment.port))?;
     unique("gauge", written.segment.iter().flat_map(|segment| &segment.gauge).map(|gauge| &gauge.name))?;
     written.segment.iter().try_for_each(check_segment)
+}
+
+/// Names are given without ports: a certificate has none either.
+fn check_host(name: &Spanned<String>) -> Result<(), Complaint> {
+    let text = name.get_ref();
+    let bare = host(text).filter(|host| host == text) == Some(text.clone());
+    let address = text.parse::<IpAddr>().is_ok();
+    if bare && !text.is_empty() || address {
+        return Ok(());
+    }
+    Err((name.span(), format!("expected a name or an address of this computer without a port, got {text:?}")))
 }
 
 fn check_segment(segment: &WrittenSegment) -> Result<(), Complaint> {
@@ -287,7 +352,7 @@ fn check_gauge(gauge: &WrittenGauge) -> Result<(), Complaint> {
         (gauge.device.span(), format!("{error}{alike}"))
     })?;
     match &gauge.poll {
-        Some(poll) if !(POLLS.0..=POLLS.1).contains(&poll.get_ref().0) => {
+        Some(poll) if !(POLLS.0..=POLLS.1).contains(&*poll.get_ref().0) => {
             Err((poll.span(), format!("expected a time from 20ms to 1h, got {}", poll.get_ref().0)))
         }
         _ => Ok(()),
@@ -325,10 +390,18 @@ impl Written {
     fn into_config(self, path: &Path) -> Config {
         let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
         let record = self.station.record.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")));
+        let beside = |file: PathBuf| path.parent().unwrap_or(Path::new("")).join(file);
+        let users = UsersFile {
+            named: self.station.users.is_some(),
+            path: beside(self.station.users.unwrap_or_else(|| PathBuf::from(format!("{stem}.users.toml")))),
+        };
         Config {
             name: self.station.name.unwrap_or(stem),
             listen: self.station.listen.map_or_else(usual_listen, |listen| listen.0),
-            record: path.parent().unwrap_or(Path::new("")).join(record),
+            record: beside(record),
+            users,
+            hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
+            tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),
             segments: self.segment.into_iter().map(WrittenSegment::into_segment).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),
@@ -406,6 +479,20 @@ levels = { process = "1e-3 mbar" }
     }
 
     #[test]
+    fn who_comes_in_and_how_is_said_beside_the_file() {
+        let more = "\"\nusers = \"people.toml\"\nhosts = [\"vacuum.example\", \"10.0.0.1\", \"fe80::1\"]\n[tls]\ncertificate = \"a.pem\"\nkey = \"/etc/a.key\"";
+        let config = parse(&FILE.replacen("hall\"", &format!("hall{more}"), 1)).unwrap();
+        assert_eq!(config.access(), Access::Users(PathBuf::from("plants/people.toml")));
+        assert_eq!(config.hosts, ["vacuum.example", "10.0.0.1", "fe80::1"]);
+        let tls = config.tls.clone().unwrap();
+        assert_eq!(
+            (tls.certificate.as_path(), tls.key.as_path()),
+            (Path::new("plants/a.pem"), Path::new("/etc/a.key"))
+        );
+        assert!(config.is_private() && !parse(FILE).unwrap().is_private());
+    }
+
+    #[test]
     fn what_is_not_said_is_usual() {
         let config =
             parse("[[segment]]\nname = 'a'\nport = 'b'\n[[segment.gauge]]\nname='c'\naddress=5\ndevice='bcg450'");
@@ -414,6 +501,10 @@ levels = { process = "1e-3 mbar" }
         assert_eq!(
             (config.name.as_str(), config.segments[0].master, gauge.poll, gauge.gas),
             ("hall", 0, POLL, Gas::N2)
+        );
+        assert_eq!(
+            (config.users.path.as_path(), config.access()),
+            (Path::new("plants/hall.users.toml"), Access::look())
         );
     }
 
@@ -442,8 +533,14 @@ levels = { process = "1e-3 mbar" }
             (
                 "[station]",
                 "[stations]",
-                "hall.toml:2:2: unknown field `stations`, expected one of `station`, `segment`, ",
+                "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `segment`, ",
             ),
+            (
+                "[station]",
+                "[station]\nhosts = [\"a.example\", \"b.example:80\"]",
+                "hall.toml:3:23: expected a name or an",
+            ),
+            ("[station]", "[tls]\nkey = \"a\"\n[station]", "hall.toml:2:1: missing field `certificate`"),
             ("port = \"/dev/ttyUSB0\"", "", "missing field `port`"),
         ] {
             let told = altered(from, to);

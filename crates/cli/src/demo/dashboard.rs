@@ -4,10 +4,11 @@ use crate::failure::Failure;
 use crate::output::remark;
 use profivac_host::scenario::Scenario;
 use profivac_host::scene::Scene;
+use profivac_station::people::{Access, Role};
 use profivac_station::plant::Plant;
 use profivac_station::recorder::{Recorder, Settings};
 use profivac_station::segment::Exhibit;
-use profivac_station::server::{Server, ServerError};
+use profivac_station::server::{Server, ServerError, Setup};
 use profivac_station::station::StationError;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -29,19 +30,13 @@ pub struct Dashboard {
 
 impl Dashboard {
     /// Serves `scene` at `listen`, or at the usual place.
-    pub fn open(
-        scenario: &Scenario,
-        scene: &Scene,
-        master: u8,
-        listen: Option<SocketAddr>,
-        public: bool,
-    ) -> Result<Self, Failure> {
+    pub fn open(scenario: &Scenario, scene: &Scene, master: u8, listen: Option<SocketAddr>) -> Result<Self, Failure> {
         let folder = tempfile::tempdir()?;
         let file = folder.path().join("demo.db");
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
         let plant = Arc::new(Plant::new(scenario.title.clone(), file, recorder));
         let server = match listen {
-            Some(address) => Server::start(Arc::clone(&plant), address, public)?,
+            Some(address) => serve(&plant, address)?,
             None => usual(&plant)?,
         };
         let names = |address: u8| {
@@ -64,13 +59,18 @@ impl Dashboard {
     }
 }
 
+/// Whoever sits here may do everything: nothing of it is real.
+fn serve(plant: &Arc<Plant>, listen: SocketAddr) -> Result<Server, ServerError> {
+    Server::start(Arc::clone(plant), Setup::new(listen, Access::everybody("demo", Role::Engineer)))
+}
+
 /// At the usual place, or wherever there is room.
 fn usual(plant: &Arc<Plant>) -> Result<Server, Failure> {
     let parsed = |text: &str| text.parse().map_err(|_| Failure::usage(format!("{text} is no address")));
-    match Server::start(Arc::clone(plant), parsed(USUAL)?, false) {
+    match serve(plant, parsed(USUAL)?) {
         Err(error @ ServerError::Listen { .. }) => {
             remark(&format_args!("{error}; the dashboard is elsewhere"));
-            Ok(Server::start(Arc::clone(plant), parsed(ANYWHERE)?, false)?)
+            Ok(serve(plant, parsed(ANYWHERE)?)?)
         }
         done => Ok(done?),
     }

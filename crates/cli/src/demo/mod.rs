@@ -32,12 +32,9 @@ pub struct Arguments {
     /// Another plant, and what happens to it, instead of the small one with all devices
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Where the dashboard is: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
+    /// Where the dashboard is, for this computer alone: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Let other computers see the dashboard, if it listens at an address they reach
-    #[arg(long, requires = "listen")]
-    public: bool,
     /// How much faster than real time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
@@ -132,9 +129,9 @@ impl Demo {
         };
         let scene = scenario.scene(MASTER, BAUD)?;
         let run = scenario.start(Bus::There);
-        let Arguments { listen, public, headless, .. } = *arguments;
+        let Arguments { listen, headless, .. } = *arguments;
         let wanted = !headless || listen.is_some();
-        let dashboard = wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, listen, public)).transpose()?;
+        let dashboard = wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, listen)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;

@@ -282,15 +282,7 @@ mod tests {
 
     /// The picture after so many seconds, as lines of text.
     fn picture(seconds: f64, width: u16, height: u16) -> String {
-        let arguments = Arguments {
-            scenario: None,
-            listen: None,
-            public: false,
-            speed: 1.0,
-            time: None,
-            headless: true,
-            json: false,
-        };
+        let arguments = Arguments { scenario: None, listen: None, speed: 1.0, time: None, headless: true, json: false };
         let mut demo = Demo::new(&arguments).unwrap();
         let mut trend = Trend::default();
         while demo.run.seconds() < seconds {

@@ -1,33 +1,57 @@
 //! What stands between every request and its answer.
 
 use super::archive::stopped;
-use super::problem::Problem;
 use axum::extract::Request;
-use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
-};
+use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, STRICT_TRANSPORT_SECURITY};
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderValue, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
 
-/// Nothing from elsewhere, nothing in frames of others.
-const POLICY: &str =
-    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'";
+/// Nothing from elsewhere, nothing in frames of others, no plug-ins, no other base. Curves set their size by a style, so styles
+/// may stand in the page.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+    connect-src 'self'; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
+
+/// What is no page is never drawn as one.
+const BARE: &str = "default-src 'none'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'; sandbox";
+
+/// Whatever a page of ours does not need.
+const PERMISSIONS: &str = "camera=(), display-capture=(), geolocation=(), microphone=(), payment=(), usb=()";
+
+/// A year and a day.
+const TLS_ONLY: &str = "max-age=31622400";
+
+/// What stands above every answer.
+const HEADERS: [(&str, &str); 6] = [
+    ("x-content-type-options", "nosniff"),
+    ("x-frame-options", "DENY"),
+    ("referrer-policy", "no-referrer"),
+    ("permissions-policy", PERMISSIONS),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+];
 
 /// Adds the headers; what is live is not kept.
 pub async fn headers(request: Request, next: Next) -> Response {
     let is_live = request.uri().path().starts_with("/api/");
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
-    headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(X_FRAME_OPTIONS, HeaderValue::from_static("DENY"));
-    headers.insert(REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers.insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY));
+    for (name, value) in HEADERS {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    headers.insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(if is_live { BARE } else { POLICY }));
     if is_live {
         headers.insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }
+    response
+}
+
+/// Who has come over TLS once comes over nothing else.
+pub async fn tls_only(request: Request, next: Next) -> Response {
+    let mut response = next.run(request).await;
+    response.headers_mut().insert(STRICT_TRANSPORT_SECURITY, HeaderValue::from_static(TLS_ONLY));
     response
 }
 
@@ -37,24 +61,50 @@ pub async fn caught(request: Request, next: Next) -> Response {
     answered.unwrap_or_else(|error| stopped(&error).into_response())
 }
 
-/// Only who means this computer is answered. A page from elsewhere can make a browser on this computer ask us under a name
-/// of its own (DNS rebinding), and would then read the answer.
-pub async fn ourselves(request: Request, next: Next) -> Response {
-    let named = named(request.headers(), request.uri());
-    if is_ourselves(&named) { next.run(request).await } else { Problem::host(&named).into_response() }
+/// What this computer is called. A page from elsewhere can make a browser ask us under a name of its own (DNS rebinding), and
+/// would then read the answer: who means somebody else is not answered.
+#[derive(Clone, Debug)]
+pub struct Hosts {
+    /// Whether only this computer reaches us: then it may be called so.
+    pub loopback: bool,
+    /// Names and addresses that the station's file gives, without ports.
+    pub given: Vec<String>,
+}
+
+impl Hosts {
+    /// Whether we are meant. Where others reach us and no names are given, everybody who knows our certificate's is right.
+    #[must_use]
+    pub fn are(&self, named: &str) -> bool {
+        (self.loopback && is_loopback(named)) || self.are_given(named) || (!self.loopback && self.given.is_empty())
+    }
+
+    /// Whether this is one of the names that are given.
+    #[must_use]
+    pub fn are_given(&self, named: &str) -> bool {
+        host(named).is_some_and(|host| self.given.iter().any(|given| given.eq_ignore_ascii_case(&host)))
+    }
 }
 
 /// Who is meant: the name in the address, or else the header.
-fn named(headers: &HeaderMap, uri: &Uri) -> String {
+#[must_use]
+pub fn named(headers: &HeaderMap, uri: &Uri) -> String {
     let header = headers.get(HOST).and_then(|host| host.to_str().ok());
     uri.authority().map(Authority::as_str).or(header).unwrap_or_default().to_owned()
 }
 
-fn is_ourselves(named: &str) -> bool {
-    let Ok(authority) = named.parse::<Authority>() else { return false };
-    let host = authority.host().trim_end_matches('.');
-    let address = host.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
-    host.eq_ignore_ascii_case("localhost") || address.is_ok_and(|address| address.is_loopback())
+/// The host without its port, without the dot at the end of a whole name, without the brackets of an address.
+#[must_use]
+pub fn host(named: &str) -> Option<String> {
+    // A name before an at sign is no host, and nobody sends one.
+    let authority = named.parse::<Authority>().ok().filter(|_| !named.contains('@'))?;
+    Some(authority.host().trim_end_matches('.').trim_start_matches('[').trim_end_matches(']').to_owned())
+}
+
+/// Whether this names the computer itself.
+#[must_use]
+pub fn is_loopback(named: &str) -> bool {
+    let address = |host: &str| host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback());
+    host(named).is_some_and(|host| host.eq_ignore_ascii_case("localhost") || address(&host))
 }
 
 #[cfg(test)]
@@ -69,13 +119,38 @@ mod tests {
     fn only_this_computer_is_ourselves() {
         for name in ["localhost", "LOCALHOST:8080", "127.0.0.1:8080", "127.1.2.3", "[::1]:8080", "[::1]", "localhost."]
         {
-            assert!(is_ourselves(name), "{name}");
+            assert!(is_loopback(name), "{name}");
         }
-        for name in
-            ["", "evil.example", "localhost.evil.example:8080", "10.0.0.1", "[fe80::1]", "127.0.0.1.evil.example"]
+        for name in [
+            "",
+            "evil.example",
+            "evil@localhost",
+            "localhost.evil.example:8080",
+            "10.0.0.1",
+            "[fe80::1]",
+            "127.0.0.1.evil.example",
+        ] {
+            assert!(!is_loopback(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn names_that_are_given_are_ours_and_others_are_not() {
+        let hosts =
+            |loopback, given: &[&str]| Hosts { loopback, given: given.iter().map(|name| (*name).to_owned()).collect() };
+        let behind_a_proxy = hosts(true, &["vacuum.example"]);
+        for (name, ours) in
+            [("localhost", true), ("Vacuum.Example:443", true), ("evil.example", false), ("10.0.0.1", false)]
         {
-            assert!(!is_ourselves(name), "{name}");
+            assert_eq!(behind_a_proxy.are(name), ours, "{name}");
         }
+        let public = hosts(false, &["vacuum.example", "10.0.0.1"]);
+        for (name, ours) in
+            [("localhost", false), ("vacuum.example.", true), ("10.0.0.1:8443", true), ("evil.example", false)]
+        {
+            assert_eq!(public.are(name), ours, "{name}");
+        }
+        assert!(hosts(false, &[]).are("anything.example") && !hosts(true, &[]).are("anything.example"));
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Gauges and segments as they change.
 
+use super::gate::Visit;
 use crate::alarm::view::Standing;
 use crate::plant::Plant;
 use crate::view::{Gauge, Segment, Station};
 use axum::extract::State;
+use axum::http::Extensions;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
 use std::convert::Infallible;
@@ -64,13 +66,19 @@ impl Moments {
     }
 }
 
-/// Gauges and segments four times a second, as server-sent events named `moment`. Whoever is slow misses moments.
+/// Gauges and segments four times a second, as server-sent events named `moment`. Whoever is slow misses moments. It ends with
+/// the session it was asked for in.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Moment)))]
-pub async fn live(State(moments): State<Arc<Moments>>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+pub async fn live(
+    State(moments): State<Arc<Moments>>,
+    extensions: Extensions,
+) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
     let mut ticks = tokio::time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let moments =
-        IntervalStream::new(ticks).map(move |_| Ok(Event::default().event("moment").data(moments.at(Instant::now()))));
+    let visit = extensions.get::<Visit>().cloned();
+    let allowed = move |_: &_| visit.as_ref().is_none_or(Visit::lasts);
+    let ticks = IntervalStream::new(ticks).take_while(allowed);
+    let moments = ticks.map(move |_| Ok(Event::default().event("moment").data(moments.at(Instant::now()))));
     Sse::new(moments).keep_alive(KeepAlive::default())
 }
 

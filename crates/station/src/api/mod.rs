@@ -16,11 +16,13 @@
 //! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | an alarm is taken away, and put back |
 //! | `/api/webhooks` | who is told of alarms, and how that goes |
 //! | `/api/session` | who asks, and what they may |
+//! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes a password |
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
 mod alarms;
 mod archive;
+pub mod gate;
 pub mod guard;
 mod live;
 mod problem;
@@ -64,7 +66,10 @@ use utoipa::OpenApi;
         alarms::return_to_service,
         alarms::webhooks,
         live::live,
-        session::session
+        session::session,
+        session::login,
+        session::logout,
+        session::password
     )
 )]
 struct Description;
@@ -135,6 +140,9 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/export.csv", get(recorded::export))
         .merge(alarm_routes())
         .route("/api/session", get(session::session))
+        .route("/api/login", post(session::login))
+        .route("/api/logout", post(session::logout))
+        .route("/api/password", post(session::password))
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(

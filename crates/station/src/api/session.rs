@@ -1,9 +1,29 @@
-//! Who asks, as they are seen from here.
+//! Who asks, as they are seen from here, and how they come and go.
 
+use super::gate::Visit;
+use super::problem::Problem;
+use crate::people::secret::Secret;
+use crate::people::sessions::Known;
 use crate::people::{Person, Role};
 use axum::Json;
-use serde::Serialize;
+use axum::extract::rejection::JsonRejection;
+use axum::http::header::SET_COOKIE;
+use axum::http::{Extensions, StatusCode};
+use axum::response::{AppendHeaders, IntoResponse};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+/// How one comes in here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DoorState {
+    /// Nobody logs in.
+    Open,
+    /// People log in, and whoever asks has.
+    In,
+    /// People log in, and whoever asks has not.
+    Out,
+}
 
 /// Who asks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -12,9 +32,109 @@ pub struct Session {
     name: String,
     /// What they may do.
     role: Role,
+    /// What has to stand in `x-csrf-token` of everything that is not only looked at; empty before one has logged in.
+    token: String,
+    /// Whether one logs in here.
+    door: DoorState,
 }
 
+impl Session {
+    fn of(known: &Known, door: DoorState) -> Self {
+        let Known { person: Person { name, role }, token } = known;
+        Self { name: name.to_string(), role: *role, token: token.reveal().to_owned(), door }
+    }
+}
+
+/// What is asked of whoever logs in.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Login {
+    /// Their name.
+    name: String,
+    /// Their password.
+    password: String,
+}
+
+/// What is asked of whoever wants a new password.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewPassword {
+    /// The one they have.
+    current: String,
+    /// The one they want.
+    new: String,
+}
+
+/// Who asks.
 #[utoipa::path(get, path = "/api/session", responses((status = 200, body = Session)))]
-pub async fn session(person: Person) -> Json<Session> {
-    Json(Session { name: person.name.to_string(), role: person.role })
+pub async fn session(person: Person, extensions: Extensions) -> Json<Session> {
+    let visit = extensions.get::<Visit>();
+    let locked = visit.is_some_and(|visit| visit.door().has_lock());
+    let door = if locked { DoorState::In } else { DoorState::Open };
+    Json(match visit.and_then(Visit::known) {
+        Some(known) => Session::of(known, door),
+        None => Session {
+            name: person.name.to_string(),
+            role: person.role,
+            token: String::new(),
+            door: if locked { DoorState::Out } else { DoorState::Open },
+        },
+    })
+}
+
+/// Begins a session. The same answer at the same time to a wrong password and to a name that there is not.
+#[utoipa::path(
+    post,
+    path = "/api/login",
+    request_body = Login,
+    responses((status = 200, body = Session), (status = 401, body = Problem), (status = 429, body = Problem))
+)]
+pub async fn login(
+    extensions: Extensions,
+    asked: Result<Json<Login>, JsonRejection>,
+) -> Result<impl IntoResponse, Problem> {
+    let visit = visit(&extensions)?;
+    let Login { name, password } = taken(asked)?;
+    let begun = visit.door().login(&name, password, visit.session(), visit.peer()).await?;
+    Ok(entered(visit, &begun))
+}
+
+/// Ends the session.
+#[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401, body = Problem)))]
+pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem> {
+    let visit = visit(&extensions)?;
+    visit.door().logout(visit.session(), visit.peer());
+    Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, visit.cookie(None))])))
+}
+
+/// Changes the password of whoever asks; their other sessions end.
+#[utoipa::path(
+    post,
+    path = "/api/password",
+    request_body = NewPassword,
+    responses((status = 200, body = Session), (status = 400, body = Problem), (status = 403, body = Problem))
+)]
+pub async fn password(
+    person: Person,
+    extensions: Extensions,
+    asked: Result<Json<NewPassword>, JsonRejection>,
+) -> Result<impl IntoResponse, Problem> {
+    let visit = visit(&extensions)?;
+    let NewPassword { current, new } = taken(asked)?;
+    let door = visit.door();
+    let begun = door.change_password(&person.name, (current, new), visit.session(), visit.peer()).await?;
+    Ok(entered(visit, &begun))
+}
+
+fn entered(visit: &Visit, (session, known): &(Secret, Known)) -> impl IntoResponse + use<> {
+    (AppendHeaders([(SET_COOKIE, visit.cookie(Some(session)))]), Json(Session::of(known, DoorState::In)))
+}
+
+fn visit(extensions: &Extensions) -> Result<&Visit, Problem> {
+    extensions.get().ok_or_else(|| Problem::unknown("nobody logs in here: the station has no users"))
+}
+
+/// What is wrong with a body is told without repeating it: it may be a password.
+fn taken<T>(body: Result<Json<T>, JsonRejection>) -> Result<T, Problem> {
+    body.map(|Json(body)| body).map_err(|_| Problem::bad("expected JSON as /api/openapi.json describes it"))
 }

@@ -233,7 +233,7 @@ fn rising(
     let hysteresis =
         hysteresis.map_or(Ok(rate / 2.0), |given| number(given, "a hysteresis in decades per minute", 0.0))?;
     let window = match window {
-        Some(given) if !(WINDOWS.0..=WINDOWS.1).contains(&given.get_ref().0) => {
+        Some(given) if !(WINDOWS.0..=WINDOWS.1).contains(&*given.get_ref().0) => {
             return Err((given.span(), format!("expected a window from 5s to 10m, got {}", given.get_ref().0)));
         }
         Some(given) => given.get_ref().0.into(),

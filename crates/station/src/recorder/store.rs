@@ -102,12 +102,15 @@ pub enum EventKind {
     Command,
     /// Somebody wrote something down.
     Note,
+    /// Somebody logged in or out, was refused, or was made a user.
+    Access,
     /// Something became of an alarm.
     Alarm,
 }
 
 impl EventKind {
-    const ALL: [Self; 6] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Alarm];
+    const ALL: [Self; 7] =
+        [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access, Self::Alarm];
 
     /// As it stands in the file.
     #[must_use]
@@ -118,6 +121,7 @@ impl EventKind {
             Self::Gauge => "gauge",
             Self::Command => "command",
             Self::Note => "note",
+            Self::Access => "access",
             Self::Alarm => "alarm",
         }
     }

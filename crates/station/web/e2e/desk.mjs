@@ -20,11 +20,18 @@ export async function startPlant(address = '127.0.0.1:0', ...more) {
   const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${PLANT} ended with ${code}`)))
   ended.catch(() => {})
   failed.catch(() => {})
-  const [url] = await Promise.race([once(lines, 'line'), failed, ended])
+  // The second line is where the users are.
+  const said = []
+  const both = new Promise((done) => lines.on('line', (line) => said.push(line) === 2 && done()))
+  await Promise.race([both, failed, ended])
+  const [url, users] = said
   return {
     url,
+    users,
     address: url.replace('http://', ''),
     json: async (path) => (await fetch(url + path)).json(),
+    /** `vessel=1e5`: that gauge shows that pressure in Pa from now on. */
+    tell: (line) => child.stdin.write(`${line}\n`),
     stop: async () => {
       if (child.exitCode !== null || child.signalCode !== null) return
       const gone = once(child, 'exit')
@@ -64,8 +71,8 @@ export function startBrowser() {
   return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' } })
 }
 
-/** A page whose complaints are kept: errors of scripts and everything the console calls an error. */
-export async function openPage(browser, url, options = {}) {
+/** A page, still empty, whose complaints are kept: errors of scripts and everything the console calls an error. */
+export async function openContext(browser, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', locale: 'en-GB', ...options })
   context.setDefaultTimeout(20_000)
   const page = await context.newPage()
@@ -76,9 +83,15 @@ export async function openPage(browser, url, options = {}) {
     complaints.push(`dialog: ${dialog.message()}`)
     void dialog.dismiss()
   })
-  await page.goto(url)
-  await page.locator('header .link.good').waitFor()
   return { page, complaints, close: () => context.close() }
+}
+
+/** The same with a page of the station that is live. */
+export async function openPage(browser, url, options = {}) {
+  const opened = await openContext(browser, options)
+  await opened.page.goto(url)
+  await opened.page.locator('header .link.good').waitFor()
+  return opened
 }
 
 /** Waits until a chart has drawn something. */

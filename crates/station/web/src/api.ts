@@ -5,13 +5,19 @@ export type Quality = 'valid' | 'overrange' | 'underrange' | 'invalid' | 'gap'
 export type Standing = 'ourselves' | 'master' | 'exchanging' | 'faulty' | 'starting' | 'missing' | 'foreign'
 export type SegmentState = 'waiting' | 'listening' | 'running'
 export type Principle = 'pirani' | 'hot-cathode' | 'cold-cathode' | 'diaphragm' | 'atmosphere'
-export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note'
+export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note' | 'access' | 'alarm'
 
 export type Role = 'viewer' | 'operator' | 'engineer'
+
+/** Whether one logs in here: not at all, has done so, has not yet. */
+export type Door = 'open' | 'in' | 'out'
 
 export interface Session {
   name: string
   role: Role
+  /** Proves with everything that is not only looked at that this page is the station's own. */
+  token: string
+  door: Door
 }
 
 export interface Recorder {
@@ -78,11 +84,88 @@ export interface Gauge {
   poll_ms: number
 }
 
+export type Priority = 'high' | 'medium' | 'low'
+export type AlarmState = 'normal' | 'unacknowledged' | 'acknowledged' | 'returned' | 'out-of-service'
+export type AlarmCondition = 'above' | 'below' | 'rise' | 'blind' | 'fault' | 'stale' | 'down' | 'damage' | 'unrecorded'
+
+export interface OutOfService {
+  who: string
+  at_ms: number
+  reason: string
+  until_ms: number | null
+}
+
+export interface Alarm {
+  name: string
+  condition: AlarmCondition
+  gauge: string | null
+  series: string | null
+  segment: string | null
+  priority: Priority
+  state: AlarmState
+  since_ms: number | null
+  /** Which time it was raised; whoever acknowledges it says which they have seen. */
+  occurrence: number
+  raised_ms: number | null
+  raised_value: number | null
+  text: string
+  value: number | null
+  limit: number | null
+  reset: number | null
+  unit: string | null
+  acknowledged_by: string | null
+  acknowledged_ms: number | null
+  out_of_service: OutOfService | null
+  message: string | null
+}
+
+export interface Count {
+  active: number
+  unacknowledged: number
+}
+
+/** Alarms at a moment: how many, and those that stand or are new. */
+export interface StandingAlarms {
+  trouble: string | null
+  high: Count
+  medium: Count
+  low: Count
+  out_of_service: number
+  list: Alarm[]
+  more: number
+}
+
+export interface AlarmEvent {
+  at_ms: number
+  alarm: string
+  what: string
+  state: AlarmState
+  priority: Priority
+  subject: string | null
+  occurrence: number
+  who: string | null
+  value: number | null
+  unit: string | null
+  text: string
+}
+
+export interface Webhook {
+  name: string
+  at: string
+  waiting: number
+  delivered: number
+  given_up: number
+  delivered_ms: number | null
+  problem: string | null
+  failing_since_ms: number | null
+}
+
 /** What /api/live sends four times a second. */
 export interface Moment {
   station: Station
   segments: Segment[]
   gauges: Gauge[]
+  alarms: StandingAlarms
 }
 
 /** One entry of each list for every pixel in which something was recorded. */
@@ -129,18 +212,42 @@ export interface Block {
 }
 
 /** A refusal, in the station's own sentence. */
-export class Refused extends Error {}
+export class Refused extends Error {
+  constructor(
+    sentence: string,
+    readonly status = 0,
+  ) {
+    super(sentence)
+  }
+}
 
 const LOST = 'The station does not answer.'
+
+/** What the session gives to everything that is asked: its token, and what to do when it has ended or has another token. */
+export const proof = {
+  token: '',
+  ended: (): void => {},
+  /** Whether the same person has another token now, from another window. */
+  renewed: (): Promise<boolean> => Promise.resolve(false),
+}
 
 export function get<T>(path: string, query: Record<string, string | number>, signal?: AbortSignal): Promise<T> {
   return answer(address(path, query), signal ? { signal } : {})
 }
 
 /** Something is to be done. */
-export function post<T>(path: string, body: unknown): Promise<T> {
-  return answer(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) })
+export async function post<T>(path: string, body: unknown): Promise<T> {
+  const send = (): Promise<T> => {
+    const headers = { 'content-type': 'application/json', 'x-csrf-token': proof.token }
+    return answer(path, { method: 'POST', headers, body: JSON.stringify(body) })
+  }
+  return send().catch(async (error: unknown) => {
+    if (error instanceof Refused && error.status === 403 && (await proof.renewed())) return send()
+    throw error
+  })
 }
+
+const LOGIN = '/api/login'
 
 async function answer<T>(path: string, request: RequestInit): Promise<T> {
   const answer = await fetch(path, request).catch((error: unknown) => {
@@ -148,9 +255,15 @@ async function answer<T>(path: string, request: RequestInit): Promise<T> {
   })
   const body: unknown = await answer.json().catch(() => null)
   if (answer.ok) return body as T
+  if (answer.status === 401 && path !== LOGIN) proof.ended()
   const problem = (body as { problem?: string } | null)?.problem
-  throw new Refused(problem ?? `The station answers with ${answer.status}.`)
+  throw new Refused(problem ?? `The station answers with ${answer.status}.`, answer.status)
 }
+
+export const session = (): Promise<Session> => get('/api/session', {})
+export const login = (name: string, password: string): Promise<Session> => post(LOGIN, { name, password })
+export const logout = (): Promise<void> => post('/api/logout', null)
+export const changePassword = (current: string, next: string): Promise<Session> => post('/api/password', { current, new: next })
 
 function address(path: string, query: Record<string, string | number>): string {
   const text = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)])).toString()
@@ -172,6 +285,32 @@ export function rise(series: string, from: number, to: number, volume_m3: number
 export function blocks(gauge: string): Promise<Block[]> {
   return get(`/api/gauges/${encodeURIComponent(gauge)}/blocks`, {})
 }
+
+export const alarms = (signal?: AbortSignal): Promise<Alarm[]> => get('/api/alarms', {}, signal)
+export const webhooks = (signal?: AbortSignal): Promise<Webhook[]> => get('/api/webhooks', {}, signal)
+
+export function alarmHistory(from: number, to: number, most: number, signal?: AbortSignal): Promise<AlarmEvent[]> {
+  return get('/api/alarms/history', { from, to, most }, signal)
+}
+
+const alarmPath = (name: string, what: string): string => `/api/alarms/${encodeURIComponent(name)}/${what}`
+
+export function acknowledge(name: string, occurrence: number): Promise<Alarm> {
+  return post(alarmPath(name, 'acknowledge'), { occurrence })
+}
+
+/** Each is acknowledged or refused for itself. */
+export function acknowledgeAll(
+  alarms: { name: string; occurrence: number }[],
+): Promise<{ acknowledged: string[]; refused: { name: string; problem: string }[] }> {
+  return post('/api/alarms/acknowledge', { alarms })
+}
+
+export function outOfService(name: string, reason: string, minutes: number | null): Promise<Alarm> {
+  return post(alarmPath(name, 'out-of-service'), { reason, minutes })
+}
+
+export const returnToService = (name: string): Promise<Alarm> => post(alarmPath(name, 'return-to-service'), {})
 
 export function exportAddress(series: string[], from: number, to: number): string {
   return address('/api/export.csv', { series: series.join(','), from, to })

@@ -4,15 +4,20 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { useLive, type Live } from './live.ts'
 import { Help } from './help.tsx'
+import { Alarms } from './pages/alarms.tsx'
 import { Bus } from './pages/bus.tsx'
 import { Device } from './pages/device.tsx'
 import { Events } from './pages/events.tsx'
 import { Overview } from './pages/overview.tsx'
 import { Rise } from './pages/rise.tsx'
 import { Trends } from './pages/trends.tsx'
+import { Login } from './pages/login.tsx'
+import { AlarmBadge } from './parts/alarm.tsx'
+import { Person } from './parts/person.tsx'
 import { age } from './pure/format.ts'
 import { nextUnit, UNIT_NAMES, type Unit } from './pure/units.ts'
 import { go, Link, usePlace } from './router.tsx'
+import { isIn, useHere } from './session.ts'
 import { nextTheme, setUnit, unit, useTheme, useUnit } from './settings.ts'
 
 export const PAGES = [
@@ -22,18 +27,21 @@ export const PAGES = [
   { path: '/gauge', name: 'Gauge', key: '4' },
   { path: '/rise', name: 'Rate of rise', key: '5' },
   { path: '/events', name: 'Events', key: '6' },
+  { path: '/alarms', name: 'Alarms', key: '7' },
 ]
 
 export function App(): JSX.Element {
   const { path } = usePlace()
   const live = useLive()
+  const { session } = useHere()
+  const out = session?.door === 'out'
   const [help, setHelp] = useState(false)
   useKeys(() => setHelp((shown) => !shown))
   const page = PAGES.find((page) => page.path === path || (page.path !== '/' && path.startsWith(`${page.path}/`)))
   const station = live.moment?.station.name
   useEffect(() => {
-    document.title = [page?.name, station ?? 'profivac'].filter(Boolean).join(' · ')
-  }, [page, station])
+    document.title = [out ? 'Log in' : page?.name, station ?? 'profivac'].filter(Boolean).join(' · ')
+  }, [page, station, out])
   return (
     <>
       <a class="skip" href="#main">
@@ -41,8 +49,14 @@ export function App(): JSX.Element {
       </a>
       <Header current={page?.path} live={live} showHelp={() => setHelp(true)} />
       <main id="main" tabIndex={-1}>
-        <Trouble live={live} />
-        {live.moment ? <Page path={page?.path} /> : <p class="waiting">Waiting for the station …</p>}
+        {out ? (
+          <Login />
+        ) : (
+          <>
+            <Trouble live={live} />
+            {live.moment ? <Page path={page?.path} /> : <p class="waiting">Waiting for the station …</p>}
+          </>
+        )}
       </main>
       {help && <Help close={() => setHelp(false)} />}
     </>
@@ -63,6 +77,8 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
       return <Rise />
     case '/events':
       return <Events />
+    case '/alarms':
+      return <Alarms />
     default:
       return (
         <p>
@@ -73,30 +89,45 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
 }
 
 function Header({ current, live, showHelp }: { current: string | undefined; live: Live; showHelp: () => void }): JSX.Element {
+  const out = useHere().session?.door === 'out'
   return (
     <header>
       <div class="station">
         <strong>{live.moment?.station.name ?? 'profivac'}</strong>
-        <span class={live.connected ? 'link good' : 'link lost'} role="status">
-          <span class="dot" aria-hidden="true" />
-          {live.connected ? 'live' : live.moment ? `lost for ${age(live.since)}` : 'connecting'}
-        </span>
+        {!out && <Heard live={live} />}
+        {!out && <AlarmBadge moment={live.moment} />}
       </div>
-      <nav aria-label="Pages">
-        {PAGES.map(({ path, name, key }) => (
-          <Link to={path} key={path} aria-current={path === current ? 'page' : undefined} aria-keyshortcuts={key}>
-            {name}
-          </Link>
-        ))}
-      </nav>
+      {out ? <span class="filler" /> : <Pages current={current} />}
       <div class="choices">
-        <UnitChoice />
+        <Person />
+        {!out && <UnitChoice />}
         <ThemeChoice />
         <button type="button" class="plain" onClick={showHelp} aria-label="Help: keys and marks" title="Keys and marks (?)">
           ?
         </button>
       </div>
     </header>
+  )
+}
+
+function Heard({ live }: { live: Live }): JSX.Element {
+  return (
+    <span class={live.connected ? 'link good' : 'link lost'} role="status">
+      <span class="dot" aria-hidden="true" />
+      {live.connected ? 'live' : live.moment ? `lost for ${age(live.since)}` : 'connecting'}
+    </span>
+  )
+}
+
+function Pages({ current }: { current: string | undefined }): JSX.Element {
+  return (
+    <nav aria-label="Pages">
+      {PAGES.map(({ path, name, key }) => (
+        <Link to={path} key={path} aria-current={path === current ? 'page' : undefined} aria-keyshortcuts={key}>
+          {name}
+        </Link>
+      ))}
+    </nav>
   )
 }
 
@@ -150,7 +181,7 @@ function useKeys(help: () => void): void {
     const pressed = (event: KeyboardEvent): void => {
       const target = event.target as HTMLElement
       if (event.ctrlKey || event.metaKey || event.altKey || target.matches('input, select, textarea')) return
-      const page = PAGES.find(({ key }) => key === event.key)
+      const page = isIn() ? PAGES.find(({ key }) => key === event.key) : undefined
       if (page) go(page.path)
       else if (event.key === '?') help()
       else if (event.key === 'u') setUnit(nextUnit(unit()))

@@ -4,6 +4,7 @@ import { useEffect, useReducer } from 'preact/hooks'
 import type { Moment } from './api.ts'
 import { bits } from './pure/series.ts'
 import { SILENCE_MS, worth } from './pure/stale.ts'
+import { isIn, onChange, whoami } from './session.ts'
 
 export interface Seen {
   at: number
@@ -47,14 +48,26 @@ export function tail(series: string): Seen[] {
   return tails.get(series) ?? []
 }
 
+/** Listens as long as the station lets us look. */
 export function start(): void {
-  connect()
+  onChange(() => {
+    if (!isIn()) hangUp()
+    else if (!stream) connect()
+  })
+  if (isIn()) connect()
   setInterval(() => {
+    if (!stream) return
     const silent = performance.now() - Math.max(heardAt, openedAt) > 2 * SILENCE_MS
     // The browser tries again by itself, but not after an answer that is no stream, and not on a line that is only quiet.
-    if (stream?.readyState === EventSource.CLOSED || silent) connect()
+    if (stream.readyState === EventSource.CLOSED || silent) void again()
     if (live().since > TICK_MS) tell()
   }, TICK_MS)
+}
+
+/** It may be that we may not look any more. */
+async function again(): Promise<void> {
+  connect()
+  await whoami()
 }
 
 function connect(): void {
@@ -62,6 +75,17 @@ function connect(): void {
   openedAt = performance.now()
   stream = new EventSource('/api/live')
   stream.addEventListener('moment', (event: MessageEvent<string>) => take(JSON.parse(event.data) as Moment))
+  // Asked at once: whoever has no session any more sees that before anything else.
+  stream.addEventListener('error', () => void whoami())
+}
+
+/** What somebody saw is not for whoever comes next. */
+function hangUp(): void {
+  stream?.close()
+  stream = null
+  moment = null
+  tails.clear()
+  tell()
 }
 
 function take(next: Moment): void {

@@ -40,6 +40,8 @@ export const KINDS: Record<EventKind, string> = {
   gauge: 'Gauge',
   command: 'Command',
   note: 'Note',
+  alarm: 'Alarm',
+  access: 'Access',
 }
 
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO', air: 'air' }

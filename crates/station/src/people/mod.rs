@@ -5,6 +5,28 @@
 //! | viewer | look |
 //! | operator | look, acknowledge alarms, carry out commands of a gauge |
 //! | engineer | all of that, write parameters, take alarms out of service, take the mastership from others |
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`access`] | whether people log in here, and where we may listen then |
+//! | [`door`] | who comes in |
+//! | [`password`] | what a password must be, and how it is kept |
+//! | [`private`] | files that only their owner may read |
+//! | [`rates`] | how often somebody may ask |
+//! | [`secret`] | numbers nobody can guess |
+//! | [`sessions`] | who has logged in |
+//! | [`users`] | the file with names, roles and passwords |
+
+pub mod access;
+pub mod door;
+pub mod password;
+pub mod private;
+pub mod rates;
+pub mod secret;
+pub mod sessions;
+pub mod users;
+
+pub use access::Access;
 
 use crate::api::Problem;
 use axum::extract::FromRequestParts;

@@ -1,0 +1,183 @@
+//! What a password must be, and how it is kept: argon2id, with a salt of its own.
+//!
+//! What it must be follows OWASP ASVS 5.0, 6.2: eight characters at least, no rules about which, and nothing that is easily
+//! guessed. How easily is estimated by zxcvbn, which knows the usual passwords, names, words, dates, and patterns on keyboards.
+
+use argon2::password_hash::phc::PasswordHash;
+use argon2::password_hash::{PasswordHasher, PasswordVerifier};
+use argon2::{Algorithm, Argon2, Params, Version};
+use std::fmt;
+use std::sync::Arc;
+use zxcvbn::{Score, zxcvbn};
+
+/// The fewest characters.
+pub const SHORTEST: usize = 8;
+
+/// From so many characters on nobody is advised to take more.
+pub const ADVISED: usize = 15;
+
+/// The most octets. free choice: what nobody types, and what is hashed at once.
+pub const LONGEST: usize = 512;
+
+/// Memory in KiB, passes and lanes. free choice: the first of those that OWASP's cheat sheet on storing passwords gives for argon2id.
+const COST: (u32, u32, u32) = (19 << 10, 2, 1);
+
+/// Words that anybody tries first here.
+const OUR_WORDS: [&str; 6] = ["profivac", "profibus", "vacuum", "gauge", "station", "engineer"];
+
+/// Octets of salt.
+const SALT: usize = 16;
+
+/// What is wrong with a password.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unfit {
+    /// Too few characters.
+    #[error("expected a password of at least {SHORTEST} characters, better {ADVISED}, got {0}")]
+    Short(usize),
+    /// Too many.
+    #[error("expected a password of at most {LONGEST} octets, got {0}")]
+    Long(usize),
+    /// Others have it, or it can be guessed.
+    #[error("this password is easily guessed: {0}")]
+    Guessed(String),
+    /// It cannot be hashed.
+    #[error("the password cannot be hashed: {0}")]
+    System(String),
+}
+
+/// Nothing, if this may become the password of whoever has this name.
+///
+/// # Errors
+/// [`Unfit`] says what is wrong with it.
+pub fn check(password: &str, name: &str) -> Result<(), Unfit> {
+    let length = password.chars().count();
+    if length < SHORTEST {
+        return Err(Unfit::Short(length));
+    }
+    if password.len() > LONGEST {
+        return Err(Unfit::Long(password.len()));
+    }
+    let words: Vec<&str> = OUR_WORDS.into_iter().chain([name]).collect();
+    let guessed = zxcvbn(password, &words);
+    if guessed.score() >= Score::Three {
+        return Ok(());
+    }
+    let warning = guessed.feedback().and_then(|feedback| feedback.warning());
+    let usual = || "take some words that do not belong together".to_owned();
+    Err(Unfit::Guessed(warning.map_or_else(usual, |warning| warning.to_string().trim_end_matches('.').to_lowercase())))
+}
+
+/// A password as it is kept.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Hash(Arc<str>);
+
+impl Hash {
+    /// Of a new password.
+    ///
+    /// # Errors
+    /// [`Unfit::System`].
+    pub fn of(password: &str) -> Result<Self, Unfit> {
+        let mut salt = [0; SALT];
+        getrandom::fill(&mut salt).map_err(|error| Unfit::System(error.to_string()))?;
+        let (memory, passes, lanes) = COST;
+        let params = Params::new(memory, passes, lanes, None).map_err(|error| Unfit::System(error.to_string()))?;
+        let argon2 = Argon2::new(Algorithm::Argon2id, Version::V0x13, params);
+        let hash = argon2.hash_password_with_salt(password.as_bytes(), &salt);
+        hash.map(|hash| Self(Arc::from(hash.to_string()))).map_err(|error| Unfit::System(error.to_string()))
+    }
+
+    /// As it stands in a file; nothing, if this is no hash that argon2id makes.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let hash = PasswordHash::new(text).ok()?;
+        let params = Params::try_from(&hash).ok()?;
+        // What stands in a file must not take a day and all memory.
+        let bearable = params.m_cost() <= 1 << 20 && params.t_cost() <= 64;
+        let whole = hash.algorithm.as_str() == "argon2id" && hash.salt.is_some() && hash.hash.is_some();
+        (bearable && whole).then(|| Self(Arc::from(text)))
+    }
+
+    /// As it stands in the file.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether this is the password. Takes some ten milliseconds of a processor and 19 MiB.
+    #[must_use]
+    pub fn is(&self, password: &str) -> bool {
+        password.len() <= LONGEST && Argon2::default().verify_password(password.as_bytes(), &*self.0).is_ok()
+    }
+}
+
+/// Never in a log.
+impl fmt::Debug for Hash {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Hash")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_password_is_kept_as_argon2id_with_a_salt_of_its_own() {
+        let (one, other) = (Hash::of("tin whisker plateau").unwrap(), Hash::of("tin whisker plateau").unwrap());
+        assert!(one.as_str().starts_with("$argon2id$v=19$m=19456,t=2,p=1$"), "{}", one.as_str());
+        assert_ne!(one, other);
+        assert!(one.is("tin whisker plateau") && !one.is("Tin whisker plateau") && !one.is("tin whisker plateau "));
+        assert_eq!(Hash::parse(one.as_str()), Some(one.clone()));
+        assert_eq!(format!("{one:?}"), "Hash");
+    }
+
+    #[test]
+    fn what_is_no_hash_of_ours_is_none() {
+        let hash = Hash::of("tin whisker plateau").unwrap();
+        let text = hash.as_str();
+        for wrong in [
+            "",
+            "tin whisker plateau",
+            &text.replace("argon2id", "argon2d"),
+            &text.replace("m=19456", "m=999999999"),
+            &text.replace("t=2", "t=1000"),
+            text.rsplit_once('$').unwrap().0,
+        ] {
+            assert_eq!(Hash::parse(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_others_have_or_can_guess_is_refused() {
+        for usual in [
+            "password",
+            "12345678",
+            "qwertyuiop",
+            "iloveyou",
+            "sunshine1",
+            "Password1!",
+            "profivac1",
+            "adalovelace",
+            "aaaaaaaaaaaaaaaa",
+            "1q2w3e4r5t",
+            "vacuumgauge",
+        ] {
+            assert!(matches!(check(usual, "adalovelace"), Err(Unfit::Guessed(_))), "{usual}");
+        }
+        assert_eq!(check("k8%xQz!", "ada"), Err(Unfit::Short(7)));
+        assert_eq!(check(&"ä".repeat(300), "ada"), Err(Unfit::Long(600)));
+    }
+
+    #[test]
+    fn any_characters_and_any_length_that_somebody_types_will_do() {
+        for fit in [
+            "kqzvhwtmrb",
+            "tin whisker plateau",
+            "Flöße treiben südwärts",
+            "气压计阀门真空泵房间",
+            &"tin whisker plateau ".repeat(6),
+        ] {
+            assert_eq!(check(fit, "ada"), Ok(()), "{fit}");
+        }
+    }
+}
