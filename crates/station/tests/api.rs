@@ -290,7 +290,7 @@ fn every_answer_is_guarded() {
         assert_eq!(header("x-content-type-options").as_deref(), Some("nosniff"), "{path}");
         assert_eq!(header("x-frame-options").as_deref(), Some("DENY"));
         assert_eq!(header("cache-control").as_deref(), Some("no-store"));
-        assert!(header("content-security-policy").unwrap().starts_with("default-src 'self'"));
+        assert!(header("content-security-policy").unwrap().starts_with("default-src 'none'"));
     }
 }
 
@@ -299,7 +299,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let desk = Desk::new();
-    assert_eq!(described.len(), 18);
+    assert_eq!(described.len(), 21);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = desk.get(&path.replace("{name}", "chamber"));
         let expected: &[u16] = if methods["get"].is_object() { &[200, 400] } else { &[405] };

@@ -231,11 +231,11 @@ fn bounded(
     let Some((reading, bounds)) = reading.and_then(|reading| Some((reading, Bounds::of(reading)?))) else {
         return Finding::default();
     };
-    let text = match reading.quality {
-        word if word == Quality::Valid.word() => format!("{series} shows {}", mbar(bounds.low)),
-        word => format!("{series} shows {word}"),
-    };
-    Finding { holds: judged(bounds), value: reading.pa, text: format!("{text}, the limit is {side} {}", mbar(limit)) }
+    // Where a range ends is no value.
+    let value = reading.pa.filter(|_| reading.quality == Quality::Valid.word());
+    let shown = value.map_or_else(|| reading.quality.to_owned(), mbar);
+    let text = format!("{series} shows {shown}, the limit is {side} {}", mbar(limit));
+    Finding { holds: judged(bounds), value, text }
 }
 
 fn mbar(pa: f64) -> String {

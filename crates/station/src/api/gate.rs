@@ -174,7 +174,7 @@ impl Gate {
     }
 
     fn is_our_origin(&self, origin: &HeaderValue, named: &str) -> bool {
-        let uri = origin.to_str().ok().and_then(|text| text.parse::<Uri>().ok());
+        let uri = origin.to_str().ok().and_then(|text| text.parse::<Uri>().ok()).filter(|uri| uri.scheme().is_some());
         let authority = uri.as_ref().and_then(Uri::authority).map(Authority::as_str);
         // A proxy may call us by another name than those who ask it.
         authority.is_some_and(|authority| authority.eq_ignore_ascii_case(named) || self.hosts.are_given(authority))

@@ -285,10 +285,10 @@ function History(): JSX.Element {
               <td>{WHATS[event.what] ?? event.what}</td>
               <td>
                 {event.alarm}
-                {event.text && <span class="muted"> {event.text}</span>}
+                {event.text && event.value === null && <span class="muted"> {event.text}</span>}
               </td>
-              <td>{event.who}</td>
-              <td>{quantity(event.value, event.unit, unit)}</td>
+              <td class="who">{event.who}</td>
+              <td class="who">{quantity(event.value, event.unit, unit)}</td>
             </tr>
           ))}
         </tbody>

@@ -14,6 +14,7 @@ import { isStale, worth } from '../pure/stale.ts'
 import type { Unit } from '../pure/units.ts'
 import { PRINCIPLES } from '../pure/words.ts'
 import { gaugePath, go, Link, usePlace } from '../router.tsx'
+import { isIn, onChange } from '../session.ts'
 import { useUnit } from '../settings.ts'
 import { Age, Complaints, Corrected } from './overview.tsx'
 
@@ -104,6 +105,7 @@ interface Read {
 
 /** What was read is kept while the dashboard is open: reading takes time of the bus. */
 const kept = new Map<string, Read>()
+onChange(() => isIn() || kept.clear())
 
 function Blocks({ gauge }: { gauge: Gauge }): JSX.Element {
   const [read, setRead] = useState<Read>(kept.get(gauge.name) ?? { blocks: null, at: null, error: null })

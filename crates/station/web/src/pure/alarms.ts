@@ -43,11 +43,12 @@ export function byUrgency(one: Alarm, other: Alarm): number {
 }
 
 /** What all pages show in their frame: the highest priority that somebody must look at, and how many. */
-export function summary(standing: StandingAlarms): { priority: Priority; active: number; unacknowledged: number } | null {
+export function summary(standing: StandingAlarms): { priority: Priority; here: number; active: number; unacknowledged: number } | null {
   const count = (of: (count: Count) => number): number => PRIORITIES.reduce((sum, priority) => sum + of(standing[priority]), 0)
   const [active, unacknowledged] = [count((one) => one.active), count((one) => one.unacknowledged)]
   const highest = PRIORITIES.find((priority) => standing[priority].active + standing[priority].unacknowledged > 0)
-  return highest ? { priority: highest, active, unacknowledged } : null
+  if (!highest) return null
+  return { priority: highest, here: standing[highest].active, active, unacknowledged }
 }
 
 /** A value or a limit of an alarm, in the unit that somebody has chosen. */

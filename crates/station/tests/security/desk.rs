@@ -1,0 +1,288 @@
+//! A station with users on loopback, and whoever asks it: by hand, so that nothing is sent that a test does not say.
+
+use profivac_station::people::password::Hash;
+use profivac_station::people::users::Users;
+use profivac_station::people::{Access, Role};
+use profivac_station::plant::Plant;
+use profivac_station::recorder::{Micros, Recorder, Settings};
+use profivac_station::server::{Server, Setup, TlsFiles};
+use rcgen::{CertifiedKey, generate_simple_self_signed};
+use serde_json::Value;
+use std::fs;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::sync::{Arc, LazyLock};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use tokio_rustls::rustls::crypto::ring::default_provider;
+use tokio_rustls::rustls::pki_types::pem::PemObject;
+use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
+use tokio_rustls::rustls::{
+    self, ClientConfig, ClientConnection, RootCertStore, StreamOwned, SupportedProtocolVersion,
+};
+
+/// Longer than anything takes.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The password of everybody here.
+pub const PASSWORD: &str = "tin whisker plateau";
+
+static HASH: LazyLock<Hash> = LazyLock::new(|| Hash::of(PASSWORD).unwrap());
+
+/// A station that runs.
+pub struct Desk {
+    folder: TempDir,
+    pub plant: Arc<Plant>,
+    pub server: Server,
+}
+
+impl Desk {
+    /// With ada (engineer), olga (operator) and vera (viewer).
+    pub fn new() -> Self {
+        Self::with(|_, _| {})
+    }
+
+    /// The same with TLS.
+    pub fn with_tls() -> Self {
+        Self::with(|setup, folder| setup.tls = Some(certificate(folder)))
+    }
+
+    /// Nobody logs in.
+    pub fn open(role: Role) -> Self {
+        Self::with(|setup, _| setup.access = Access::everybody("demo", role))
+    }
+
+    pub fn with(change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let users = folder.path().join("users.toml");
+        Users::change(&users, |users| {
+            users.add("ada", Role::Engineer, HASH.clone())?;
+            users.add("olga", Role::Operator, HASH.clone())?;
+            users.add("vera", Role::Viewer, HASH.clone())
+        })
+        .unwrap();
+        let mut setup = Setup::new("127.0.0.1:0".parse().unwrap(), Access::Users(users));
+        change(&mut setup, &folder);
+        let file = folder.path().join("plant.db");
+        let recorder = Recorder::start(&file, Settings::default()).unwrap();
+        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        let server = Server::start(Arc::clone(&plant), setup).unwrap();
+        Self { folder, plant, server }
+    }
+
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn port(&self) -> u16 {
+        self.server.address().port()
+    }
+
+    /// A connection to it.
+    pub fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(SocketAddr::from(([127, 0, 0, 1], self.port()))).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    pub fn get(&self, path: &str) -> Answer {
+        Ask::get(path).to(self)
+    }
+
+    /// Somebody who has logged in.
+    pub fn login(&self, name: &str) -> Page {
+        let answer = Ask::login(name, PASSWORD).to(self);
+        assert_eq!(answer.status, 200, "{answer:?}");
+        Page::of(&answer)
+    }
+
+    /// What the record says about who came and went, once it says this. The earliest first.
+    pub fn told(&self, sentence: &str) -> Vec<String> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            assert!(self.plant.recorder().flush());
+            let events = self.plant.reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+            let access = events.into_iter().rev().filter(|event| event.kind.word() == "access");
+            let texts: Vec<_> = access.map(|event| event.text).collect();
+            if texts.iter().any(|text| text.contains(sentence)) {
+                return texts;
+            }
+            assert!(Instant::now() < end, "{sentence:?} is never told: {texts:?}");
+            std::thread::yield_now();
+        }
+    }
+
+    /// Changes the users' file as `profivac user` does.
+    pub fn change(&self, change: impl FnOnce(&mut Users)) {
+        let changed = |users: &mut Users| {
+            change(users);
+            Ok(())
+        };
+        Users::change(&self.file("users.toml"), changed).unwrap();
+    }
+}
+
+/// A certificate for this computer, and its key.
+pub fn certificate(folder: &TempDir) -> TlsFiles {
+    let files = TlsFiles { certificate: folder.path().join("a.pem"), key: folder.path().join("a.key") };
+    renew(&files);
+    files
+}
+
+/// A new one in the same place.
+pub fn renew(files: &TlsFiles) {
+    let names = ["localhost".to_owned(), "127.0.0.1".to_owned()];
+    let CertifiedKey { cert, signing_key } = generate_simple_self_signed(names).unwrap();
+    fs::write(&files.certificate, cert.pem()).unwrap();
+    fs::write(&files.key, signing_key.serialize_pem()).unwrap();
+    fs::set_permissions(&files.key, fs::Permissions::from_mode(0o600)).unwrap();
+}
+
+/// A request.
+#[derive(Clone)]
+pub struct Ask {
+    method: String,
+    path: String,
+    host: String,
+    headers: Vec<String>,
+    body: String,
+}
+
+impl Ask {
+    pub fn new(method: &str, path: &str) -> Self {
+        let (method, path) = (method.to_owned(), path.to_owned());
+        Self { method, path, host: "localhost".to_owned(), headers: Vec::new(), body: String::new() }
+    }
+
+    pub fn get(path: &str) -> Self {
+        Self::new("GET", path)
+    }
+
+    /// With JSON.
+    pub fn post(path: &str, body: &Value) -> Self {
+        Self::new("POST", path).header("content-type: application/json").body(&body.to_string())
+    }
+
+    pub fn login(name: &str, password: &str) -> Self {
+        Self::post("/api/login", &serde_json::json!({ "name": name, "password": password }))
+    }
+
+    pub fn header(mut self, line: &str) -> Self {
+        self.headers.push(line.to_owned());
+        self
+    }
+
+    pub fn host(mut self, host: &str) -> Self {
+        host.clone_into(&mut self.host);
+        self
+    }
+
+    pub fn body(mut self, body: &str) -> Self {
+        body.clone_into(&mut self.body);
+        self
+    }
+
+    /// With a session's cookie alone, as a page from elsewhere would.
+    pub fn cookie(self, page: &Page) -> Self {
+        let line = format!("cookie: {}", page.cookie);
+        self.header(&line)
+    }
+
+    /// With cookie and token, as our page does.
+    pub fn by(self, page: &Page) -> Self {
+        let line = format!("x-csrf-token: {}", page.token);
+        self.cookie(page).header(&line)
+    }
+
+    pub fn text(&self) -> String {
+        let Self { method, path, host, headers, body } = self;
+        let mut text = format!("{method} {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n");
+        headers.iter().for_each(|line| text += &format!("{line}\r\n"));
+        if !body.is_empty() {
+            text += &format!("content-length: {}\r\n", body.len());
+        }
+        text + "\r\n" + body
+    }
+
+    pub fn to(&self, desk: &Desk) -> Answer {
+        self.over(desk.connect())
+    }
+
+    pub fn over(&self, mut stream: impl Read + Write) -> Answer {
+        // Whoever is refused early may find the line closed.
+        let _sent = stream.write_all(self.text().as_bytes());
+        Answer::read(&mut stream)
+    }
+}
+
+/// What came back.
+#[derive(Debug)]
+pub struct Answer {
+    pub status: u16,
+    pub headers: Vec<(String, String)>,
+    pub body: String,
+}
+
+impl Answer {
+    pub fn read(stream: &mut impl Read) -> Self {
+        let mut octets = Vec::new();
+        // An end without the farewell of TLS is an end.
+        let _ended = stream.read_to_end(&mut octets);
+        let text = String::from_utf8_lossy(&octets).into_owned();
+        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
+        let mut lines = head.lines();
+        let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|status| status.parse().ok());
+        let pair = |line: &str| line.split_once(": ").map(|(name, value)| (name.to_lowercase(), value.to_owned()));
+        Self { status: status.unwrap_or(0), headers: lines.filter_map(pair).collect(), body: body.to_owned() }
+    }
+
+    pub fn header(&self, wanted: &str) -> Option<&str> {
+        self.headers.iter().find(|(name, _)| name == wanted).map(|(_, value)| value.as_str())
+    }
+
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.body).unwrap_or_else(|error| panic!("{error}: {self:?}"))
+    }
+
+    pub fn problem(&self) -> String {
+        self.json()["problem"].as_str().unwrap().to_owned()
+    }
+}
+
+/// What a page has after somebody has logged in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page {
+    pub cookie: String,
+    pub token: String,
+}
+
+impl Page {
+    pub fn of(answer: &Answer) -> Self {
+        let cookie = answer.header("set-cookie").unwrap();
+        let cookie = cookie.split(';').next().unwrap().to_owned();
+        Self { cookie, token: answer.json()["token"].as_str().unwrap().to_owned() }
+    }
+}
+
+/// A connection over TLS that trusts this certificate.
+pub fn tls(
+    desk: &Desk,
+    certificate: &str,
+    versions: &[&'static SupportedProtocolVersion],
+) -> Result<StreamOwned<ClientConnection, TcpStream>, rustls::Error> {
+    let mut roots = RootCertStore::empty();
+    roots.add(CertificateDer::from_pem_file(desk.file(certificate)).unwrap())?;
+    let config = ClientConfig::builder_with_provider(Arc::new(default_provider()))
+        .with_protocol_versions(versions)?
+        .with_root_certificates(roots)
+        .with_no_client_auth();
+    let name = ServerName::try_from("localhost").unwrap();
+    let mut connection = ClientConnection::new(Arc::new(config), name)?;
+    let mut stream = desk.connect();
+    while connection.is_handshaking() {
+        connection.complete_io(&mut stream).map_err(|error| rustls::Error::General(error.to_string()))?;
+    }
+    Ok(StreamOwned::new(connection, stream))
+}

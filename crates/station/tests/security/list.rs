@@ -1,0 +1,46 @@
+//! The list itself: docs/security.md names tests that there are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// All sources of tests, one behind the other.
+fn tests(folder: &Path, all: &mut String) {
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let path = entry.path();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if path.is_dir() && name != "node_modules" && name != "dist" {
+            tests(&path, all);
+        } else if name.ends_with(".rs") || name.ends_with(".test.mjs") {
+            *all += &fs::read_to_string(&path).unwrap();
+        }
+    }
+}
+
+#[test]
+fn every_item_has_a_test_that_there_is() {
+    let list = fs::read_to_string(root().join("docs/security.md")).unwrap();
+    let mut all = String::new();
+    tests(&root().join("crates/station"), &mut all);
+    tests(&root().join("crates/cli"), &mut all);
+    let rows: Vec<_> = list.lines().filter(|line| line.starts_with("| ") && line.contains("| `")).collect();
+    assert!(rows.len() > 40, "{}", rows.len());
+    for row in rows {
+        let cell = row.trim_end_matches('|').rsplit('|').next().unwrap();
+        for name in cell.split('`').skip(1).step_by(2) {
+            let there = all.contains(&format!("fn {name}()")) || all.contains(&format!("test('{name}'"));
+            assert!(there, "there is no test {name:?}: {row}");
+        }
+    }
+}
+
+/// Nothing of what comes from others is ever a command.
+#[test]
+fn the_station_starts_no_other_program() {
+    let mut all = String::new();
+    tests(&root().join("crates/station/src"), &mut all);
+    assert!(!all.contains("process::Command") && !all.contains("Command::new"));
+}

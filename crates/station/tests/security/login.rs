@@ -1,0 +1,190 @@
+//! Names and passwords.
+
+use crate::desk::{Ask, Desk, PASSWORD, Page};
+use profivac_station::people::Role;
+use profivac_station::people::password::Hash;
+use serde_json::json;
+use std::fs;
+use std::net::SocketAddr;
+
+#[test]
+fn nothing_is_answered_before_somebody_has_logged_in() {
+    let desk = Desk::new();
+    let description: serde_json::Value = serde_json::from_str(&profivac_station::api::description()).unwrap();
+    let paths: Vec<_> =
+        description["paths"].as_object().unwrap().keys().map(|path| path.replace("{name}", "a")).collect();
+    for path in paths.iter().map(String::as_str).chain(["/api/openapi.json", "/api/no/such/thing", "/api/"]) {
+        let wanted = if path == "/api/session" { 200 } else { 401 };
+        let wanted = if path == "/api/login" { 405 } else { wanted };
+        assert_eq!(desk.get(path).status, wanted, "{path}");
+        let wanted = if path == "/api/login" { 400 } else { 401 };
+        let wanted = if path == "/api/session" { 403 } else { wanted };
+        assert_eq!(Ask::post(path, &json!({})).to(&desk).status, wanted, "{path}");
+    }
+    let nobody = desk.get("/api/session").json();
+    assert_eq!(nobody, json!({ "name": "anybody", "role": "viewer", "token": "", "door": "out" }));
+    assert_eq!(desk.get("/").status, 200, "the page itself is no secret");
+}
+
+#[test]
+fn whoever_logs_in_has_their_own_name_and_role() {
+    let desk = Desk::new();
+    for (name, role) in [("ada", "engineer"), ("olga", "operator"), ("vera", "viewer")] {
+        let page = desk.login(name);
+        let session = Ask::get("/api/session").by(&page).to(&desk).json();
+        assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "door": "in" }));
+    }
+    let told = desk.told("vera (viewer) logged in from 127.0.0.1");
+    assert_eq!(told.len(), 3);
+}
+
+#[test]
+fn there_are_no_users_before_somebody_makes_them() {
+    let desk = Desk::open(Role::Viewer);
+    for name in ["root", "admin", "engineer", "profivac", "demo", "anybody", ""] {
+        let refused = Ask::login(name, name).header(&format!("x-csrf-token: {}", token(&desk))).to(&desk);
+        assert_eq!((refused.status, refused.problem().starts_with("nobody logs in here")), (404, true), "{name}");
+    }
+}
+
+fn token(desk: &Desk) -> String {
+    desk.get("/api/session").json()["token"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_wrong_name_and_a_wrong_password_look_the_same() {
+    let desk = Desk::new();
+    let answers = [("ada", "wrong"), ("nobody", "wrong"), ("nobody", PASSWORD), ("", "")];
+    let answers = answers.map(|(name, password)| Ask::login(name, password).to(&desk));
+    for answer in &answers {
+        assert_eq!((answer.status, &answer.body), (401, &answers[0].body));
+        assert_eq!(answer.headers.len(), answers[0].headers.len());
+        assert_eq!(answer.header("set-cookie"), None);
+    }
+}
+
+#[test]
+fn a_password_is_taken_exactly_as_it_is_typed() {
+    let desk = Desk::new();
+    let long = format!(
+        "{PASSWORD}, and a very long sentence behind it that nobody ever types: äöü 气压计 {}",
+        "x".repeat(300)
+    );
+    desk.change(|users| users.get_mut("vera").unwrap().password = Hash::of(&long).unwrap());
+    desk.told("the password of vera was changed");
+    assert_eq!(Ask::login("vera", &long).to(&desk).status, 200);
+    for near in [long[..long.len() - 1].to_owned(), format!("{long} "), format!(" {long}"), long.to_uppercase()] {
+        assert_eq!(Ask::login("vera", &near).to(&desk).status, 401);
+    }
+}
+
+#[test]
+fn one_changes_ones_password_with_the_one_before() {
+    let desk = Desk::new();
+    let (page, other) = (desk.login("vera"), desk.login("vera"));
+    let change = |page: &Page, current: &str, new: &str| {
+        Ask::post("/api/password", &json!({ "current": current, "new": new })).by(page).to(&desk)
+    };
+    let new = "orchid ladder seventeen";
+    assert_eq!(change(&page, "wrong", new).status, 403);
+    for unfit in ["short", "password1", "1234567890", "verahall", "vera1234", "qwertyuiop"] {
+        let refused = change(&page, PASSWORD, unfit);
+        assert_eq!(refused.status, 400, "{unfit}: {}", refused.body);
+    }
+    let changed = change(&page, PASSWORD, new);
+    assert_eq!(changed.status, 200, "{changed:?}");
+    let fresh = Page::of(&changed);
+    assert_ne!((&fresh.cookie, &fresh.token), (&page.cookie, &page.token));
+    for (page, status) in [(&fresh, 200), (&page, 401), (&other, 401)] {
+        assert_eq!(Ask::get("/api/gauges").cookie(page).to(&desk).status, status);
+    }
+    assert_eq!(Ask::login("vera", PASSWORD).to(&desk).status, 401);
+    assert_eq!(Ask::login("vera", new).to(&desk).status, 200);
+    desk.told("the password of vera was changed");
+}
+
+#[test]
+fn who_guesses_waits_and_is_told_how_long() {
+    let desk = Desk::new();
+    let page = desk.login("vera");
+    let answers: Vec<_> = (0..24).map(|number| Ask::login("ada", &format!("guess {number}")).to(&desk)).collect();
+    assert!(answers.iter().take(19).all(|answer| answer.status == 401));
+    let last = answers.last().unwrap();
+    assert_eq!(last.status, 429);
+    let wait: u64 = last.header("retry-after").unwrap().parse().unwrap();
+    assert!((1..=7).contains(&wait), "{wait}");
+    let right = Ask::login("ada", PASSWORD).to(&desk);
+    assert_eq!(right.status, 429, "whoever guesses does not learn when they are right");
+    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200, "who is in stays in");
+    desk.told("too many logins from 127.0.0.1");
+}
+
+#[test]
+fn what_is_written_down_holds_no_secret() {
+    let desk = Desk::new();
+    let page = desk.login("ada");
+    let typed_into_the_wrong_field = "orchid ladder seventeen";
+    Ask::login(typed_into_the_wrong_field, "").to(&desk);
+    Ask::login("ada", typed_into_the_wrong_field).to(&desk);
+    Ask::login("evil\r\nname\u{202e}\u{1b}[31m", "wrong").to(&desk);
+    Ask::post("/api/logout", &json!(null)).cookie(&page).header("x-csrf-token: nonsense").to(&desk);
+    Ask::post("/api/logout", &json!(null)).by(&page).to(&desk);
+    let told = desk.told("ada logged out from 127.0.0.1");
+    assert_eq!(
+        told,
+        [
+            "ada (engineer) logged in from 127.0.0.1",
+            "somebody at 127.0.0.1 tried to log in under a name that there is not",
+            "ada was not logged in from 127.0.0.1: wrong password",
+            "somebody at 127.0.0.1 tried to log in under a name that there is not",
+            "refused for ada at 127.0.0.1, \"/api/logout\": expected the header x-csrf-token with the token that /api/session gives",
+            "ada logged out from 127.0.0.1",
+        ]
+    );
+}
+
+#[test]
+fn a_users_file_that_others_can_read_or_that_is_wrong_changes_nothing() {
+    use std::os::unix::fs::PermissionsExt;
+    let desk = Desk::new();
+    let file = desk.file("users.toml");
+    let page = desk.login("ada");
+    fs::write(&file, "[[user]]\nname = \"eve\"\nrole = \"engineer\"\npassword = \"orchid ladder\"\n").unwrap();
+    let told = desk.told("the users stay as they were");
+    assert!(told.last().unwrap().ends_with("line 4, column 12 of their file is wrong"), "{told:?}");
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
+    let told = desk.told("is open to others (mode 644): chmod 600");
+    assert!(told.iter().all(|line| !line.contains("orchid")), "{told:?}");
+    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200);
+}
+
+/// Whoever would be reached by others has both, or does not begin.
+#[test]
+fn others_reach_only_what_has_tls_and_users() {
+    use profivac_station::people::Access;
+    use profivac_station::people::users::Users;
+    use profivac_station::plant::Plant;
+    use profivac_station::recorder::{Recorder, Settings};
+    use profivac_station::server::{Server, Setup};
+    let folder = tempfile::tempdir().unwrap();
+    let users = folder.path().join("users.toml");
+    Users::change(&users, |_| Ok(())).unwrap();
+    let file = folder.path().join("plant.db");
+    let recorder = Recorder::start(&file, Settings::default()).unwrap();
+    let plant = std::sync::Arc::new(Plant::new("hall".to_owned(), file, recorder));
+    let everywhere: SocketAddr = "0.0.0.0:0".parse().unwrap();
+    let start = |access: Access, with_tls: bool| {
+        let tls = with_tls.then(|| crate::desk::certificate(&folder));
+        let setup = Setup { tls, ..Setup::new(everywhere, access) };
+        Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
+    };
+    let of_file = || Access::Users(users.clone());
+    assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
+    for nobody in [of_file(), Access::look(), Access::everybody("demo", Role::Engineer)] {
+        assert!(start(nobody, true).unwrap_err().contains("that needs users"));
+    }
+    let hash = Hash::of(PASSWORD).unwrap();
+    Users::change(&users, |users| users.add("ada", Role::Engineer, hash)).unwrap();
+    assert_eq!(start(of_file(), true), Ok(()));
+    assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
+}

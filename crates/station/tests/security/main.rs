@@ -1,0 +1,10 @@
+//! What an attacker tries, against a real server on loopback: docs/security.md names the test for each item.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod desk;
+mod list;
+mod login;
+mod requests;
+mod sessions;
+mod tls;

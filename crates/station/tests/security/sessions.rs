@@ -1,0 +1,122 @@
+//! Sessions and their cookies.
+
+use crate::desk::{Answer, Ask, Desk, Page};
+use profivac_station::people::Role;
+use serde_json::json;
+use std::collections::HashSet;
+use std::io::{Read, Write};
+
+fn status(desk: &Desk, page: &Page) -> u16 {
+    Ask::get("/api/gauges").cookie(page).to(desk).status
+}
+
+fn logout(desk: &Desk, page: &Page) -> Answer {
+    Ask::post("/api/logout", &json!(null)).by(page).to(desk)
+}
+
+#[test]
+fn the_name_of_a_session_is_never_the_same_and_cannot_be_guessed() {
+    let desk = Desk::new();
+    let pages: Vec<_> = (0..8).map(|_| desk.login("ada")).collect();
+    let secrets: HashSet<_> = pages.iter().flat_map(|page| [&page.cookie, &page.token]).collect();
+    assert_eq!(secrets.len(), 16);
+    for page in &pages {
+        let (_, id) = page.cookie.split_once('=').unwrap();
+        assert_eq!((id.len(), page.token.len()), (64, 64), "256 bits");
+        assert_ne!(id, page.token);
+    }
+}
+
+#[test]
+fn a_session_that_somebody_else_chose_is_none() {
+    let desk = Desk::new();
+    let chosen = format!("cookie: profivac-{}={}", desk.port(), "ab".repeat(32));
+    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&desk).status, 401);
+    let answer = Ask::login("ada", crate::desk::PASSWORD).header(&chosen).to(&desk);
+    assert!(!answer.header("set-cookie").unwrap().contains(&"ab".repeat(32)));
+    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&desk).status, 401);
+}
+
+#[test]
+fn who_logs_in_again_has_a_new_session_and_the_old_one_ends() {
+    let desk = Desk::new();
+    let old = desk.login("vera");
+    let new = Page::of(&Ask::login("ada", crate::desk::PASSWORD).cookie(&old).to(&desk));
+    assert_ne!(old, new);
+    assert_eq!((status(&desk, &old), status(&desk, &new)), (401, 200));
+}
+
+#[test]
+fn who_logs_out_is_out() {
+    let desk = Desk::new();
+    let (page, other) = (desk.login("ada"), desk.login("ada"));
+    let left = logout(&desk, &page);
+    assert_eq!(left.status, 204);
+    let cookie = left.header("set-cookie").unwrap();
+    assert!(cookie.starts_with(&format!("profivac-{}=;", desk.port())) && cookie.contains("Max-Age=0"), "{cookie}");
+    assert_eq!((status(&desk, &page), status(&desk, &other)), (401, 200));
+    assert_eq!(logout(&desk, &page).status, 401);
+}
+
+#[test]
+fn who_is_removed_is_out_and_their_stream_ends() {
+    let desk = Desk::new();
+    let (ada, vera) = (desk.login("ada"), desk.login("vera"));
+    let mut stream = desk.connect();
+    stream.write_all(Ask::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
+    assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
+    desk.change(|users| users.remove("vera").unwrap());
+    stream.read_to_end(&mut Vec::new()).unwrap();
+    assert_eq!((status(&desk, &vera), status(&desk, &ada)), (401, 200));
+    desk.told("the user vera was removed");
+}
+
+#[test]
+fn a_new_role_holds_at_once() {
+    let desk = Desk::new();
+    let ada = desk.login("ada");
+    desk.change(|users| users.get_mut("ada").unwrap().role = Role::Viewer);
+    desk.told("the user ada is now viewer");
+    assert_eq!(Ask::get("/api/session").by(&ada).to(&desk).json()["role"], "viewer");
+}
+
+#[test]
+fn the_cookie_is_for_our_page_on_this_computer_alone() {
+    let desk = Desk::new();
+    let answer = Ask::login("ada", crate::desk::PASSWORD).to(&desk);
+    let cookie = answer.header("set-cookie").unwrap();
+    let (_, attributes) = cookie.split_once("; ").unwrap();
+    assert_eq!(attributes, "Path=/; HttpOnly; SameSite=Strict");
+    assert!(cookie.starts_with(&format!("profivac-{}=", desk.port())));
+    assert!(!answer.body.contains(cookie.split_once('=').unwrap().1.split(';').next().unwrap()));
+}
+
+/// A name that is not of this computer alone is one of a proxy, which speaks TLS.
+#[test]
+fn behind_a_proxy_the_cookie_goes_over_tls_alone() {
+    let desk = Desk::with(|setup, _| setup.hosts = vec!["vacuum.example".to_owned()]);
+    let origin = "origin: https://vacuum.example";
+    let answer = Ask::login("ada", crate::desk::PASSWORD).host("vacuum.example").header(origin).to(&desk);
+    let cookie = answer.header("set-cookie").unwrap();
+    assert!(cookie.starts_with("__Host-profivac-") && cookie.ends_with("; Secure"), "{cookie}");
+    let page = Page::of(&answer);
+    assert_eq!(Ask::get("/api/gauges").host("vacuum.example").cookie(&page).to(&desk).status, 200);
+    let renamed = Ask::post("/api/logout", &json!(null)).by(&page).host("vacuum.example:443").header(origin);
+    assert_eq!(renamed.to(&desk).status, 204);
+}
+
+#[test]
+fn cookies_of_others_and_very_many_are_nothing() {
+    let desk = Desk::new();
+    let page = desk.login("ada");
+    let ask = |cookies: &str| Ask::get("/api/gauges").header(&format!("cookie: {cookies}")).to(&desk).status;
+    assert_eq!(ask(&format!("a=b; {}; c=d", page.cookie)), 200);
+    assert_eq!(ask(&format!("{0}; {0}", page.cookie)), 401, "which of two it is would be a guess");
+    assert_eq!(ask(&page.cookie.replace("profivac-", "__Host-profivac-")), 401);
+    assert_eq!(ask(&page.cookie.to_uppercase()), 401);
+    assert_eq!(ask(&format!("{}; {}", "a=b; ".repeat(4000), page.cookie)), 200);
+    assert_eq!(ask(&"a".repeat(60_000)), 431);
+    for cookie in ["=", ";;;", "profivac", "\u{7f}", "ä=ö"] {
+        assert_eq!(ask(cookie), if cookie == "\u{7f}" { 400 } else { 401 }, "{cookie:?}");
+    }
+}

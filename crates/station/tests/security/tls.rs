@@ -1,0 +1,124 @@
+//! TLS.
+
+use crate::desk::{Answer, Ask, Desk, PASSWORD, Page, certificate, renew, tls};
+use profivac_station::server::{Keys, Limits, TlsFiles};
+use std::fs;
+use std::io::{Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::time::Duration;
+use tokio_rustls::rustls::version::{TLS12, TLS13};
+
+#[test]
+fn over_tls_the_cookie_and_the_browser_go_nowhere_else() {
+    let desk = Desk::with_tls();
+    assert!(desk.server.url().starts_with("https://"));
+    let ask = |ask: &Ask| ask.over(tls(&desk, "a.pem", &[&TLS13]).unwrap());
+    let answer = ask(&Ask::login("ada", PASSWORD).header("origin: https://localhost"));
+    assert_eq!(answer.header("strict-transport-security"), Some("max-age=31622400"));
+    let cookie = answer.header("set-cookie").unwrap();
+    assert!(cookie.starts_with(&format!("__Host-profivac-{}=", desk.port())), "{cookie}");
+    assert!(cookie.ends_with("; Path=/; HttpOnly; SameSite=Strict; Secure"), "{cookie}");
+    assert_eq!(ask(&Ask::get("/api/gauges").cookie(&Page::of(&answer))).status, 200);
+    let refused = ask(&Ask::get("/").host("evil.example"));
+    assert_eq!((refused.status, refused.header("strict-transport-security").is_some()), (421, true));
+}
+
+#[test]
+fn old_versions_of_tls_are_not_spoken() {
+    let desk = Desk::with_tls();
+    for version in [&TLS12, &TLS13] {
+        assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[version]).unwrap()).status, 200);
+    }
+    let first = |version: [u8; 2]| {
+        let mut stream = desk.connect();
+        stream.write_all(&hello(version)).unwrap();
+        let mut record = [0; 7];
+        stream.read_exact(&mut record).unwrap();
+        record
+    };
+    assert_eq!(first([3, 3])[0], 22, "the same with TLS 1.2 is answered");
+    for version in [[3, 2], [3, 1], [3, 0]] {
+        let record = first(version);
+        assert_eq!((record[0], &record[5..]), (21, &[2, 70][..]), "protocol_version");
+    }
+}
+
+/// The beginning of a handshake that knows nothing later than this version, with a suite that TLS 1.2 has.
+fn hello(version: [u8; 2]) -> Vec<u8> {
+    const SUITES: [u8; 6] = [0, 2, 0xC0, 0x2B, 1, 0];
+    const GROUPS: [u8; 8] = [0, 10, 0, 4, 0, 2, 0, 23];
+    const POINTS: [u8; 6] = [0, 11, 0, 2, 1, 0];
+    const SIGNATURES: [u8; 8] = [0, 13, 0, 4, 0, 2, 4, 3];
+    let extensions = [&GROUPS[..], &POINTS, &SIGNATURES].concat();
+    let mut body = [&version[..], &[7; 32], &[0], &SUITES, &[0, extensions.len() as u8]].concat();
+    body.extend(extensions);
+    let length = body.len() as u8;
+    [&[22, 3, 1, 0, length + 4, 1, 0, 0, length][..], &body].concat()
+}
+
+#[test]
+fn who_does_not_speak_tls_is_told_so_and_nothing_else() {
+    let desk = Desk::with_tls();
+    let answer = Ask::login("ada", PASSWORD).to(&desk);
+    assert_eq!(answer.status, 400);
+    assert_eq!(answer.body, "Here TLS is spoken: the address begins with https.\n");
+    let mut stream = desk.connect();
+    stream.write_all(&[0; 600]).unwrap();
+    // Refused, however that looks.
+    let _ended = stream.read_to_end(&mut Vec::new());
+    assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[&TLS13]).unwrap()).status, 200);
+}
+
+#[test]
+fn who_never_ends_a_handshake_is_left_and_takes_a_place_meanwhile() {
+    let limits = Limits { head: Duration::from_millis(300), connections: 2, ..Limits::default() };
+    let desk = Desk::with(|setup, folder| {
+        setup.tls = Some(certificate(folder));
+        setup.limits = limits;
+    });
+    let mut slow: Vec<_> = (0..2).map(|_| desk.connect()).collect();
+    slow[1].write_all(&[22, 3, 1]).unwrap();
+    let mut third = desk.connect();
+    // No place: it is closed before anything was said.
+    assert!(!matches!(third.read(&mut [0; 1]), Ok(1..)));
+    for stream in &mut slow {
+        let _ended = stream.read_to_end(&mut Vec::new());
+    }
+    assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[&TLS13]).unwrap()).status, 200);
+}
+
+#[test]
+fn a_renewed_certificate_holds_for_the_next_connection() {
+    let desk = Desk::with_tls();
+    let files = TlsFiles { certificate: desk.file("a.pem"), key: desk.file("a.key") };
+    let mut before = tls(&desk, "a.pem", &[&TLS13]).unwrap();
+    fs::copy(&files.certificate, desk.file("old.pem")).unwrap();
+    renew(&files);
+    assert!(tls(&desk, "a.pem", &[&TLS13]).is_err());
+    desk.server.renew().unwrap();
+    assert!(tls(&desk, "a.pem", &[&TLS13]).is_ok() && tls(&desk, "old.pem", &[&TLS13]).is_err());
+    fs::write(&files.key, "nonsense").unwrap();
+    assert!(desk.server.renew().unwrap_err().to_string().ends_with("a.key: expected a key as PEM: there is none"));
+    assert!(tls(&desk, "a.pem", &[&TLS13]).is_ok());
+    before.write_all(Ask::get("/").text().as_bytes()).unwrap();
+    assert_eq!(Answer::read(&mut before).status, 200);
+}
+
+#[test]
+fn what_is_wrong_with_certificate_and_key_is_told_before_anything_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = certificate(&folder);
+    let told = || Keys::read(files.clone()).err().map(|error| error.to_string()).unwrap_or_default();
+    assert_eq!(told(), "");
+    fs::set_permissions(&files.key, fs::Permissions::from_mode(0o644)).unwrap();
+    assert!(told().contains("a.key holds secrets and is open to others (mode 644): chmod 600 "), "{}", told());
+    fs::set_permissions(&files.key, fs::Permissions::from_mode(0o600)).unwrap();
+    let key = fs::read(&files.key).unwrap();
+    renew(&files);
+    fs::write(&files.key, key).unwrap();
+    assert!(told().contains("cannot be used together"), "{}", told());
+    fs::write(&files.certificate, "").unwrap();
+    assert!(told().ends_with("a.pem: expected a certificate as PEM: there is none"), "{}", told());
+    fs::remove_file(&files.key).unwrap();
+    assert!(told().contains("a.key: "), "{}", told());
+}
