@@ -11,13 +11,16 @@ use profivac_station::plant::Plant;
 use profivac_station::recorder::{Micros, Recorder, Settings};
 use profivac_station::webhook::{Courier, Patience, WebhookView};
 use serde_json::Value;
+use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
+use tokio_rustls::rustls::pki_types::PrivateKeyDer;
+use tokio_rustls::rustls::{ServerConfig, ServerConnection, StreamOwned, crypto};
 
 /// Long enough for a computer that is busy with something else.
 const LONG: Duration = Duration::from_secs(60);
@@ -83,7 +86,7 @@ fn receiver(moods: &'static [Mood]) -> (String, Receiver<Came>) {
     (address, came)
 }
 
-fn read(stream: &TcpStream) -> Option<Came> {
+fn read(stream: impl Read) -> Option<Came> {
     let mut reader = BufReader::new(stream);
     let mut head = String::new();
     while !head.ends_with("\r\n\r\n") {
@@ -293,6 +296,51 @@ fn what_nobody_understands_and_what_is_too_old_or_too_much_is_given_up() {
     assert_eq!(events[0], "webhook \"ops\" was not told of 1 letters: the answer is 400");
     assert_eq!(events[1], "webhook \"ops\" was not told of 1 letters: there are too many");
     assert_eq!(events[2], "webhook \"ops\" was not told of 1 letters: it is too old");
+}
+
+/// A server with a certificate of its own, and the file with it. It takes everything.
+fn secure(folder: &Path) -> (String, Receiver<Came>) {
+    let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
+    fs::write(folder.join("ca.pem"), made.cert.pem()).unwrap();
+    let key = PrivateKeyDer::try_from(made.signing_key.serialize_der()).unwrap();
+    let provider = Arc::new(crypto::ring::default_provider());
+    let config = ServerConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+    let config = Arc::new(config.with_no_client_auth().with_single_cert(vec![made.cert.der().clone()], key).unwrap());
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let (sender, came) = channel();
+    std::thread::spawn(move || {
+        for stream in listener.incoming() {
+            let connection = ServerConnection::new(Arc::clone(&config)).unwrap();
+            let mut stream = StreamOwned::new(connection, stream.unwrap());
+            let Some(request) = read(&mut stream) else { continue };
+            stream.write_all(b"HTTP/1.1 200 OK\r\ncontent-length: 0\r\n\r\n").ok();
+            stream.flush().ok();
+            if sender.send(request).is_err() {
+                return;
+            }
+        }
+    });
+    (format!("localhost:{port}"), came)
+}
+
+#[test]
+fn over_https_only_those_are_told_for_whom_somebody_vouches() {
+    let folder = tempfile::tempdir().unwrap();
+    let (address, came) = secure(folder.path());
+    let stranger = webhook(&address, "");
+    let url = format!("https://{address}/hook").parse().unwrap();
+    let stranger = Webhook { url, token: webhook("127.0.0.1:1", "token = 's3cret'").token, ..stranger };
+    let known = Webhook { name: "known".to_owned(), ca_file: Some(folder.path().join("ca.pem")), ..stranger.clone() };
+    let desk = Desk::new(&[&stranger, &known]);
+    desk.chatter();
+    let _courier = desk.start(&stranger, QUICK);
+    let view = desk.until("ops", |view| view.problem.is_some());
+    assert!(view.problem.unwrap().starts_with("there is no secure connection: invalid peer certificate"));
+    assert!(came.try_recv().is_err(), "nobody was told anything");
+    let _courier = desk.start(&known, QUICK);
+    assert_eq!(came.recv_timeout(LONG).unwrap().header("authorization"), Some("Bearer s3cret"));
+    desk.until("known", |view| view.delivered == 2);
 }
 
 #[test]

@@ -67,14 +67,11 @@ pub fn begin(plant: &Plant, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
 
 fn file(fakes: &[Fake]) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
-    let mut segment = "";
-    for fake in fakes {
-        if fake.segment != segment {
-            segment = fake.segment;
-            writeln!(text, "[[segment]]\nname = {segment:?}\nport = {segment:?}\nmaster = 1")?;
+    for segment in ["hall", "beam line", "bench"] {
+        writeln!(text, "[[segment]]\nname = {segment:?}\nport = {segment:?}\nmaster = 1")?;
+        for Fake { name, address, device, .. } in fakes.iter().filter(|fake| fake.segment == segment) {
+            writeln!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {address}\ndevice = {device:?}")?;
         }
-        let Fake { name, address, device, .. } = fake;
-        writeln!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {address}\ndevice = {device:?}")?;
     }
     Ok(text + ALARMS)
 }
