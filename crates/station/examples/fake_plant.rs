@@ -60,6 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         answer(&plant, segment);
     }
     alarms::begin(&plant, &fakes)?;
+    plant.note(None, EventKind::Station, "the station begins");
     let _watcher = Watcher::start(Arc::clone(&plant))?;
     let users = folder.path().join("users.toml");
     let access = match (said("users"), said("viewer")) {
@@ -115,7 +116,6 @@ fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
         let _written =
             plant.recorder().event(Event { at, gauge: gauge.map(str::to_owned), kind, text: text.to_owned() });
     }
-    plant.note(None, EventKind::Station, "the station begins");
 }
 
 /// What a gauge shows at a second, on its way to the record.

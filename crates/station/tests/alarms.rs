@@ -377,6 +377,8 @@ fn a_changed_file_leaves_alarms_where_they_stand() {
     desk.book.become_like(vec![higher], Vec::new(), now);
     assert_eq!(desk.state(), State::Acknowledged);
     assert_eq!(desk.look(&sight(2.0, "valid")), [What::Returned]);
+    assert_eq!(desk.book.clone().become_like(Vec::new(), Vec::new(), now), [], "what is normal goes without a word");
+    desk.look(&sight(20.0, "valid"));
     let gone = desk.book.become_like(Vec::new(), Vec::new(), now);
     assert_eq!(gone.iter().map(|change| change.what).collect::<Vec<_>>(), [What::Removed]);
 }

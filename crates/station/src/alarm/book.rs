@@ -322,7 +322,7 @@ impl Book {
             let text = format!("it does not stand in the file any more (it was {})", entry.life.state.word());
             entry.change(What::Removed, State::Normal, None, text, now)
         };
-        old.into_iter().map(removed).collect()
+        old.into_iter().filter(|entry| entry.life.state != State::Normal).map(removed).collect()
     }
 
     /// Looks at the plant.

@@ -3,14 +3,15 @@
 //! What changes is handed to the recorder while the book is held, so the order in the file is the order in which it happened.
 //! Nobody waits for the disk with the book in hand.
 
-use super::book::{Book, Change, Life, Now, Refusal};
+use super::book::{Book, Change, Life, Now, Refusal, What};
 use super::judge::Sight;
 use super::paper::{Addressee, written};
 use super::rule::Rule;
+use super::state::State;
 use super::view::{Alarm, Standing};
 use crate::plant::Plant;
-use crate::recorder::alarms::Batch;
-use crate::recorder::{Event, EventKind, Micros, Recorder, StoreError, Written};
+use crate::recorder::alarms::{Batch, Line};
+use crate::recorder::{Event, Micros, Reader, Recorder, StoreError, Written};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -69,21 +70,17 @@ impl Alarms {
     /// # Errors
     /// [`StoreError`] when the record cannot be read.
     pub fn begin(&self, plant: &Plant, rules: Vec<Rule>, addressees: Vec<Addressee>) -> Result<(), StoreError> {
-        let kept = plant.reader()?.alarms()?;
-        let mut kept: Vec<_> = kept.into_iter().map(|(name, kept)| (name, Life::from(kept))).collect();
-        let known = |name: &str| rules.iter().any(|rule| rule.name == name);
-        let gone: Vec<_> = kept.iter().filter(|(name, _)| !known(name)).map(|(name, _)| name.clone()).collect();
-        kept.retain(|(name, _)| known(name));
+        let reader = plant.reader()?;
+        let kept = reader.alarms()?.into_iter().map(|(name, kept)| (name, Life::from(kept)));
+        let is_meant = |name: &str| rules.iter().any(|rule| rule.name == name);
+        let (kept, gone): (Vec<_>, Vec<_>) = kept.partition(|(name, _)| is_meant(name));
+        let farewell = farewell(&reader, gone)?;
         let mut desk = self.desk();
         desk.station = plant.name().to_owned();
         desk.addressees = addressees;
         let changes = desk.book.become_like(rules, kept, self.now());
         desk.looked = Some(Instant::now());
-        desk.unwritten.0.kept.extend(gone.iter().map(|name| (name.clone(), None)));
-        for name in gone {
-            let text = format!("alarm {name:?} does not stand in the file any more");
-            desk.unwritten.1.push(Event { at: Micros::now(), gauge: None, kind: EventKind::Alarm, text });
-        }
+        desk.unwritten.0.append(farewell, WAITING);
         desk.write(plant.recorder(), &changes);
         Ok(())
     }
@@ -199,6 +196,21 @@ impl Alarms {
     pub fn looked_ago(&self) -> Option<Duration> {
         self.desk().looked.map(|looked| looked.elapsed())
     }
+}
+
+/// What is written of alarms that do not stand in the file any more, while nobody looked: a line for each that was not normal.
+fn farewell(reader: &Reader, gone: Vec<(String, Life)>) -> Result<Batch, StoreError> {
+    let mut batch = Batch::default();
+    for (name, life) in gone {
+        // What else is known of it stands in its last line.
+        let last = reader.alarm_history(Micros(i64::MIN), Micros(i64::MAX), Some(&name), 1)?.pop();
+        let text = format!("it does not stand in the file any more (it was {})", life.state.word());
+        let (what, state) = (What::Removed.word().to_owned(), State::Normal.word().to_owned());
+        let line = last.map(|last| Line { at: Micros::now(), what, state, who: None, value: None, text, ..last });
+        batch.lines.extend(line.filter(|_| life.state != State::Normal));
+        batch.kept.insert(name, None);
+    }
+    Ok(batch)
 }
 
 impl Desk {
