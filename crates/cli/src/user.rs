@@ -31,7 +31,7 @@ A viewer looks. An operator also acknowledges alarms and carries out commands of
 
 Examples:
   profivac user add ada --role engineer plant.toml
-  profivac user add wall --role viewer plant.toml --password-stdin < password.txt
+  profivac user add wall --role viewer plant.toml --password-stdin
   profivac user list plant.toml
   profivac user role ada operator plant.toml
   profivac user password ada plant.toml
@@ -110,7 +110,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let file = users(&who.file)?;
             current(&file)?.can_add(&who.name)?;
             let hash = typed.password(&who.name)?;
+            let first = !file.exists();
             Users::change(&file, |users| users.add(&who.name, *role, hash))?;
+            if first {
+                remark(
+                    &"this is the first user: a station that runs without users takes them when it is started again",
+                );
+            }
         }
         Action::List { file } => list(&users(file)?)?,
         Action::Remove { who } => Users::change(&users(&who.file)?, |users| users.remove(&who.name))?,

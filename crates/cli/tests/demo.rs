@@ -86,7 +86,7 @@ fn impossible_options_are_refused() {
         (["--speed", "0"], "expected a speed from 0.01 to 10000, got \"0\""),
         (["--for", "-1"], "expected a number of seconds, got \"-1\""),
         (["--listen", "here"], "invalid socket address syntax"),
-        (["--listen", "0.0.0.0:0"], "0.0.0.0:0 can be reached from other computers"),
+        (["--listen", "0.0.0.0:0"], "expected an address like 127.0.0.1:8080, got 0.0.0.0:0"),
         (["--scenario", "x.toml"], "x.toml: No such file or directory"),
     ] {
         let failed = run(&[&["demo", "--headless"], &arguments[..]].concat());

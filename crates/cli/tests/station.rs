@@ -4,10 +4,11 @@
 
 mod common;
 
-use common::{Folder, Program, run};
+use common::{Folder, Program, run, run_with};
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -18,6 +19,13 @@ fn bench() -> (Folder, String) {
     let file = folder.name("bench.toml");
     fs::write(&file, "devices = [\"bcg450@5\", \"psg550@6\"]\nbaud = 187500\n").unwrap();
     (folder, format!("sim:{file}"))
+}
+
+/// Writes a file that only its owner may read, about which there is nothing to remark.
+fn private(file: &str, text: &str) {
+    use std::os::unix::fs::OpenOptionsExt;
+    let mut file = fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(file).unwrap();
+    file.write_all(text.as_bytes()).unwrap();
 }
 
 /// What a GET at `path` gives.
@@ -48,6 +56,7 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     let file = folder.name("plant.toml");
     let made = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "8", "--out", &file]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
     let checked = run(&["run", &file, "--check"]);
     assert_eq!(String::from_utf8_lossy(&checked.stdout), format!("{file}: 1 segments, 2 gauges\n"));
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
@@ -110,7 +119,7 @@ fn what_takes_a_restart_is_told_and_a_dead_port_holds_up_no_end() {
     let place = full.local_addr().unwrap();
     let _first = TcpStream::connect(place).unwrap();
     let text = format!("[[segment]]\nname = \"a\"\nport = \"tcp://{place}\"\n");
-    fs::write(&file, &text).unwrap();
+    private(&file, &text);
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     assert!(station.complaint().contains("has no [[segment.gauge]]"));
     station.ready();
@@ -139,8 +148,77 @@ fn nobody_else_sees_a_station_unless_that_is_wanted() {
     let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
     assert_eq!(
         complaint.lines().last().unwrap_or_default(),
-        "profivac: 0.0.0.0:0 can be reached from other computers: say --public if everybody there may see the station"
+        "profivac: 0.0.0.0:0 can be reached from other computers: that needs TLS, [tls] with certificate and key in the \
+         station's file"
     );
+}
+
+/// Status and body of a request with JSON.
+fn post(address: &str, path: &str, headers: &str, body: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    let length = body.len();
+    write!(
+        stream,
+        "POST {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Type: application/json\r\n\
+         Content-Length: {length}\r\n{headers}\r\n{body}"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+#[test]
+fn users_made_by_the_command_log_in_and_a_running_station_sees_who_is_removed() {
+    let (folder, port) = bench();
+    let file = folder.name("plant.toml");
+    private(&file, &format!("[[segment]]\nname = \"a\"\nport = {port:?}\n"));
+    let password = "tin whisker plateau";
+    let added = run_with(&["user", "add", "ada", "--role", "engineer", &file, "--password-stdin"], password);
+    assert!(added.status.success(), "{}", String::from_utf8_lossy(&added.stderr));
+    let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    let ready = station.ready();
+    let address = ready.strip_prefix("http://").unwrap();
+    assert!(get(address, "/api/gauges").starts_with("HTTP/1.1 401"));
+    let login =
+        |password: &str| post(address, "/api/login", "", &format!("{{\"name\":\"ada\",\"password\":{password:?}}}"));
+    assert!(login("wrong").starts_with("HTTP/1.1 401"));
+    assert!(login(password).starts_with("HTTP/1.1 200"));
+    assert!(run(&["user", "remove", "ada", &file]).status.success());
+    let end = Instant::now() + PATIENCE;
+    while !login(password).starts_with("HTTP/1.1 401") {
+        assert!(Instant::now() < end, "who is removed still comes in");
+        std::thread::yield_now();
+    }
+    station.terminate();
+    assert_eq!(station.exit_code(), 0);
+    let record = fs::read(folder.name("plant.db")).unwrap();
+    assert!(!record.windows(password.len()).any(|octets| octets == password.as_bytes()), "a password is in the record");
+}
+
+#[test]
+fn a_file_that_says_where_secrets_are_is_its_owners_alone() {
+    let (folder, port) = bench();
+    let file = folder.name("plant.toml");
+    let segment = format!("[[segment]]\nname = \"a\"\nport = {port:?}\n");
+    private(&file, &segment);
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
+    let told = run(&["run", &file, "--check"]);
+    assert_eq!(told.status.code(), Some(0));
+    let remark = format!("{file} is open to others: chmod 600 {file}\n");
+    assert!(String::from_utf8_lossy(&told.stderr).ends_with(&remark), "{told:?}");
+    for more in ["[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n", "[station]\nusers = \"people.toml\"\n"] {
+        fs::write(&file, format!("{more}{segment}")).unwrap();
+        let told = run(&["run", &file, "--check"]);
+        let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+        assert_eq!(told.status.code(), Some(2), "{complaint}");
+        assert!(complaint.ends_with(&format!("(mode 644): chmod 600 {file}\n")), "{complaint}");
+    }
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+    let told = run(&["run", &file]);
+    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert_eq!(told.status.code(), Some(2), "{complaint}");
+    assert!(complaint.contains("people.toml: No such file"), "{complaint}");
 }
 
 #[test]

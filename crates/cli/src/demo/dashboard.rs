@@ -37,6 +37,12 @@ pub struct Dashboard {
 impl Dashboard {
     /// Serves `scene` at `listen`, or at the usual place.
     pub fn open(scenario: &Scenario, scene: &Scene, master: u8, listen: Option<SocketAddr>) -> Result<Self, Failure> {
+        if let Some(address) = listen.filter(|address| !address.ip().is_loopback()) {
+            let sentence = format!(
+                "the demonstration is for this computer alone: expected an address like {USUAL}, got {address}"
+            );
+            return Err(Failure::usage(sentence));
+        }
         let folder = tempfile::tempdir()?;
         let file = folder.path().join("demo.db");
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;

@@ -50,21 +50,40 @@ pub fn run(arguments: &[&str]) -> Output {
     command(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
+/// Runs a command with this on its standard input.
+pub fn run_with(arguments: &[&str], input: &str) -> Output {
+    let mut command = command(arguments);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Whoever ends early does not read it.
+    let _taken = child.stdin.take().unwrap().write_all(input.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
 /// Runs a command whose standard input and standard error are a terminal where somebody types `typed` at the end of `prompt`.
 /// Returns the exit code, standard output, and what the terminal shows.
 pub fn run_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, String, String) {
-    on_terminal(arguments, prompt, |_, terminal| terminal.write_all(typed.as_bytes()).unwrap())
+    let (code, out, shown, _) =
+        on_terminal(arguments, prompt, |_, terminal| terminal.write_all(typed.as_bytes()).unwrap());
+    (code, out, shown)
+}
+
+/// The same for what is asked more than once: everything the terminal has shown at the end.
+pub fn all_shown_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, String) {
+    let (code, _, shown, rest) =
+        on_terminal(arguments, prompt, |_, terminal| terminal.write_all(typed.as_bytes()).unwrap());
+    (code, shown + &rest)
 }
 
 /// The same, with Ctrl-C in place of an answer.
 pub fn interrupted_on_terminal(arguments: &[&str], prompt: &str) -> (i32, String, String) {
-    on_terminal(arguments, prompt, |child, _| {
+    let (code, out, shown, _) = on_terminal(arguments, prompt, |child, _| {
         let id = rustix::process::Pid::from_child(child);
         rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
-    })
+    });
+    (code, out, shown)
 }
 
-fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut File)) -> (i32, String, String) {
+fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut File)) -> (i32, String, String, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
     grantpt(&ours).unwrap();
@@ -81,7 +100,10 @@ fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut F
     act(&child, &mut terminal);
     let output = child.wait_with_output().unwrap();
     let out = String::from_utf8(output.stdout).unwrap();
-    (output.status.code().unwrap(), out, shown)
+    // What is left on a terminal whose other end is closed; after it comes an error.
+    let mut rest = Vec::new();
+    let _ended = terminal.read_to_end(&mut rest);
+    (output.status.code().unwrap(), out, shown, String::from_utf8_lossy(&rest).into_owned())
 }
 
 /// A command that serves.

@@ -112,7 +112,7 @@ pub async fn admit(State(gate): State<Arc<Gate>>, request: Request, next: Next) 
 }
 
 impl Gate {
-    async fn admitted(self: &Arc<Self>, mut request: Request) -> Result<Request, Problem> {
+    async fn admitted(self: &Arc<Self>, request: Request) -> Result<Request, Problem> {
         let peer = request.extensions().get::<Peer>().map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.0);
         self.door.rates().request(peer).map_err(Problem::too_often)?;
         let named = guard::named(request.headers(), request.uri());
@@ -122,20 +122,10 @@ impl Gate {
         if !request.uri().path().starts_with("/api/") {
             return Ok(request);
         }
-        let login = request.uri().path() == "/api/login";
         let visit = self.visit(&request, &named, peer);
-        self.check_page(&request, &named).inspect_err(|problem| self.told(&visit, &request, problem))?;
-        if visit.known.is_none() && !login && request.uri().path() != "/api/session" {
-            return Err(Problem::unauthorised("log in first"));
-        }
-        if is_safe(request.method()) {
-            *request.body_mut() = Body::empty();
-        } else {
-            if !login {
-                check_token(&visit, request.headers()).inspect_err(|problem| self.told(&visit, &request, problem))?;
-            }
-            request = self.whole(request).await?;
-        }
+        let checked = self.check_page(&request, &named).and_then(|()| check_right(&visit, &request));
+        checked.inspect_err(|problem| self.told(&visit, &request, problem))?;
+        let mut request = self.whole(request).await?;
         if let Some(known) = &visit.known {
             request.extensions_mut().insert(known.person.clone());
         }
@@ -181,7 +171,11 @@ impl Gate {
     }
 
     /// The request with all of its body: who answers it waits for nobody.
-    async fn whole(&self, request: Request) -> Result<Request, Problem> {
+    async fn whole(&self, mut request: Request) -> Result<Request, Problem> {
+        if is_safe(request.method()) {
+            *request.body_mut() = Body::empty();
+            return Ok(request);
+        }
         let is_json = is_json(request.headers());
         let (head, body) = request.into_parts();
         let read = tokio::time::timeout(self.patience, to_bytes(body, LARGEST_BODY)).await;
@@ -192,11 +186,26 @@ impl Gate {
         Ok(Request::from_parts(head, Body::from(body)))
     }
 
+    /// Whoever has not logged in is no event; whoever has and is refused is.
     fn told(&self, visit: &Visit, request: &Request, problem: &Problem) {
+        if problem.is_unauthorised() {
+            return;
+        }
         let name = visit.known.as_ref().map_or("nobody", |known| &*known.person.name);
         let (peer, path) = (visit.peer, request.uri().path());
         let path: String = path.chars().take(64).collect();
         self.door.refused(&format!("refused for {name} at {peer}, {path:?}: {problem}"));
+    }
+}
+
+/// Nothing, if whoever comes may ask this at all.
+fn check_right(visit: &Visit, request: &Request) -> Result<(), Problem> {
+    match request.uri().path() {
+        "/api/login" => Ok(()),
+        "/api/session" if is_safe(request.method()) => Ok(()),
+        _ if visit.known.is_none() => Err(Problem::unauthorised("log in first")),
+        _ if is_safe(request.method()) => Ok(()),
+        _ => check_token(visit, request.headers()),
     }
 }
 

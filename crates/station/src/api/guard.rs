@@ -85,11 +85,13 @@ impl Hosts {
     }
 }
 
-/// Who is meant: the name in the address, or else the header.
+/// Who is meant: the name in the address, or else the header; nobody, if there are two headers.
 #[must_use]
 pub fn named(headers: &HeaderMap, uri: &Uri) -> String {
-    let header = headers.get(HOST).and_then(|host| host.to_str().ok());
-    uri.authority().map(Authority::as_str).or(header).unwrap_or_default().to_owned()
+    let mut all = headers.get_all(HOST).iter();
+    let (first, second) = (all.next().and_then(|host| host.to_str().ok()), all.next());
+    let named = uri.authority().map(Authority::as_str).or(first).filter(|_| second.is_none());
+    named.unwrap_or_default().to_owned()
 }
 
 /// The host without its port, without the dot at the end of a whole name, without the brackets of an address.

@@ -37,6 +37,12 @@ impl Problem {
         Self { status: 401, problem: problem.into(), wait: None }
     }
 
+    /// Whether whoever asks is not known.
+    #[must_use]
+    pub const fn is_unauthorised(&self) -> bool {
+        self.status == 401
+    }
+
     /// Whoever asks may not.
     pub fn forbidden(problem: impl Into<String>) -> Self {
         Self { status: 403, problem: problem.into(), wait: None }

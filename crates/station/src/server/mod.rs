@@ -100,6 +100,12 @@ pub enum ServerError {
          makes the first"
     )]
     NoUsers(SocketAddr),
+    /// Everybody could come in, through a proxy.
+    #[error(
+        "`hosts` lets other computers reach {0} through a proxy: that needs users, `profivac user add NAME --role \
+         engineer FILE.toml` makes the first"
+    )]
+    Proxy(SocketAddr),
     /// Those who may come in.
     #[error(transparent)]
     Users(#[from] UsersError),
@@ -133,37 +139,21 @@ impl Server {
         let Setup { listen, access, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
         let door = Arc::new(Door::new(Arc::clone(&plant), access, limits.paces)?);
-        let loopback = listen.ip().is_loopback();
-        if !loopback && keys.is_none() {
-            return Err(ServerError::NoTls(listen));
-        }
-        if !loopback && !door.has_users() {
-            return Err(ServerError::NoUsers(listen));
-        }
+        may_begin(listen, &hosts, keys.is_some(), &door)?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;
         let listener = runtime.block_on(TcpListener::bind(listen)).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let gate = Gate {
             door: Arc::clone(&door),
-            hosts: Hosts { loopback, given: hosts },
+            hosts: Hosts { loopback: listen.ip().is_loopback(), given: hosts },
             tls: keys.is_some(),
             port: address.port(),
             patience: limits.head,
         };
         let served = Served { router: router(plant, gate), keys: keys.clone(), limits };
-        let (stop, stopped) = oneshot::channel::<()>();
-        let thread = std::thread::spawn(move || {
-            runtime.block_on(async {
-                tokio::select! {
-                    () = serve(&listener, &served) => {}
-                    () = look(&door) => {}
-                    _ = stopped => {}
-                }
-            });
-            // Live streams never end by themselves.
-            runtime.shutdown_background();
-        });
+        let (stop, stopped) = oneshot::channel();
+        let thread = std::thread::spawn(move || run(runtime, &listener, &served, &door, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
     }
 
@@ -195,6 +185,30 @@ impl Drop for Server {
             thread.join().ok();
         }
     }
+}
+
+/// Nothing, unless others would reach us who should not, or whose passwords would be heard.
+fn may_begin(listen: SocketAddr, hosts: &[String], tls: bool, door: &Door) -> Result<(), ServerError> {
+    let loopback = listen.ip().is_loopback();
+    match (loopback, tls, door.has_users()) {
+        (false, false, _) => Err(ServerError::NoTls(listen)),
+        (false, true, false) => Err(ServerError::NoUsers(listen)),
+        (true, _, false) if !hosts.is_empty() => Err(ServerError::Proxy(listen)),
+        _ => Ok(()),
+    }
+}
+
+/// Serves until it is told to stop.
+fn run(runtime: Runtime, listener: &TcpListener, served: &Served, door: &Arc<Door>, stopped: oneshot::Receiver<()>) {
+    runtime.block_on(async {
+        tokio::select! {
+            () = serve(listener, served) => {}
+            () = look(door) => {}
+            _ = stopped => {}
+        }
+    });
+    // Live streams never end by themselves.
+    runtime.shutdown_background();
 }
 
 /// What every connection needs.

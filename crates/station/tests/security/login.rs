@@ -18,7 +18,6 @@ fn nothing_is_answered_before_somebody_has_logged_in() {
         let wanted = if path == "/api/login" { 405 } else { wanted };
         assert_eq!(desk.get(path).status, wanted, "{path}");
         let wanted = if path == "/api/login" { 400 } else { 401 };
-        let wanted = if path == "/api/session" { 403 } else { wanted };
         assert_eq!(Ask::post(path, &json!({})).to(&desk).status, wanted, "{path}");
     }
     let nobody = desk.get("/api/session").json();
@@ -183,8 +182,14 @@ fn others_reach_only_what_has_tls_and_users() {
     for nobody in [of_file(), Access::look(), Access::everybody("demo", Role::Engineer)] {
         assert!(start(nobody, true).unwrap_err().contains("that needs users"));
     }
+    let behind = |access: Access| {
+        let hosts = vec!["vacuum.example".to_owned()];
+        let setup = Setup { hosts, ..Setup::new("127.0.0.1:0".parse().unwrap(), access) };
+        Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
+    };
+    assert!(behind(Access::look()).unwrap_err().contains("through a proxy: that needs users"));
     let hash = Hash::of(PASSWORD).unwrap();
     Users::change(&users, |users| users.add("ada", Role::Engineer, hash)).unwrap();
-    assert_eq!(start(of_file(), true), Ok(()));
+    assert_eq!((start(of_file(), true), behind(of_file())), (Ok(()), Ok(())));
     assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
 }

@@ -1,0 +1,119 @@
+//! `user`: who may log in.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Folder, all_shown_on_terminal, interrupted_on_terminal, run, run_with};
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::process::Output;
+
+const PASSWORD: &str = "tin whisker plateau";
+
+/// A station's file, and the folder it lies in.
+fn bench() -> (Folder, String) {
+    let folder = Folder::new();
+    let file = folder.name("plant.toml");
+    fs::write(&file, "[[segment]]\nname = \"a\"\nport = \"/dev/null\"\n").unwrap();
+    (folder, file)
+}
+
+fn add(name: &str, role: &str, file: &str, password: &str) -> Output {
+    run_with(&["user", "add", name, "--role", role, file, "--password-stdin"], password)
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn list(file: &str) -> String {
+    String::from_utf8(run(&["user", "list", file]).stdout).unwrap()
+}
+
+#[test]
+fn users_are_made_changed_and_removed() {
+    let (folder, file) = bench();
+    let users = folder.path("plant.users.toml");
+    assert!(told(&run(&["user", "list", &file])).contains("there are no users"));
+    assert!(!users.exists());
+    for (name, role) in [("ada", "engineer"), ("wall.1", "viewer")] {
+        let added = add(name, role, &file, PASSWORD);
+        assert!(added.status.success(), "{}", told(&added));
+        assert_eq!(told(&added).contains("this is the first user"), name == "ada");
+    }
+    assert_eq!(list(&file), "ada     engineer\nwall.1  viewer\n");
+    let text = fs::read_to_string(&users).unwrap();
+    assert_eq!(text.matches("$argon2id$v=19$m=19456,t=2,p=1$").count(), 2);
+    assert!(!text.contains("whisker"));
+    assert_eq!(fs::metadata(&users).unwrap().permissions().mode() & 0o777, 0o600);
+    assert!(run(&["user", "role", "ada", "operator", &file]).status.success());
+    assert!(
+        run_with(&["user", "password", "ada", &file, "--password-stdin"], "orchid ladder seventeen\r\n")
+            .status
+            .success()
+    );
+    let changed = fs::read_to_string(&users).unwrap();
+    assert_eq!(changed.lines().zip(text.lines()).filter(|(new, old)| new != old).count(), 2);
+    assert!(run(&["user", "remove", "wall.1", &file]).status.success());
+    assert_eq!(list(&file), "ada  operator\n");
+}
+
+#[test]
+fn what_cannot_be_is_told_and_changes_nothing() {
+    let (folder, file) = bench();
+    let users = folder.path("plant.users.toml");
+    for (name, role, password, sentence) in [
+        ("ada", "engineer", "short", "expected a password of at least 8 characters, better 15, got 5"),
+        ("ada", "engineer", "password1", "this password is easily guessed: this is a very common password"),
+        ("lovelace", "engineer", "lovelace", "this password is easily guessed"),
+        ("ada", "boss", PASSWORD, "expected viewer, operator or engineer"),
+        (
+            "a b",
+            "viewer",
+            PASSWORD,
+            "expected a name of 1 to 32 letters, digits, dots, dashes and underscores (a to z), got \"a b\"",
+        ),
+    ] {
+        let refused = add(name, role, &file, password);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(told(&refused).contains(sentence), "{}", told(&refused));
+        assert!(!users.exists(), "{sentence}");
+    }
+    assert!(add("ada", "viewer", &file, PASSWORD).status.success());
+    let before = fs::read_to_string(&users).unwrap();
+    assert!(told(&add("Ada", "viewer", &file, PASSWORD)).contains("there is already a user Ada"));
+    for arguments in [vec!["remove", "eve"], vec!["role", "eve", "viewer"], vec!["password", "eve"]] {
+        let refused = run(&[&["user"], &arguments[..], &[file.as_str()]].concat());
+        assert_eq!((refused.status.code(), told(&refused).as_str()), (Some(2), "profivac: there is no user \"eve\"\n"));
+    }
+    assert!(told(&run(&["user", "password", "ada", &file])).contains("say --password-stdin"));
+    assert_eq!(fs::read_to_string(&users).unwrap(), before);
+    fs::set_permissions(&users, fs::Permissions::from_mode(0o640)).unwrap();
+    let refused = run(&["user", "list", &file]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(told(&refused).contains("plant.users.toml holds secrets and is open to others (mode 640): chmod 600 "));
+}
+
+#[test]
+fn a_password_is_asked_twice_on_the_terminal_and_not_shown() {
+    let (folder, file) = bench();
+    let arguments = ["user", "add", "ada", "--role", "engineer", &file];
+    let prompt = "Password for ada: ";
+    let (code, shown) = all_shown_on_terminal(&arguments, prompt, &format!("{PASSWORD}\n{PASSWORD} \n"));
+    assert_eq!(code, 2, "{shown}");
+    assert!(shown.contains("the two passwords are not the same") && !shown.contains("whisker"), "{shown}");
+    assert!(!folder.path("plant.users.toml").exists());
+    let (code, shown) = all_shown_on_terminal(&arguments, prompt, &format!("{PASSWORD}\n{PASSWORD}\n"));
+    assert_eq!(code, 0, "{shown}");
+    assert!(shown.starts_with("Password for ada: \r\nOnce more: \r\nprofivac: this is the first user"), "{shown}");
+    assert_eq!(list(&file), "ada  engineer\n");
+}
+
+#[test]
+fn who_thinks_better_of_it_changes_nothing() {
+    let (folder, file) = bench();
+    let (code, _, _) =
+        interrupted_on_terminal(&["user", "add", "ada", "--role", "viewer", &file], "Password for ada: ");
+    assert_eq!((code, folder.path("plant.users.toml").exists()), (2, false));
+}
