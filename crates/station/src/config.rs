@@ -30,6 +30,7 @@
 //! Everything is checked before anything starts; what is wrong is told with line and column.
 
 mod alarms;
+mod names;
 mod webhooks;
 
 use crate::alarm::Rule;
@@ -37,6 +38,7 @@ use crate::api::guard::host;
 use crate::people::Access;
 use crate::server::TlsFiles;
 use alarms::{WrittenAlarm, WrittenDefaults};
+use names::unique;
 use profivac_dp::link::Baud;
 use profivac_host::instrument::{DEVICES, entry};
 use profivac_host::port::PortError;
@@ -369,21 +371,6 @@ fn alike(name: &str) -> Option<&'static str> {
 
 fn master(segment: &WrittenSegment) -> u8 {
     segment.master.as_ref().map_or(0, |master| *master.get_ref())
-}
-
-/// No name may stand twice, and none be empty.
-fn unique<'a>(what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Complaint> {
-    let mut seen = HashSet::new();
-    for name in names {
-        if name.get_ref().trim().is_empty() {
-            let article = if what.starts_with('a') { "an" } else { "a" };
-            return Err((name.span(), format!("expected the name of {article} {what}, got nothing")));
-        }
-        if !seen.insert(name.get_ref()) {
-            return Err((name.span(), format!("the {what} {:?} stands twice", name.get_ref())));
-        }
-    }
-    Ok(())
 }
 
 impl Written {

@@ -17,6 +17,7 @@
 //! damage = { priority = "off" }
 //! ```
 
+use super::names::unique;
 use super::{ALIKE, Complaint, WrittenSegment};
 use crate::alarm::{Condition, Priority, Rule, Subject};
 use profivac_host::pressure::Pressure;
@@ -112,7 +113,7 @@ pub fn rules(
     defaults: &WrittenDefaults,
     segments: &[WrittenSegment],
 ) -> Result<Vec<Rule>, Complaint> {
-    super::unique("alarm", written.iter().map(|alarm| &alarm.name))?;
+    unique("alarm", written.iter().map(|alarm| &alarm.name))?;
     let mut rules = written.iter().map(|alarm| rule(alarm, segments)).collect::<Result<Vec<_>, _>>()?;
     let own = by_themselves(&rules, defaults, segments)?;
     let taken: HashSet<_> = own.iter().map(|rule| rule.name.as_str()).collect();
