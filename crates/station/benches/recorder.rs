@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
 
+use profivac_station::recorder::alarms::Batch;
 use profivac_station::recorder::rollup::Additions;
 use profivac_station::recorder::store::Store;
 use profivac_station::recorder::{Micros, Quality, Reader, Recorder, Sample, Settings};
@@ -61,7 +62,7 @@ fn drawing(path: &Path) {
         samples.push((gauge, sample));
         additions.add(gauge, &sample);
         if samples.len() == 100_000 || number + 1 == count {
-            store.write(&samples, &additions, &[]).unwrap();
+            store.write(&samples, &additions, &[], &Batch::default()).unwrap();
             samples.clear();
             additions.clear();
         }

@@ -5,10 +5,13 @@
 //! ```
 //!
 //! For work on the dashboard and for its tests in a browser. Three segments, thirteen gauges, a week of record. Everything is
-//! a function of the seconds since it was started. It ends when its input ends. Further arguments: `hostile` adds a gauge
+//! a function of the seconds since it was started, except that a line `vessel=1e5` as input makes that gauge show that pressure in Pa
+//! from then on. It ends when its input ends. Further arguments: `hostile` adds a gauge
 //! whose name is a script. `viewer` lets everybody only look, otherwise everybody is an engineer. `users` lets in ada (engineer), olga
 //! (operator) and vera (viewer), all with the password `tin whisker plateau`; the name of their file is printed as well.
 
+#[path = "fake_plant/alarms.rs"]
+mod alarms;
 #[path = "fake_plant/blocks.rs"]
 mod blocks;
 #[path = "fake_plant/gauges.rs"]
@@ -18,17 +21,18 @@ mod segments;
 
 use gauges::{Fake, Shown};
 use profivac_station::act::draft::Refusal;
+use profivac_station::alarm::Watcher;
 use profivac_station::people::password::Hash;
 use profivac_station::people::users::Users;
 use profivac_station::people::{Access, Role};
 use profivac_station::plant::{Plant, Question, Scenery};
 use profivac_station::recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
 use profivac_station::server::{Server, Setup};
+use std::collections::HashMap;
 use std::error::Error;
-use std::io::Read;
 use std::net::SocketAddr;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// How often the scenery changes.
@@ -52,10 +56,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
     let start = Micros::now();
     remember(&plant, &fakes, start);
-    show(&plant, &fakes, 0.0);
+    show(&plant, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
         answer(&plant, segment);
     }
+    alarms::begin(&plant, &fakes)?;
+    plant.note(None, EventKind::Station, "the station begins");
+    let _watcher = Watcher::start(Arc::clone(&plant))?;
     let users = folder.path().join("users.toml");
     let access = match (said("users"), said("viewer")) {
         (true, _) => with_users(&users)?,
@@ -65,11 +72,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     let server = Server::start(Arc::clone(&plant), Setup::new(address, access))?;
     println!("{}", server.url());
     println!("{}", users.display());
-    std::thread::spawn(move || live(&plant, &fakes, start));
+    let told = Arc::new(Mutex::new(HashMap::new()));
+    let heard = Arc::clone(&told);
+    std::thread::spawn(move || live(&plant, &fakes, start, &heard));
     // Until whoever started it is gone.
-    std::io::stdin().read_to_end(&mut Vec::new())?;
+    for line in std::io::stdin().lines() {
+        if let Some((name, pa)) = line?.split_once('=') {
+            told.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), pa.parse()?);
+        }
+    }
     Ok(())
 }
+
+/// Gauges by name, with the pressure that somebody has told them.
+type Told = Mutex<HashMap<String, f64>>;
 
 fn with_users(file: &Path) -> Result<Access, Box<dyn Error>> {
     let hash = Hash::of("tin whisker plateau")?;
@@ -101,7 +117,6 @@ fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
         let _written =
             plant.recorder().event(Event { at, gauge: gauge.map(str::to_owned), kind, text: text.to_owned() });
     }
-    plant.note(None, EventKind::Station, "the station begins");
 }
 
 /// What a gauge shows at a second, on its way to the record.
@@ -118,17 +133,19 @@ fn moment(start: Micros, second: f64) -> Micros {
 }
 
 /// What is seen `second` seconds after the start.
-fn show(plant: &Plant, fakes: &[Fake], second: f64) {
+fn show(plant: &Plant, fakes: &[Fake], second: f64, told: &Told) {
+    let told = told.lock().unwrap_or_else(PoisonError::into_inner);
     for segment in segments::all(fakes, second) {
-        let gauges = fakes.iter().filter(|fake| fake.segment == segment.name).map(|fake| fake.view(second)).collect();
+        let ours = fakes.iter().filter(|fake| fake.segment == segment.name);
+        let gauges = ours.map(|fake| fake.view(second, told.get(fake.name).copied())).collect();
         plant.show(Scenery { segment, gauges });
     }
 }
 
-fn live(plant: &Plant, fakes: &[Fake], start: Micros) {
+fn live(plant: &Plant, fakes: &[Fake], start: Micros, told: &Told) {
     loop {
         let second = (Micros::now().0 - start.0) as f64 / 1e6;
-        show(plant, fakes, second);
+        show(plant, fakes, second, told);
         for fake in fakes {
             record(plant, fake, start, second);
         }

@@ -29,9 +29,16 @@
 //!
 //! Everything is checked before anything starts; what is wrong is told with line and column.
 
+mod alarms;
+mod names;
+mod webhooks;
+
+use crate::alarm::Rule;
 use crate::api::guard::host;
 use crate::people::Access;
 use crate::server::TlsFiles;
+use alarms::{WrittenAlarm, WrittenDefaults};
+use names::unique;
 use profivac_dp::link::Baud;
 use profivac_host::instrument::{DEVICES, entry};
 use profivac_host::port::PortError;
@@ -46,6 +53,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
+use webhooks::WrittenWebhook;
+pub use webhooks::{Secret, Webhook};
 
 /// Where the dashboard is unless the file says otherwise: only this computer sees it.
 const LISTEN: &str = "127.0.0.1:8080";
@@ -79,6 +88,10 @@ pub struct Config {
     pub tls: Option<TlsFiles>,
     /// Its segments.
     pub segments: Vec<Segment>,
+    /// Its alarms: those of the file, and those that there are by themselves.
+    pub alarms: Vec<Rule>,
+    /// Who is told of them.
+    pub webhooks: Vec<Webhook>,
 }
 
 /// The file with those who may log in.
@@ -152,6 +165,12 @@ struct Written {
     tls: Option<WrittenTls>,
     #[serde(default)]
     segment: Vec<WrittenSegment>,
+    #[serde(default)]
+    alarm: Vec<WrittenAlarm>,
+    #[serde(default)]
+    alarms: WrittenDefaults,
+    #[serde(default)]
+    webhook: Vec<WrittenWebhook>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -280,7 +299,9 @@ impl Config {
         let written: Written =
             toml::from_str(text).map_err(|error| at((error.span().unwrap_or_default(), error.message().to_owned())))?;
         check(&written).map_err(at)?;
-        Ok(written.into_config(path))
+        let alarms = alarms::rules(&written.alarm, &written.alarms, &written.segment).map_err(at)?;
+        let webhooks = webhooks::webhooks(&written.webhook, path).map_err(at)?;
+        Ok(Self { alarms, webhooks, ..written.into_config(path) })
     }
 }
 
@@ -352,20 +373,6 @@ fn master(segment: &WrittenSegment) -> u8 {
     segment.master.as_ref().map_or(0, |master| *master.get_ref())
 }
 
-/// No name may stand twice, and none be empty.
-fn unique<'a>(what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Complaint> {
-    let mut seen = HashSet::new();
-    for name in names {
-        if name.get_ref().trim().is_empty() {
-            return Err((name.span(), format!("expected the name of a {what}, got nothing")));
-        }
-        if !seen.insert(name.get_ref()) {
-            return Err((name.span(), format!("the {what} {:?} stands twice", name.get_ref())));
-        }
-    }
-    Ok(())
-}
-
 impl Written {
     fn into_config(self, path: &Path) -> Config {
         let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
@@ -383,6 +390,8 @@ impl Written {
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),
             segments: self.segment.into_iter().map(WrittenSegment::into_segment).collect(),
+            alarms: Vec::new(),
+            webhooks: Vec::new(),
         }
     }
 }
@@ -511,7 +520,7 @@ levels = { process = "1e-3 mbar" }
             (
                 "[station]",
                 "[stations]",
-                "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `segment`",
+                "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `segment`, ",
             ),
             (
                 "[station]",

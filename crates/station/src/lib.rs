@@ -3,6 +3,7 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`act`] | commands and parameters: armed, fired, by one person at a time, and written down |
+//! | [`alarm`] | what somebody must know about, and who knows |
 //! | [`api`] | what can be asked over HTTP |
 //! | [`config`] | the file that describes a station |
 //! | [`people`] | who asks, and what they may |
@@ -16,8 +17,10 @@
 //! | [`station`] | all of it |
 //! | [`view`] | what can be seen |
 //! | [`web`] | the dashboard |
+//! | [`webhook`] | who is told of alarms over HTTP |
 
 pub mod act;
+pub mod alarm;
 pub mod api;
 pub mod config;
 pub mod people;
@@ -31,3 +34,4 @@ pub mod server;
 pub mod station;
 pub mod view;
 pub mod web;
+pub mod webhook;

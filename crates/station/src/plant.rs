@@ -3,10 +3,12 @@
 use crate::act::Acts;
 use crate::act::draft::{Choice, Done, Draft, Refusal};
 use crate::act::orders::Order;
+use crate::alarm::Alarms;
 use crate::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
 use crate::view::{
     Block, Gauge, ReadSoFar, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds,
 };
+use crate::webhook::Board;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -89,6 +91,8 @@ pub struct Plant {
     questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
     acts: Acts,
     reading: Mutex<Vec<ReadSoFar>>,
+    alarms: Alarms,
+    webhooks: Board,
 }
 
 impl Plant {
@@ -104,7 +108,27 @@ impl Plant {
             questions: Mutex::new(BTreeMap::new()),
             acts: Acts::default(),
             reading: Mutex::new(Vec::new()),
+            alarms: Alarms::default(),
+            webhooks: Board::default(),
         }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The alarms.
+    #[must_use]
+    pub const fn alarms(&self) -> &Alarms {
+        &self.alarms
+    }
+
+    /// How those are who are told of alarms.
+    #[must_use]
+    pub const fn webhooks(&self) -> &Board {
+        &self.webhooks
     }
 
     /// The recorder.

@@ -1,9 +1,12 @@
 //! The station as a whole: a recorder, a thread for each segment, and somebody who starts one again that has died.
 
-use crate::config::Config;
+use crate::alarm::{Addressee, Watcher};
+use crate::config::{Config, Webhook};
 use crate::plant::Plant;
+use crate::recorder::alarms::Batch;
 use crate::recorder::{EventKind, Recorder, Settings, StoreError};
 use crate::segment::Running;
+use crate::webhook::{Courier, Patience};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -25,7 +28,15 @@ pub enum StationError {
 pub struct Station {
     plant: Arc<Plant>,
     segments: Vec<Running>,
+    /// Nobody looks for alarms any more when the station ends.
+    watcher: Option<Watcher>,
+    couriers: Vec<Courier>,
+    /// Somebody was told that nobody looks for alarms.
+    told: bool,
 }
+
+/// When nobody has looked for alarms for so long, an event says so.
+const QUIET: Duration = Duration::from_secs(15);
 
 impl Station {
     /// Begins to record and to watch.
@@ -36,9 +47,13 @@ impl Station {
         let recorder = Recorder::start(&config.record, Settings::default())?;
         let plant = Arc::new(Plant::new(config.name, config.record, recorder));
         plant.note(None, EventKind::Station, "the station begins");
+        plant.alarms().begin(&plant, config.alarms, addressees(&config.webhooks))?;
         let start = |segment| Running::start(segment, Arc::clone(&plant));
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
-        Ok(Self { plant, segments })
+        let watcher = Some(Watcher::start(Arc::clone(&plant))?);
+        let mut station = Self { plant, segments, watcher, couriers: Vec::new(), told: false };
+        station.send(config.webhooks)?;
+        Ok(station)
     }
 
     /// What all threads share.
@@ -71,7 +86,46 @@ impl Station {
             });
         }
         stop(old);
+        self.plant.alarms().become_like(self.plant.recorder(), config.alarms, addressees(&config.webhooks));
+        self.send(config.webhooks)?;
         self.plant.remark(None, EventKind::Station, "the file was read again");
+        Ok(())
+    }
+
+    /// A courier for each webhook; those whose webhook stays go on.
+    fn send(&mut self, webhooks: Vec<Webhook>) -> std::io::Result<()> {
+        let names: Vec<_> = webhooks.iter().map(|webhook| webhook.name.clone()).collect();
+        self.couriers.retain(|courier| webhooks.contains(courier.webhook()));
+        for webhook in webhooks {
+            if !self.couriers.iter().any(|courier| *courier.webhook() == webhook) {
+                self.couriers.push(Courier::start(webhook, Arc::clone(&self.plant), Patience::default())?);
+            }
+        }
+        // What was meant for somebody who does not stand in the file any more is for nobody.
+        let gone = self.plant.reader().and_then(|reader| reader.letters_to_others(&names)).unwrap_or_default();
+        if !gone.is_empty() {
+            let _room = self.plant.recorder().alarms(Batch { gone, ..Batch::default() }, Vec::new());
+        }
+        Ok(())
+    }
+
+    /// Starts what has died, and tells when nobody has looked for alarms for long.
+    fn watch_alarms(&mut self) -> std::io::Result<()> {
+        if self.watcher.as_ref().is_some_and(Watcher::has_ended) {
+            self.plant.remark(None, EventKind::Station, "who looks for alarms has died and is started again");
+            self.watcher = Some(Watcher::start(Arc::clone(&self.plant))?);
+        }
+        let is_late = self.plant.alarms().looked_ago().is_some_and(|ago| ago > QUIET);
+        if is_late && !self.told {
+            self.plant.remark(None, EventKind::Station, "nobody has looked for alarms for long");
+        }
+        self.told = is_late;
+        let dead = self.couriers.iter().filter(|courier| courier.has_ended());
+        let dead: Vec<_> = dead.map(|courier| courier.webhook().clone()).collect();
+        self.couriers.retain(|courier| !courier.has_ended());
+        for webhook in dead {
+            self.couriers.push(Courier::start(webhook, Arc::clone(&self.plant), Patience::default())?);
+        }
         Ok(())
     }
 
@@ -91,16 +145,24 @@ impl Station {
                 *segment = Running::start(config, Arc::clone(&self.plant))?;
             }
         }
-        Ok(())
+        self.watch_alarms()
     }
 
     /// Gives all slaves back and ends. Everything that was recorded is on the disk then, if the disk takes it.
     pub fn stop(self) {
+        // Before the segments: that they end is no alarm.
+        drop(self.watcher);
+        self.plant.alarms().end();
+        drop(self.couriers);
         stop(self.segments);
         self.plant.remark(None, EventKind::Station, "the station ends");
         // The recorder's health says so if it cannot write, and nobody is left to read that.
         let _written = self.plant.recorder().finish();
     }
+}
+
+fn addressees(webhooks: &[Webhook]) -> Vec<Addressee> {
+    webhooks.iter().map(|webhook| Addressee { hook: webhook.name.clone(), least: webhook.least }).collect()
 }
 
 /// Stops segments together: one that is slow does not take the time of another.

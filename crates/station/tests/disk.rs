@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+use profivac_station::recorder::alarms::Batch;
 use profivac_station::recorder::rollup::Additions;
 use profivac_station::recorder::store::Store;
 use profivac_station::recorder::{
@@ -191,7 +192,7 @@ fn what_is_deleted_gives_its_room_back() {
     let mut store = Store::open(&desk.path).unwrap();
     let gauge = store.gauge("chamber");
     let samples: Vec<_> = (0..100_000).map(|number| (gauge, sample(number, 1.0))).collect();
-    store.write(&samples, &Additions::default(), &[]).unwrap();
+    store.write(&samples, &Additions::default(), &[], &Batch::default()).unwrap();
     let pages = |what: &str| -> i64 {
         let connection = Connection::open(&desk.path).unwrap();
         connection.query_row(&format!("PRAGMA {what}"), [], |row| row.get(0)).unwrap()

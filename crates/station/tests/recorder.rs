@@ -221,14 +221,39 @@ fn a_file_that_is_none_is_told_with_its_name() {
     assert!(Reader::open(&missing).map(drop).unwrap_err().to_string().starts_with(&missing.display().to_string()));
 }
 
+fn version(connection: &rusqlite::Connection) -> i64 {
+    connection.query_row("PRAGMA user_version", [], |row| row.get(0)).unwrap()
+}
+
 #[test]
 fn a_file_of_a_newer_program_is_left_alone() {
     let desk = Desk::new();
     drop(desk.recorder(Settings::default()));
     let connection = rusqlite::Connection::open(&desk.path).unwrap();
-    connection.execute_batch("PRAGMA user_version = 99").unwrap();
+    let known = version(&connection);
+    connection.pragma_update(None, "user_version", known + 1).unwrap();
     drop(connection);
     let complaint = Recorder::start(&desk.path, Settings::default()).map(drop).unwrap_err().to_string();
-    let expected = format!("{} has tables of version 99, this program knows version ", desk.path.display());
-    assert!(complaint.starts_with(&expected), "{complaint}");
+    let expected = format!("has tables of version {}, this program knows version {known}", known + 1);
+    assert_eq!(complaint, format!("{} {expected}", desk.path.display()));
+}
+
+#[test]
+fn a_file_of_the_first_program_gets_the_tables_it_lacks() {
+    let desk = Desk::new();
+    drop(desk.recorder(Settings::default()));
+    let connection = rusqlite::Connection::open(&desk.path).unwrap();
+    let known = version(&connection);
+    let sql = "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite%' \
+               AND name NOT IN ('gauge', 'sample', 'rollup', 'event')";
+    let later: Vec<String> =
+        connection.prepare(sql).unwrap().query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+    assert!(later.contains(&"alarm_history".to_owned()), "{later:?}");
+    later
+        .iter()
+        .for_each(|table| connection.execute_batch(&format!("DROP TABLE {table}; PRAGMA user_version = 1")).unwrap());
+    drop(connection);
+    drop(desk.recorder(Settings::default()));
+    assert_eq!(Reader::open(&desk.path).unwrap().alarms().unwrap(), []);
+    assert_eq!(version(&rusqlite::Connection::open(&desk.path).unwrap()), known);
 }

@@ -1,9 +1,11 @@
 //! The dashboard of the demonstration: the station's, over the plant in memory.
 
+use super::alarms;
 use crate::failure::Failure;
 use crate::output::remark;
 use profivac_host::scenario::Scenario;
 use profivac_host::scene::Scene;
+use profivac_station::alarm::Watcher;
 use profivac_station::people::{Access, Role};
 use profivac_station::plant::Plant;
 use profivac_station::recorder::{Recorder, Settings};
@@ -21,10 +23,14 @@ const USUAL: &str = "127.0.0.1:8080";
 /// Somewhere else, if somebody has that already.
 const ANYWHERE: &str = "127.0.0.1:0";
 
+/// What its segment is called.
+const SEGMENT: &str = "demo";
+
 /// What records, and serves the dashboard.
 pub struct Dashboard {
     exhibit: Exhibit,
     server: Option<Server>,
+    _watcher: Watcher,
     /// The record of a demonstration ends with it, unless somebody wants to keep it.
     _folder: TempDir,
 }
@@ -69,8 +75,11 @@ impl Dashboard {
             let device = spec.map(|spec| spec.device.clone()).unwrap_or_default();
             (format!("{device} {address}"), device)
         };
-        let exhibit = Exhibit::new(plant, "demo", scene, master, names);
-        Ok(Self { exhibit, server, _folder: folder })
+        let rules = alarms::rules(scenario, SEGMENT, names)?;
+        plant.alarms().begin(&plant, rules, Vec::new()).map_err(StationError::from)?;
+        let _watcher = Watcher::start(Arc::clone(&plant))?;
+        let exhibit = Exhibit::new(plant, SEGMENT, scene, master, names);
+        Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 
     /// Where it is, if it is served.

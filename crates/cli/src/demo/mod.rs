@@ -1,5 +1,6 @@
 //! `profivac demo`: a small vacuum plant with all its gauges, which a master reads over PROFIBUS. All of it in memory.
 
+mod alarms;
 mod dashboard;
 mod picture;
 mod trend;

@@ -262,8 +262,9 @@ impl Fake {
         }
     }
 
-    /// What the dashboard shows of it.
-    pub fn view(&self, second: f64) -> Gauge {
+    /// What the dashboard shows of it; the pressure that it was told, if it was told one.
+    pub fn view(&self, second: f64, told: Option<f64>) -> Gauge {
+        let told = |shown: Shown| told.map_or(shown, |pa| Shown { pa: Some(pa), quality: Quality::Valid });
         let readings = self.series(second).into_iter().zip(self.parts).enumerate();
         let age_ms = match self.standing {
             Standing::Starting => None,
@@ -281,7 +282,7 @@ impl Fake {
             gas: self.gas.to_owned(),
             levels: self.levels.iter().map(|(name, pa)| TripLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings
-                .map(|(place, ((series, shown), part))| self.reading(place, &series, shown, part.0))
+                .map(|(place, ((series, shown), part))| self.reading(place, &series, told(shown), part.0))
                 .collect(),
             age_ms,
             poll_ms: 200,

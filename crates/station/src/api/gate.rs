@@ -24,8 +24,8 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The largest body, in octets: a parameter, a name and a password, a remark.
-const LARGEST_BODY: usize = 8 << 10;
+/// The largest body, in octets: the names of a thousand alarms.
+const LARGEST_BODY: usize = 64 << 10;
 
 /// Where the page proves that it is ours.
 const TOKEN: HeaderName = HeaderName::from_static("x-csrf-token");

@@ -2,6 +2,7 @@
 
 use super::gate::Visit;
 use crate::act;
+use crate::alarm::view::Standing;
 use crate::plant::Plant;
 use crate::view::{Gauge, Mastership, ReadSoFar, Segment, Station};
 use axum::extract::State;
@@ -27,6 +28,7 @@ pub struct Moment {
     gauges: Vec<Gauge>,
     mastership: Mastership,
     reading: Vec<ReadSoFar>,
+    alarms: Standing,
 }
 
 /// The present moment as JSON, made once for all who watch.
@@ -58,7 +60,8 @@ impl Moments {
         let Self { plant, .. } = self;
         let mastership = act::mastership(plant, Instant::now());
         let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
-        let moment = Moment { station, segments, gauges, mastership, reading: plant.reading() };
+        let (reading, alarms) = (plant.reading(), plant.alarms().standing());
+        let moment = Moment { station, segments, gauges, mastership, reading, alarms };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }

@@ -15,12 +15,18 @@
 //! | `/api/events` | what happened |
 //! | `/api/rise` | a rise of pressure, told apart |
 //! | `/api/export.csv` | what was recorded, as a table |
+//! | `/api/alarms` | alarms, and where each stands |
+//! | `/api/alarms/history` | what happened to alarms |
+//! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | somebody knows |
+//! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | an alarm is taken away, and put back |
+//! | `/api/webhooks` | who is told of alarms, and how that goes |
 //! | `/api/session` | who asks, and what they may |
 //! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes a password |
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
 mod acting;
+mod alarms;
 mod archive;
 mod audit;
 mod body;
@@ -59,6 +65,13 @@ use utoipa::OpenApi;
         recorded::events,
         recorded::rise,
         recorded::export,
+        alarms::alarms,
+        alarms::history,
+        alarms::acknowledge,
+        alarms::acknowledge_all,
+        alarms::out_of_service,
+        alarms::return_to_service,
+        alarms::webhooks,
         live::live,
         session::session,
         session::login,
@@ -129,6 +142,17 @@ fn acts() -> Router<Shared> {
         .route("/api/mastership/take-over", post(acting::take_over))
 }
 
+fn alarm_routes() -> Router<Shared> {
+    Router::new()
+        .route("/api/alarms", get(alarms::alarms))
+        .route("/api/alarms/history", get(alarms::history))
+        .route("/api/alarms/acknowledge", post(alarms::acknowledge_all))
+        .route("/api/alarms/{name}/acknowledge", post(alarms::acknowledge))
+        .route("/api/alarms/{name}/out-of-service", post(alarms::out_of_service))
+        .route("/api/alarms/{name}/return-to-service", post(alarms::return_to_service))
+        .route("/api/webhooks", get(alarms::webhooks))
+}
+
 /// The API of a plant, and the dashboard beside it.
 pub fn router(plant: Arc<Plant>) -> Router {
     let (archive, moments) = (Archive::of(Arc::clone(&plant)), Arc::new(Moments::of(Arc::clone(&plant))));
@@ -142,6 +166,7 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/events", get(recorded::events))
         .route("/api/rise", get(recorded::rise))
         .route("/api/export.csv", get(recorded::export))
+        .merge(alarm_routes())
         .route("/api/session", get(session::session))
         .route("/api/login", post(session::login))
         .route("/api/logout", post(session::logout))

@@ -187,18 +187,21 @@ pub async fn export(
     Ok((headers, archive.deliver(export)))
 }
 
-pub(super) fn taken<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
+/// What is asked, or why it makes no sense.
+pub fn taken<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
     query.map(|Query(query)| query).map_err(|rejection| Problem::bad(rejection.body_text()))
 }
 
-fn times(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
+/// A time that ends after it begins.
+pub fn times(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
     if from >= to {
         return Err(Problem::bad(format!("expected from to lie before to, got {from} and {to}")));
     }
     Ok((Micros(from.saturating_mul(1000)), Micros(to.saturating_mul(1000))))
 }
 
-pub(super) fn within(name: &str, given: u32, most: u32) -> Result<u32, Problem> {
+/// A number from 1 to `most`.
+pub fn within(name: &str, given: u32, most: u32) -> Result<u32, Problem> {
     let fits = (1..=most).contains(&given);
     if fits { Ok(given) } else { Err(Problem::bad(format!("expected {name} from 1 to {most}, got {given}"))) }
 }

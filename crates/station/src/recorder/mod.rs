@@ -15,6 +15,7 @@
 //! | [`store`] | the file: tables, transactions, retention |
 //! | [`audit`] | who did what: rows that are only ever added |
 //! | [`writer`] | the thread that owns the file |
+//! | [`alarms`] | where alarms stand, their history, letters to webhooks |
 //! | `claim` | where the file lies, and that nobody else records into it |
 //! | `clock` | whether somebody has set the clock |
 //! | [`reader`] | drawing and reading |
@@ -25,6 +26,7 @@
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. No number stands for "no value": a sample says of what
 //! quality it is, and has no pressure where it has none.
 
+pub mod alarms;
 pub mod audit;
 mod claim;
 mod clock;
@@ -43,4 +45,4 @@ pub use reader::{Bin, Reader};
 pub use sample::{Micros, Qualities, Quality, Sample};
 pub use store::{Event, EventKind, Retention, StoreError};
 pub use thin::Band;
-pub use writer::{Health, Recorder, Settings};
+pub use writer::{Health, Recorder, Settings, Written};

@@ -3,6 +3,7 @@
 //! SQLite with a write-ahead log and `synchronous = FULL`: what a transaction has returned from is on the disk, and a power
 //! cut in the middle of one leaves the file as it was before.
 
+use super::alarms::{self, Batch};
 use super::audit::{self, Entry};
 use super::claim::{Claim, beside};
 use super::rollup::{Additions, LEVELS};
@@ -17,7 +18,7 @@ const VERSION: i64 = STEPS.len() as i64;
 
 /// How an empty file becomes one of this version. A file of an older version takes the steps it lacks; a step that was ever
 /// shipped is never changed.
-const STEPS: [&str; 2] = [MEASURED, audit::TABLE];
+const STEPS: [&str; 3] = [MEASURED, audit::TABLE, alarms::TABLES];
 
 const MEASURED: &str = "
     CREATE TABLE gauge (
@@ -104,10 +105,13 @@ pub enum EventKind {
     Note,
     /// Somebody logged in or out, was refused, or was made a user.
     Access,
+    /// Something became of an alarm.
+    Alarm,
 }
 
 impl EventKind {
-    const ALL: [Self; 6] = [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access];
+    const ALL: [Self; 7] =
+        [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access, Self::Alarm];
 
     /// As it stands in the file.
     #[must_use]
@@ -119,6 +123,7 @@ impl EventKind {
             Self::Command => "command",
             Self::Note => "note",
             Self::Access => "access",
+            Self::Alarm => "alarm",
         }
     }
 
@@ -228,6 +233,7 @@ impl Store {
         samples: &[(usize, Sample)],
         additions: &Additions,
         events: &[Event],
+        alarms: &Batch,
     ) -> Result<u64, StoreError> {
         self.be_there()?;
         let gauges: Vec<_> = events.iter().map(|event| event.gauge.as_deref().map(|name| self.gauge(name))).collect();
@@ -241,6 +247,7 @@ impl Store {
             let crowded = insert_samples(&transaction, samples, &ids)?;
             add_spans(&transaction, additions, &ids)?;
             insert_events(&transaction, events, &gauges, &ids)?;
+            alarms.write(&transaction)?;
             transaction.commit()?;
             Ok(crowded)
         });

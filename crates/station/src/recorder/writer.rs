@@ -1,5 +1,6 @@
 //! The thread that owns the file. Whoever measures never waits for the disk.
 
+use super::alarms::Batch;
 use super::audit::{Deed, Entry};
 use super::clock::Clock;
 use super::ring::Ring;
@@ -68,6 +69,8 @@ enum Message {
     Intent(Box<Entry>, Sender<Result<i64, String>>),
     /// A row of the audit trail that must not be lost; somebody wants to know when it is on the disk.
     Audit(Box<Entry>, Sender<()>),
+    /// What became of alarms, with the events that tell it. Written at once.
+    Alarms(Batch, Vec<Event>, Option<Sender<()>>),
     Flush(Sender<()>),
     /// A flush with what the dead band holds back.
     Finish(Sender<()>),
@@ -151,6 +154,20 @@ impl Recorder {
         OnItsWay(wait)
     }
 
+    /// What became of alarms, and the events that tell it. Never waits, and is written at once. Says whether there was room for it.
+    #[must_use]
+    pub fn alarms(&self, batch: Batch, events: Vec<Event>) -> bool {
+        self.send(Message::Alarms(batch, events, None))
+    }
+
+    /// The same, with somebody who waits: what is returned tells when it is on the disk. The order of what is sent is the order in
+    /// the file.
+    #[must_use]
+    pub fn alarms_and_tell(&self, batch: Batch, events: Vec<Event>) -> Written {
+        let (done, wait) = channel();
+        Written(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
+    }
+
     /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in ten seconds.
     #[must_use]
     pub fn flush(&self) -> bool {
@@ -178,6 +195,23 @@ impl Recorder {
     /// Whether there was room for it.
     fn send(&self, message: Message) -> bool {
         self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
+    }
+}
+
+/// Something that is on its way to the disk.
+pub struct Written(Option<Receiver<()>>);
+
+impl Written {
+    /// Whether there was room for it.
+    #[must_use]
+    pub const fn is_taken(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Returns when it is on the disk, `false` if that could not be had in ten seconds.
+    #[must_use]
+    pub fn wait(self) -> bool {
+        self.0.is_some_and(|wait| wait.recv_timeout(PATIENCE).is_ok())
     }
 }
 
@@ -211,6 +245,9 @@ struct Work {
     additions: Additions,
     events: Vec<Event>,
     audit: Vec<Entry>,
+    alarms: Batch,
+    /// Something is not to wait for the end of the second.
+    is_urgent: bool,
     acknowledgements: Vec<Sender<()>>,
     clock: Clock,
     /// So much fits into memory.
@@ -231,6 +268,8 @@ impl Work {
             additions: Additions::default(),
             events: Vec::new(),
             audit: Vec::new(),
+            alarms: Batch::default(),
+            is_urgent: false,
             acknowledgements: Vec::new(),
             clock: Clock::new(now, Micros::now()),
             room: UNWRITTEN,
@@ -247,7 +286,7 @@ impl Work {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            if !self.acknowledgements.is_empty() || Instant::now() >= self.due {
+            if self.is_urgent || !self.acknowledgements.is_empty() || Instant::now() >= self.due {
                 self.write();
             }
         }
@@ -272,6 +311,7 @@ impl Work {
                 self.audit.push(*entry);
                 self.acknowledgements.push(done);
             }
+            Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
             Message::Flush(done) => self.acknowledgements.push(done),
             Message::Finish(done) => {
                 self.let_go();
@@ -322,6 +362,17 @@ impl Work {
         self.acknowledgements.extend(done);
     }
 
+    fn alarms(&mut self, batch: Batch, events: Vec<Event>, done: Option<Sender<()>>) {
+        let lost = self.alarms.append(batch, UNWRITTEN_EVENTS);
+        if lost > 0 {
+            let mut health = self.locked();
+            health.lost_events = health.lost_events.saturating_add(lost);
+        }
+        events.into_iter().for_each(|event| self.event(event, None));
+        self.is_urgent = true;
+        self.acknowledgements.extend(done);
+    }
+
     /// Full rate around an event: of its gauge, or of all.
     fn around(&mut self, event: &Event) {
         for (name, lane) in &mut self.lanes {
@@ -358,11 +409,13 @@ impl Work {
     /// Writes what is there. What could not be written is tried again with the next.
     fn write(&mut self) {
         self.due = Instant::now() + PERIOD;
+        self.is_urgent = false;
         if let Some(text) = self.clock.step(Instant::now(), Micros::now()) {
             self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
         }
         let written = self.write_audit();
-        let written = written.and_then(|()| self.store.write(&self.samples, &self.additions, &self.events));
+        let written =
+            written.and_then(|()| self.store.write(&self.samples, &self.additions, &self.events, &self.alarms));
         if let Some(crowded) = self.told(written) {
             let mut health = self.locked();
             health.lost = health.lost.saturating_add(crowded);
@@ -370,6 +423,7 @@ impl Work {
             self.samples.clear();
             self.additions.clear();
             self.events.clear();
+            self.alarms = Batch::default();
             self.acknowledgements.drain(..).for_each(|done| {
                 // Whoever asked may have gone.
                 done.send(()).ok();

@@ -173,8 +173,8 @@ fn bodies_are_small_quick_and_json() {
     let desk = Desk::with(|setup, _| setup.limits = limits);
     let page = desk.login("ada");
     let post = || Ask::new("POST", "/api/password").by(&page).header("content-type: application/json");
-    assert_eq!(post().body(&"a".repeat(8 << 10)).to(&desk).status, 400);
-    assert_eq!(post().body(&"a".repeat((8 << 10) + 1)).to(&desk).status, 413);
+    assert_eq!(post().body(&"a".repeat(64 << 10)).to(&desk).status, 400);
+    assert_eq!(post().body(&"a".repeat((64 << 10) + 1)).to(&desk).status, 413);
     for body in [
         "null",
         "[]",

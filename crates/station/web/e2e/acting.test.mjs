@@ -70,7 +70,7 @@ async function masters(person) {
 
 /** The pressure in the chamber, and the gauge has seen it. */
 async function pressure(mbar) {
-  plant.say(`mbar ${mbar}`)
+  plant.tell(`mbar ${mbar}`)
   for (;;) {
     const [{ readings }] = await (await ask(VIEWER, '/api/gauges')).json()
     if (readings[0]?.pa && Math.abs(readings[0].pa / (mbar * 100) - 1) < 0.1) return

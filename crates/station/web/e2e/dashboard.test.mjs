@@ -17,7 +17,7 @@ after(async () => {
   await plant?.stop()
 })
 
-const PAGES = { '/': 'Overview', '/trends': 'Trends', '/bus': 'Bus map', '/gauge': 'Gauge', '/rise': 'Rate of rise', '/events': 'Events', '/audit': 'Audit' }
+const PAGES = { '/': 'Overview', '/trends': 'Trends', '/bus': 'Bus map', '/gauge': 'Gauge', '/rise': 'Rate of rise', '/events': 'Events', '/alarms': 'Alarms', '/audit': 'Audit' }
 
 /** Opens a page of the plant, and afterwards holds it to have complained of nothing. */
 async function visit(path, look, options = {}) {

@@ -53,3 +53,15 @@ test('parameters of a gauge are read over the bus', async () => {
 test('the pump-down is drawn', async () => {
   await visit('/trends', drawn)
 })
+
+test('the chamber is full of air at first: that is an alarm, and it is over when it has been pumped down', async () => {
+  await visit('/alarms', async (page) => {
+    const chamber = page.locator('[data-alarm="chamber above 1e-3 mbar"]')
+    await chamber.waitFor()
+    assert.match(await chamber.innerText(), /Is a flange open/)
+    await page.waitForFunction(async () => {
+      const all = await (await fetch('/api/alarms')).json()
+      return ['returned', 'normal'].includes(all.find(({ name }) => name === 'chamber above 1e-3 mbar').state)
+    })
+  })
+})

@@ -38,7 +38,8 @@ async function startProgram(program, address, ...more) {
     users,
     address: url.replace('http://', ''),
     json: async (path) => (await fetch(url + path)).json(),
-    say: (line) => child.stdin.write(`${line}\n`),
+    /** What the program takes on its input is said where it begins. */
+    tell: (line) => child.stdin.write(`${line}\n`),
     stop: async () => {
       if (child.exitCode !== null || child.signalCode !== null) return
       const gone = once(child, 'exit')

@@ -34,6 +34,11 @@ async function riseMarked(page) {
   await drawn(page)
 }
 
+async function standing(page) {
+  await page.locator('.alarm-item').first().waitFor()
+  await page.locator('.panel.events tbody tr').first().waitFor()
+}
+
 /** The whole page from its top, unless it is very long. */
 async function shown(page) {
   await page.evaluate(() => scrollTo(0, 0))
@@ -56,6 +61,9 @@ function pictures(start) {
     ['gauge', '/gauge/chamber', LIGHT, read],
     ['rise', rise, LIGHT, riseMarked],
     ['rise-dark', rise, DARK, riseMarked],
+    ['alarms', '/alarms', LIGHT, standing],
+    ['alarms-dark', '/alarms', DARK, standing],
+    ['alarms-phone', '/alarms', { ...DARK, ...PHONE }, standing],
     ['events', '/events', LIGHT, (page) => page.locator('.events tbody tr').first().waitFor()],
   ]
 }

@@ -5,7 +5,7 @@ export type Quality = 'valid' | 'overrange' | 'underrange' | 'invalid' | 'gap'
 export type Standing = 'ourselves' | 'master' | 'exchanging' | 'faulty' | 'starting' | 'missing' | 'foreign'
 export type SegmentState = 'waiting' | 'listening' | 'running'
 export type Principle = 'pirani' | 'hot-cathode' | 'cold-cathode' | 'diaphragm' | 'atmosphere'
-export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note' | 'access'
+export type EventKind = 'station' | 'bus' | 'gauge' | 'command' | 'note' | 'access' | 'alarm'
 
 export type Role = 'viewer' | 'operator' | 'engineer'
 
@@ -100,6 +100,82 @@ export interface ReadSoFar {
   of: number
 }
 
+export type Priority = 'high' | 'medium' | 'low'
+export type AlarmState = 'normal' | 'unacknowledged' | 'acknowledged' | 'returned' | 'out-of-service'
+export type AlarmCondition = 'above' | 'below' | 'rise' | 'blind' | 'fault' | 'stale' | 'down' | 'damage' | 'unrecorded'
+
+export interface OutOfService {
+  who: string
+  at_ms: number
+  reason: string
+  until_ms: number | null
+}
+
+export interface Alarm {
+  name: string
+  condition: AlarmCondition
+  gauge: string | null
+  series: string | null
+  segment: string | null
+  priority: Priority
+  state: AlarmState
+  since_ms: number | null
+  /** Which time it was raised; whoever acknowledges it says which they have seen. */
+  occurrence: number
+  raised_ms: number | null
+  raised_value: number | null
+  text: string
+  value: number | null
+  limit: number | null
+  reset: number | null
+  unit: string | null
+  acknowledged_by: string | null
+  acknowledged_ms: number | null
+  out_of_service: OutOfService | null
+  message: string | null
+}
+
+export interface Count {
+  active: number
+  unacknowledged: number
+}
+
+/** Alarms at a moment: how many, and those that stand or are new. */
+export interface StandingAlarms {
+  trouble: string | null
+  high: Count
+  medium: Count
+  low: Count
+  out_of_service: number
+  list: Alarm[]
+  more: number
+}
+
+export interface AlarmEvent {
+  at_ms: number
+  alarm: string
+  what: string
+  state: AlarmState
+  priority: Priority
+  subject: string | null
+  occurrence: number
+  who: string | null
+  value: number | null
+  unit: string | null
+  text: string
+}
+
+export interface Webhook {
+  name: string
+  at: string
+  waiting: number
+  delivered: number
+  given_up: number
+  delivered_ms: number | null
+  problem: string | null
+  failing_since_ms: number | null
+}
+
 /** What /api/live sends four times a second. */
 export interface Moment {
   station: Station
@@ -107,6 +183,7 @@ export interface Moment {
   gauges: Gauge[]
   mastership: Mastership
   reading: ReadSoFar[]
+  alarms: StandingAlarms
 }
 
 /** One entry of each list for every pixel in which something was recorded. */
@@ -254,6 +331,32 @@ export function rise(series: string, from: number, to: number, volume_m3: number
 export function blocks(gauge: string): Promise<Block[]> {
   return get(`/api/gauges/${encodeURIComponent(gauge)}/blocks`, {})
 }
+
+export const alarms = (signal?: AbortSignal): Promise<Alarm[]> => get('/api/alarms', {}, signal)
+export const webhooks = (signal?: AbortSignal): Promise<Webhook[]> => get('/api/webhooks', {}, signal)
+
+export function alarmHistory(from: number, to: number, most: number, signal?: AbortSignal): Promise<AlarmEvent[]> {
+  return get('/api/alarms/history', { from, to, most }, signal)
+}
+
+const alarmPath = (name: string, what: string): string => `/api/alarms/${encodeURIComponent(name)}/${what}`
+
+export function acknowledge(name: string, occurrence: number): Promise<Alarm> {
+  return post(alarmPath(name, 'acknowledge'), { occurrence })
+}
+
+/** Each is acknowledged or refused for itself. */
+export function acknowledgeAll(
+  alarms: { name: string; occurrence: number }[],
+): Promise<{ acknowledged: string[]; refused: { name: string; problem: string }[] }> {
+  return post('/api/alarms/acknowledge', { alarms })
+}
+
+export function outOfService(name: string, reason: string, minutes: number | null): Promise<Alarm> {
+  return post(alarmPath(name, 'out-of-service'), { reason, minutes })
+}
+
+export const returnToService = (name: string): Promise<Alarm> => post(alarmPath(name, 'return-to-service'), {})
 
 export function exportAddress(series: string[], from: number, to: number): string {
   // Each by itself: a name may have a comma in it.

@@ -4,6 +4,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { useLive, type Live } from './live.ts'
 import { Help } from './help.tsx'
+import { Alarms } from './pages/alarms.tsx'
 import { Audit } from './pages/audit.tsx'
 import { Bus } from './pages/bus.tsx'
 import { Device } from './pages/device.tsx'
@@ -13,6 +14,7 @@ import { Rise } from './pages/rise.tsx'
 import { Trends } from './pages/trends.tsx'
 import { MastershipMark } from './parts/mastership.tsx'
 import { Login } from './pages/login.tsx'
+import { AlarmBadge } from './parts/alarm.tsx'
 import { Person } from './parts/person.tsx'
 import { age } from './pure/format.ts'
 import { nextUnit, UNIT_NAMES, type Unit } from './pure/units.ts'
@@ -28,6 +30,7 @@ export const PAGES = [
   { path: '/gauge', name: 'Gauge', key: '4' },
   { path: '/rise', name: 'Rate of rise', key: '5' },
   { path: '/events', name: 'Events', key: '6' },
+  { path: '/alarms', name: 'Alarms', key: '7' },
   { path: '/audit', name: 'Audit', key: '8' },
 ]
 
@@ -78,6 +81,8 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
       return <Rise />
     case '/events':
       return <Events />
+    case '/alarms':
+      return <Alarms />
     case '/audit':
       return <Audit />
     default:
@@ -96,6 +101,7 @@ function Header({ current, live, showHelp }: { current: string | undefined; live
       <div class="station">
         <strong>{live.moment?.station.name ?? 'profivac'}</strong>
         {!out && <Heard live={live} />}
+        {!out && <AlarmBadge moment={live.moment} />}
       </div>
       {out ? <span class="filler" /> : <Pages current={current} />}
       {live.moment && !out && <MastershipMark mastership={live.moment.mastership} now={live.now} />}

@@ -5,6 +5,7 @@ import { whoami } from './session.ts'
 import { applyTheme } from './settings.ts'
 import './styles/base.css'
 import './styles/pages.css'
+import './styles/alarms.css'
 
 applyTheme()
 start()

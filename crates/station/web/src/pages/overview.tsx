@@ -1,8 +1,9 @@
 // All gauges as cards, segment by segment: what a person sees from the other end of the hall.
 
 import type { JSX } from 'preact'
-import type { Gauge, Reading, Segment } from '../api.ts'
+import type { Alarm, Gauge, Reading, Segment } from '../api.ts'
 import { useLive, type Live } from '../live.ts'
+import { CardAlarms } from '../parts/alarm.tsx'
 import { Limit, Pressure, Shown } from '../parts/pressure.tsx'
 import { Spark } from '../parts/spark.tsx'
 import { StandingMark } from '../parts/standing.tsx'
@@ -16,7 +17,7 @@ import { useUnit } from '../settings.ts'
 export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
-  const { segments, gauges } = live.moment!
+  const { segments, gauges, alarms } = live.moment!
   return (
     <>
       <h1 class="unseen">Overview</h1>
@@ -27,7 +28,7 @@ export function Overview(): JSX.Element {
             {gauges
               .filter((gauge) => gauge.segment === segment.name)
               .map((gauge) => (
-                <Card gauge={gauge} live={live} unit={unit} key={gauge.name} />
+                <Card gauge={gauge} alarms={alarms.list.filter((alarm) => alarm.gauge === gauge.name)} live={live} unit={unit} key={gauge.name} />
               ))}
           </div>
         </section>
@@ -46,7 +47,7 @@ function SegmentHead({ segment }: { segment: Segment }): JSX.Element {
   )
 }
 
-function Card({ gauge, live, unit }: { gauge: Gauge; live: Live; unit: Unit }): JSX.Element {
+function Card({ gauge, alarms, live, unit }: { gauge: Gauge; alarms: Alarm[]; live: Live; unit: Unit }): JSX.Element {
   const stale = isStale(gauge, live.since)
   const several = gauge.readings.length > 1
   return (
@@ -62,6 +63,7 @@ function Card({ gauge, live, unit }: { gauge: Gauge; live: Live; unit: Unit }): 
       ))}
       {gauge.readings.length === 0 && <p class="big none">no data</p>}
       <Complaints gauge={gauge} />
+      <CardAlarms alarms={alarms} />
       <p class="card-foot">
         <span>{gauge.device}</span>
         <Age gauge={gauge} live={live} />

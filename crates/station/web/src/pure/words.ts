@@ -40,6 +40,7 @@ export const KINDS: Record<EventKind, string> = {
   gauge: 'Gauge',
   command: 'Command',
   note: 'Note',
+  alarm: 'Alarm',
   access: 'Access',
 }
 

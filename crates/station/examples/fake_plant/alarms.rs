@@ -1,0 +1,77 @@
+//! Alarms over the scenery: some stand from the beginning, one is acknowledged, one out of service.
+
+use crate::gauges::Fake;
+use profivac_station::alarm::watcher::sight;
+use profivac_station::config::Config;
+use profivac_station::plant::Plant;
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What the file of such a plant would say of alarms.
+const ALARMS: &str = r#"
+[[alarm]]
+name = "gate 2 not evacuated"
+gauge = "gate 2"
+above = "1e-3 mbar"
+priority = "high"
+delay = "0 s"
+message = "Keep the gate valve closed and call the vacuum group."
+
+[[alarm]]
+name = "transfer above 3e-5 mbar"
+gauge = "transfer"
+above = "3e-5 mbar"
+reset = "1e-5 mbar"
+priority = "low"
+delay = "0 s"
+
+[[alarm]]
+name = "cryostat above 1e-4 mbar"
+gauge = "cryostat"
+above = "1e-4 mbar"
+
+[[alarm]]
+name = "vessel vented"
+gauge = "vessel"
+above = "10 mbar"
+priority = "high"
+delay = "0 s"
+off-delay = "0 s"
+
+[[alarm]]
+name = "chamber leaks"
+gauge = "chamber"
+rise = 0.5
+window = "1 min"
+
+[alarms]
+fault = { delay = "0 s" }
+stale = { delay = "0 s", priority = "low" }
+blind = { delay = "0 s" }
+segment = { delay = "0 s" }
+"#;
+
+/// Begins to watch, and does what people have done already.
+pub fn begin(plant: &Plant, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
+    let config = Config::parse(&file(fakes)?, Path::new("fake.toml"))?;
+    plant.alarms().begin(plant, config.alarms, Vec::new())?;
+    let look = || plant.alarms().look(plant.recorder(), &sight(plant));
+    look();
+    let known = plant.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
+    let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();
+    plant.alarms().acknowledge(plant.recorder(), "segment bench: down", occurrence, "olga")?;
+    plant.alarms().take_out(plant.recorder(), "spare: no data", "ada", "It is not installed yet.", None)?;
+    Ok(())
+}
+
+fn file(fakes: &[Fake]) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    for segment in ["hall", "beam line", "bench"] {
+        writeln!(text, "[[segment]]\nname = {segment:?}\nport = {segment:?}\nmaster = 1")?;
+        for Fake { name, address, device, .. } in fakes.iter().filter(|fake| fake.segment == segment) {
+            writeln!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {address}\ndevice = {device:?}")?;
+        }
+    }
+    Ok(text + ALARMS)
+}

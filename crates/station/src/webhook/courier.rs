@@ -1,0 +1,219 @@
+//! The thread that delivers the letters to one webhook.
+
+use super::client::{Client, certificates};
+use crate::config::{Secret, Webhook};
+use crate::plant::Plant;
+use crate::recorder::alarms::{Batch, Letter};
+use crate::recorder::{EventKind, Micros, StoreError};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use tokio::runtime::Builder;
+use tokio::sync::oneshot;
+use tokio::time::{sleep, timeout};
+
+/// How patient a courier is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patience {
+    /// How often it looks for new letters.
+    pub look: Duration,
+    /// How long an answer may take, from the first packet on.
+    pub answer: Duration,
+    /// The pause after the first failure; each further one is twice as long.
+    pub first_pause: Duration,
+    /// The longest pause.
+    pub longest_pause: Duration,
+    /// A letter that is older is given up.
+    pub oldest: Duration,
+    /// Of more letters the oldest are given up.
+    pub most: usize,
+}
+
+impl Default for Patience {
+    /// free choice: told within a second where all is well, quick after an interruption, no burden on who is in trouble, and nothing
+    /// that is told a day later is news.
+    fn default() -> Self {
+        Self {
+            look: Duration::from_millis(500),
+            answer: Duration::from_secs(10),
+            first_pause: Duration::from_secs(1),
+            longest_pause: Duration::from_secs(300),
+            oldest: Duration::from_secs(86_400),
+            most: 10_000,
+        }
+    }
+}
+
+/// These answers say that the letter itself is not understood: it will not be the next time.
+const NEVER: [u16; 3] = [400, 413, 422];
+
+/// Somebody who delivers. Ends when this is dropped.
+pub struct Courier {
+    webhook: Webhook,
+    plant: Arc<Plant>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Courier {
+    /// Begins to deliver.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(webhook: Webhook, plant: Arc<Plant>, patience: Patience) -> std::io::Result<Self> {
+        let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
+        let (stop, stopped) = oneshot::channel::<()>();
+        let round = Round { webhook: webhook.clone(), plant: Arc::clone(&plant), patience, last: 0 };
+        plant.webhooks().begin(&webhook.name, webhook.place());
+        let thread = std::thread::Builder::new().name("webhook".to_owned()).spawn(move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = round.run() => {}
+                    _ = stopped => {}
+                }
+            });
+            // A name that is being looked up is not waited for.
+            runtime.shutdown_background();
+        })?;
+        Ok(Self { webhook, plant, stop: Some(stop), thread: Some(thread) })
+    }
+
+    /// To whom.
+    #[must_use]
+    pub const fn webhook(&self) -> &Webhook {
+        &self.webhook
+    }
+
+    /// Whether its thread has ended, which only a defect can bring about.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+}
+
+impl Drop for Courier {
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+        self.plant.webhooks().end(&self.webhook.name);
+    }
+}
+
+struct Round {
+    webhook: Webhook,
+    plant: Arc<Plant>,
+    patience: Patience,
+    /// The number of the last letter that nobody waits for any more: its deletion may not be on the disk yet.
+    last: i64,
+}
+
+impl Round {
+    /// For ever.
+    async fn run(mut self) {
+        let client = match self.client() {
+            Ok(client) => client,
+            Err(problem) => return self.fails(&problem),
+        };
+        let mut pause = self.patience.first_pause;
+        loop {
+            match self.next() {
+                Ok(Some(letter)) => match self.deliver(&client, &letter).await {
+                    Ok(()) => pause = self.patience.first_pause,
+                    Err(problem) => {
+                        self.fails(&problem);
+                        sleep(pause).await;
+                        pause = pause.saturating_mul(2).min(self.patience.longest_pause);
+                    }
+                },
+                Ok(None) => sleep(self.patience.look).await,
+                Err(error) => {
+                    self.fails(&error.to_string());
+                    sleep(self.patience.look).await;
+                }
+            }
+        }
+    }
+
+    fn client(&self) -> Result<Client, String> {
+        let trusted = self.webhook.ca_file.as_deref().map(certificates).transpose()?.unwrap_or_default();
+        Client::new(self.webhook.url.clone(), self.webhook.token.as_ref().map(Secret::reveal), trusted)
+    }
+
+    /// The next letter, once those were given up that are too old or too many.
+    fn next(&mut self) -> Result<Option<Letter>, StoreError> {
+        let reader = self.plant.reader()?;
+        let name = &self.webhook.name;
+        let waiting: Vec<_> = reader.letters(name)?.into_iter().filter(|id| *id > self.last).collect();
+        let too_many = waiting.len().saturating_sub(self.patience.most);
+        if let Some(gone) = waiting.get(..too_many).filter(|gone| !gone.is_empty()) {
+            self.give_up(gone, "there are too many");
+        }
+        let letter = reader.next_letter(&self.webhook.name, self.last)?;
+        let oldest = Micros::now().before(self.patience.oldest);
+        match letter {
+            Some(letter) if letter.at < oldest => {
+                self.give_up(&[letter.id], "it is too old");
+                self.next()
+            }
+            letter => Ok(letter),
+        }
+    }
+
+    async fn deliver(&mut self, client: &Client, letter: &Letter) -> Result<(), String> {
+        let answer = timeout(self.patience.answer, client.post(numbered(letter))).await;
+        let status = answer.map_err(|_| format!("no answer in {} s", self.patience.answer.as_secs_f64()))??;
+        match status {
+            200..=299 => {
+                self.done(&[letter.id]);
+                if self.plant.webhooks().took(&self.webhook.name) {
+                    self.remark("takes letters again");
+                }
+                Ok(())
+            }
+            status if NEVER.contains(&status) => {
+                self.give_up(&[letter.id], &format!("the answer is {status}"));
+                Ok(())
+            }
+            status => Err(format!("the answer is {status}")),
+        }
+    }
+
+    fn fails(&self, problem: &str) {
+        if self.plant.webhooks().failed(&self.webhook.name, problem) {
+            self.remark(&format!("takes no letters: {problem}; it is tried again"));
+        }
+    }
+
+    fn give_up(&mut self, ids: &[i64], why: &str) {
+        self.done(ids);
+        self.plant.webhooks().gave_up(&self.webhook.name, ids.len());
+        self.remark(&format!("was not told of {} letters: {why}", ids.len()));
+    }
+
+    /// Nobody waits for these any more. A deletion that finds no room is made up for when the station begins again: the letter is then
+    /// told once more.
+    fn done(&mut self, ids: &[i64]) {
+        self.last = ids.iter().copied().fold(self.last, i64::max);
+        let batch = Batch { gone: ids.to_vec(), ..Batch::default() };
+        let _room = self.plant.recorder().alarms(batch, Vec::new());
+    }
+
+    fn remark(&self, what: &str) {
+        self.plant.remark(None, EventKind::Alarm, format!("webhook {:?} {what}", self.webhook.name));
+    }
+}
+
+/// The letter with its number, by which whoever gets it twice knows it again.
+fn numbered(letter: &Letter) -> String {
+    let id = format!("{}-{}", letter.at.0, letter.id);
+    // What we have written ourselves is an object.
+    match serde_json::from_str(&letter.body) {
+        Ok(serde_json::Value::Object(mut body)) => {
+            body.insert("id".to_owned(), id.into());
+            serde_json::Value::Object(body).to_string()
+        }
+        _ => letter.body.clone(),
+    }
+}

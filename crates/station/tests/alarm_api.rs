@@ -1,0 +1,274 @@
+//! Alarms over HTTP: what is told, who may do what, and what is refused with a sentence.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+mod desk;
+
+use axum::body::{Body, to_bytes};
+use axum::http::Request;
+use desk::{scenery, sight};
+use profivac_station::api::router;
+use profivac_station::config::Config;
+use profivac_station::people::{Person, Role};
+use profivac_station::plant::Plant;
+use profivac_station::recorder::{Recorder, Settings};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Arc;
+use tempfile::TempDir;
+use tower::ServiceExt;
+
+const FILE: &str = r#"
+[[segment]]
+name = "hall"
+port = "/dev/ttyUSB0"
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+[[alarm]]
+name = "too high"
+gauge = "chamber"
+above = "1e-3 mbar"
+delay = "0 s"
+off-delay = "0 s"
+priority = "high"
+message = "close the valve"
+[[alarm]]
+name = "history"
+gauge = "chamber"
+above = "1e-2 mbar"
+delay = "0 s"
+off-delay = "0 s"
+[alarms]
+stale = { priority = "off" }
+"#;
+
+struct Desk {
+    plant: Arc<Plant>,
+    _folder: TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plant.db");
+        let recorder = Recorder::start(&file, Settings::default()).unwrap();
+        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        let rules = Config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
+        plant.alarms().begin(&plant, rules, Vec::new()).unwrap();
+        plant.show(scenery(1.0, "valid"));
+        Self { plant, _folder: folder }
+    }
+
+    /// The gauge shows this for the time of a look.
+    fn look(&self, pa: f64) {
+        self.plant.alarms().look(self.plant.recorder(), &sight(pa, "valid"));
+    }
+
+    fn ask(&self, method: &str, path: &str, body: &str, role: Role) -> (u16, Value) {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        runtime.block_on(async {
+            let request = Request::builder().method(method).uri(path).header("content-type", "application/json");
+            let mut request = request.body(Body::from(body.to_owned())).unwrap();
+            request.extensions_mut().insert(Person { name: Arc::from("Ada"), role });
+            let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
+            let status = response.status().as_u16();
+            let octets = to_bytes(response.into_body(), usize::MAX).await.unwrap();
+            (status, serde_json::from_slice(&octets).unwrap())
+        })
+    }
+
+    fn get(&self, path: &str) -> Value {
+        let (status, json) = self.ask("GET", path, "", Role::Viewer);
+        assert_eq!(status, 200, "{path}: {json}");
+        json
+    }
+
+    fn post(&self, path: &str, body: &Value, role: Role) -> (u16, Value) {
+        self.ask("POST", path, &body.to_string(), role)
+    }
+
+    fn alarm(&self, name: &str) -> Value {
+        let all = self.get("/api/alarms");
+        all.as_array().unwrap().iter().find(|alarm| alarm["name"] == name).unwrap().clone()
+    }
+}
+
+fn problem(answer: &(u16, Value)) -> (u16, &str) {
+    (answer.0, answer.1["problem"].as_str().unwrap())
+}
+
+#[test]
+fn an_alarm_is_raised_acknowledged_and_over() {
+    let desk = Desk::new();
+    assert_eq!(desk.alarm("too high")["state"], "normal");
+    desk.look(0.5);
+    let alarm = desk.alarm("too high");
+    for (key, value) in [
+        ("state", json!("unacknowledged")),
+        ("priority", json!("high")),
+        ("condition", json!("above")),
+        ("gauge", json!("chamber")),
+        ("limit", json!(0.1)),
+        ("unit", json!("Pa")),
+        ("raised_value", json!(0.5)),
+        ("message", json!("close the valve")),
+        ("acknowledged_by", Value::Null),
+    ] {
+        assert_eq!(alarm[key], value, "{key}");
+    }
+    let seen = json!({ "occurrence": alarm["occurrence"] });
+    let (status, acknowledged) = desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
+    assert_eq!(
+        (status, &acknowledged["state"], &acknowledged["acknowledged_by"]),
+        (200, &json!("acknowledged"), &json!("Ada"))
+    );
+    desk.look(0.01);
+    assert_eq!(desk.alarm("too high")["state"], "normal");
+    assert!(desk.plant.recorder().flush());
+    let history = desk.get(&format!("/api/alarms/history?from=0&to={}", i64::MAX));
+    let told: Vec<_> =
+        history.as_array().unwrap().iter().map(|line| (line["what"].as_str().unwrap(), &line["who"])).collect();
+    assert_eq!(told, [("returned", &Value::Null), ("acknowledged", &json!("Ada")), ("raised", &Value::Null)]);
+    assert_eq!(
+        (&history[2]["value"], &history[2]["unit"], &history[2]["subject"]),
+        (&json!(0.5), &json!("Pa"), &json!("chamber"))
+    );
+    let events = desk.get(&format!("/api/events?from=0&to={}", i64::MAX));
+    assert_eq!(events[1]["text"], "alarm \"too high\" (high) acknowledged by Ada");
+    assert_eq!(desk.get(&format!("/api/alarms/history?from=0&to={}&alarm=other", i64::MAX)), json!([]));
+}
+
+#[test]
+fn who_may_not_is_refused_and_nothing_happens() {
+    let desk = Desk::new();
+    desk.look(0.5);
+    let seen = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
+    let leave = json!({ "reason": "calibration" });
+    for (path, body, role, sentence) in [
+        (
+            "too%20high/acknowledge",
+            &seen,
+            Role::Viewer,
+            "acknowledging an alarm needs the role operator, Ada has viewer",
+        ),
+        (
+            "too%20high/out-of-service",
+            &leave,
+            Role::Operator,
+            "taking an alarm out of service needs the role engineer, Ada has operator",
+        ),
+        (
+            "too%20high/return-to-service",
+            &leave,
+            Role::Operator,
+            "putting an alarm back into service needs the role engineer, Ada has operator",
+        ),
+    ] {
+        assert_eq!(problem(&desk.post(&format!("/api/alarms/{path}"), body, role)), (403, sentence));
+    }
+    let all = json!({ "alarms": [{ "name": "too high", "occurrence": seen["occurrence"] }] });
+    assert_eq!(desk.post("/api/alarms/acknowledge", &all, Role::Viewer).0, 403);
+    assert_eq!(desk.alarm("too high")["state"], "unacknowledged");
+}
+
+#[test]
+fn nobody_acknowledges_what_they_have_not_seen() {
+    let desk = Desk::new();
+    desk.look(0.5);
+    let seen = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
+    desk.look(0.01);
+    desk.look(0.5);
+    let (status, sentence) = desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
+    assert_eq!(status, 409);
+    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again since"), "{sentence}");
+    let unknown = desk.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
+    assert_eq!(problem(&unknown), (404, "there is no alarm \"nobody\""));
+    let now = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
+    assert_eq!(desk.post("/api/alarms/too%20high/acknowledge", &now, Role::Engineer).0, 200);
+    let again = desk.post("/api/alarms/too%20high/acknowledge", &now, Role::Operator);
+    assert_eq!(problem(&again), (409, "too high is acknowledged by Ada already"));
+}
+
+#[test]
+fn all_that_was_seen_is_acknowledged_and_nothing_else() {
+    let desk = Desk::new();
+    desk.look(5.0);
+    let occurrence = |name| desk.alarm(name)["occurrence"].as_i64().unwrap();
+    let seen = json!({ "alarms": [
+        { "name": "too high", "occurrence": occurrence("too high") },
+        { "name": "history", "occurrence": occurrence("history") - 1 },
+        { "name": "nobody", "occurrence": 1 },
+    ] });
+    let (status, told) = desk.post("/api/alarms/acknowledge", &seen, Role::Operator);
+    assert_eq!((status, &told["acknowledged"]), (200, &json!(["too high"])));
+    assert_eq!((&told["refused"][0]["name"], &told["refused"][1]["name"]), (&json!("history"), &json!("nobody")));
+    assert_eq!(desk.alarm("history")["state"], "unacknowledged");
+    // A name that is also a path.
+    let seen = json!({ "occurrence": occurrence("history") });
+    assert_eq!(desk.post("/api/alarms/history/acknowledge", &seen, Role::Operator).0, 200);
+}
+
+#[test]
+fn an_alarm_is_taken_out_of_service_and_put_back() {
+    let desk = Desk::new();
+    let leave = json!({ "reason": " calibration ", "minutes": 30 });
+    let (status, out) = desk.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
+    let told = &out["out_of_service"];
+    assert_eq!((status, &told["who"], &told["reason"]), (200, &json!("Ada"), &json!("calibration")));
+    assert_eq!(told["until_ms"].as_i64().unwrap() - told["at_ms"].as_i64().unwrap(), 1_800_000);
+    desk.look(0.5);
+    assert_eq!(desk.alarm("too high")["state"], "out-of-service");
+    let again = desk.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
+    assert_eq!(problem(&again), (409, "too high is out-of-service by Ada already"));
+    assert_eq!(desk.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).1["state"], "normal");
+    desk.look(0.5);
+    assert_eq!(desk.alarm("too high")["state"], "unacknowledged");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_a_sentence() {
+    let desk = Desk::new();
+    let path = |rest: &str| format!("/api/alarms/too%20high/{rest}");
+    for (rest, body) in [
+        ("acknowledge", ""),
+        ("acknowledge", "{"),
+        ("acknowledge", "{}"),
+        ("acknowledge", "{\"occurrence\": 1.5}"),
+        ("acknowledge", "{\"occurrence\": 99999999999999999999}"),
+        ("acknowledge", "{\"occurrence\": 1, \"more\": 2}"),
+        ("out-of-service", "{\"reason\": \"\"}"),
+        ("out-of-service", "{\"reason\": \"  \\t \"}"),
+        ("out-of-service", "{\"reason\": \"one\\ntwo\"}"),
+        ("out-of-service", "{\"reason\": \"so\", \"minutes\": 0}"),
+        ("out-of-service", "{\"reason\": \"so\", \"minutes\": 44641}"),
+        ("out-of-service", "{\"minutes\": 5}"),
+    ] {
+        let (status, told) = desk.ask("POST", &path(rest), body, Role::Engineer);
+        assert!(status == 400 && told["problem"].is_string(), "{rest} {body}: {status} {told}");
+    }
+    let long = json!({ "reason": "x".repeat(501) });
+    assert_eq!(desk.post(&path("out-of-service"), &long, Role::Engineer).0, 400);
+    let huge = json!({ "reason": "x".repeat(1 << 20) });
+    assert_eq!(desk.post(&path("out-of-service"), &huge, Role::Engineer).0, 400);
+    assert_eq!(desk.post("/api/alarms/acknowledge", &json!({ "alarms": [] }), Role::Operator).0, 400);
+    assert_eq!(desk.ask("GET", &path("acknowledge"), "", Role::Operator).0, 405);
+    assert_eq!(desk.ask("POST", "/api/alarms", "{}", Role::Operator).0, 405);
+    for query in ["", "?from=2&to=1", "?from=0&to=1&most=0", "?from=a&to=1"] {
+        assert_eq!(desk.ask("GET", &format!("/api/alarms/history{query}"), "", Role::Viewer).0, 400, "{query}");
+    }
+    assert_eq!(desk.alarm("too high")["state"], "normal");
+}
+
+#[test]
+fn a_moment_says_what_stands_the_most_urgent_first() {
+    let desk = Desk::new();
+    desk.look(5.0);
+    let standing = serde_json::to_value(desk.plant.alarms().standing()).unwrap();
+    assert_eq!(standing["high"], json!({ "active": 1, "unacknowledged": 1 }));
+    assert_eq!(standing["medium"], json!({ "active": 1, "unacknowledged": 1 }));
+    let names: Vec<_> =
+        standing["list"].as_array().unwrap().iter().map(|alarm| alarm["name"].as_str().unwrap()).collect();
+    assert_eq!((names, &standing["trouble"]), (vec!["too high", "history"], &Value::Null));
+}

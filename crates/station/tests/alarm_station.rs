@@ -1,0 +1,102 @@
+//! Alarms of a station that runs on a segment in memory: raised by what a gauge says, left where they stand by a changed file, by an end and by
+//! a beginning.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_station::alarm::State;
+use profivac_station::alarm::view::Alarm;
+use profivac_station::config::Config;
+use profivac_station::plant::Plant;
+use profivac_station::recorder::Micros;
+use profivac_station::station::Station;
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Long enough for a computer that is busy with something else.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A chamber at 2e-3 mbar, and limits around it.
+fn config(folder: &Path, more: &str) -> Config {
+    let bench = folder.join("bench.toml");
+    fs::write(&bench, "devices = [\"bcg450@5\"]\nbaud = 187500\npressure = \"2e-3 mbar\"\n").unwrap();
+    let text = format!(
+        "[[segment]]\nname = 'hall'\nport = 'sim:{}'\nbaud = 187500\nmaster = 1\n\
+         [[segment.gauge]]\nname = 'chamber'\ndevice = 'bcg450'\naddress = 5\npoll = '50 ms'\n\
+         [[alarm]]\nname = 'too high'\ngauge = 'chamber'\nabove = '1e-3 mbar'\ndelay = '0 s'\n\
+         [[alarm]]\nname = 'much too high'\ngauge = 'chamber'\nabove = '1 mbar'\ndelay = '0 s'\n{more}",
+        bench.display()
+    );
+    Config::parse(&text, &folder.join("plant.toml")).unwrap()
+}
+
+fn alarm(plant: &Plant, name: &str) -> Option<Alarm> {
+    plant.alarms().all().into_iter().find(|alarm| alarm.name == name)
+}
+
+fn until(plant: &Plant, name: &str, state: State) -> Alarm {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let alarm = alarm(plant, name).unwrap();
+        if alarm.state == state {
+            return alarm;
+        }
+        assert!(Instant::now() < end, "it never was {state:?}: {alarm:?}");
+        std::thread::yield_now();
+    }
+}
+
+fn history(plant: &Plant) -> Vec<(String, String)> {
+    assert!(plant.recorder().flush());
+    let lines = plant.reader().unwrap().alarm_history(Micros(0), Micros(i64::MAX), None, 1000).unwrap();
+    lines.into_iter().rev().map(|line| (line.alarm, line.what)).collect()
+}
+
+#[test]
+fn a_station_raises_alarms_and_keeps_them_whatever_becomes_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut station = Station::start(config(folder.path(), "")).unwrap();
+    let plant = station.plant();
+    let raised = until(&plant, "too high", State::Unacknowledged);
+    let pa = raised.raised_value.unwrap();
+    assert!((pa / 0.2 - 1.0).abs() < 0.01, "{pa}");
+    assert_eq!(alarm(&plant, "much too high").unwrap().state, State::Normal);
+    plant.alarms().acknowledge(plant.recorder(), "too high", raised.occurrence, "Ada").unwrap();
+    station
+        .become_like(config(
+            folder.path(),
+            "[[alarm]]\nname = 'low'\ngauge = 'chamber'\nbelow = '1 mbar'\ndelay = '0 s'\n",
+        ))
+        .unwrap();
+    until(&plant, "low", State::Unacknowledged);
+    assert_eq!(alarm(&plant, "too high").unwrap().acknowledged_by.as_deref(), Some("Ada"));
+    station.stop();
+    drop(plant);
+    // The alarm `low` is not meant any more.
+    let station = Station::start(config(folder.path(), "")).unwrap();
+    let plant = station.plant();
+    let kept = alarm(&plant, "too high").unwrap();
+    assert_eq!((kept.state, kept.occurrence), (State::Acknowledged, raised.occurrence));
+    assert_eq!(alarm(&plant, "low"), None);
+    assert!(
+        plant.reader().unwrap().alarms().unwrap().iter().all(|(name, _)| name != "low") || plant.recorder().flush()
+    );
+    station.stop();
+    let told = history(&plant);
+    let told: Vec<_> = told.iter().map(|(alarm, what)| (alarm.as_str(), what.as_str())).collect();
+    let expected = [("too high", "raised"), ("too high", "acknowledged"), ("low", "raised"), ("low", "removed")];
+    assert_eq!(told, expected, "that a station ends and begins is no alarm");
+}
+
+#[test]
+fn who_looks_for_alarms_is_looked_after() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut station = Station::start(config(folder.path(), "")).unwrap();
+    let plant = station.plant();
+    station.watch().unwrap();
+    until(&plant, "too high", State::Unacknowledged);
+    assert_eq!(plant.alarms().standing().trouble, None);
+    assert!(plant.alarms().looked_ago().unwrap() < PATIENCE);
+    station.stop();
+    assert_eq!(plant.alarms().looked_ago(), None, "nobody is to look any more");
+}

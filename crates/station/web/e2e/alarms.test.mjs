@@ -1,0 +1,160 @@
+// Alarms as people meet them: raised, acknowledged, over; and what they may not do.
+
+import assert from 'node:assert/strict'
+import { after, before, test } from 'node:test'
+import { openContext, openPage, startBrowser, startPlant } from './desk.mjs'
+
+const PASSWORD = 'tin whisker plateau'
+
+let browser
+let plant
+
+before(async () => {
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant('127.0.0.1:0', 'users')])
+})
+
+after(async () => {
+  await browser?.close()
+  await plant?.stop()
+})
+
+/** The alarms page as somebody who has logged in sees it. */
+async function as(name, look, options = {}) {
+  const { page, complaints, close } = await openContext(browser, options)
+  try {
+    await page.goto(`${plant.url}/alarms`)
+    await page.getByLabel('Name').fill(name)
+    await page.getByLabel('Password', { exact: true }).fill(PASSWORD)
+    await page.getByLabel('Password', { exact: true }).press('Enter')
+    await page.locator('.alarm-item').first().waitFor()
+    await look(page)
+    // What is refused is an error for the console of Chromium.
+    assert.deepEqual(complaints.filter((complaint) => !/status of (401|403)/.test(complaint)), [])
+  } finally {
+    await close()
+  }
+}
+
+const item = (page, name) => page.locator(`[data-alarm="${name}"]`)
+const text = (locator) => locator.innerText()
+
+test('an alarm is raised, acknowledged and over', async () => {
+  await as('olga', async (page) => {
+    const vented = item(page, 'vessel vented')
+    assert.equal(await vented.count(), 0)
+    plant.tell('vessel=5e4')
+    await vented.waitFor()
+    assert.match(await text(vented), /▲ high\s+new/)
+    assert.match(await text(vented), /vessel above 10\.0 mbar.*: 500 mbar when it was raised/)
+    await vented.getByRole('button', { name: 'Acknowledge' }).click()
+    await page.waitForFunction(() => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged')
+    assert.match(await text(vented), /acknowledged by olga/)
+    plant.tell('vessel=1')
+    await vented.waitFor({ state: 'detached' })
+    const history = page.getByRole('region', { name: 'History' })
+    await history.getByRole('searchbox').fill('vessel vented')
+    const rows = history.locator('tbody tr')
+    await page.waitForFunction(() => document.querySelectorAll('.panel.events tbody tr').length === 3)
+    const told = await rows.evaluateAll((rows) => rows.map((row) => [row.cells[2].innerText, row.cells[4].innerText]))
+    assert.deepEqual(told, [
+      ['over', ''],
+      ['acknowledged', 'olga'],
+      ['raised', ''],
+    ])
+    await history.getByLabel('What happened').selectOption('raised')
+    assert.equal(await rows.count(), 1)
+  })
+})
+
+test('what was over before anybody knew stays until somebody knows', async () => {
+  await as('olga', async (page) => {
+    plant.tell('vessel=5e4')
+    const vented = item(page, 'vessel vented')
+    await vented.waitFor()
+    plant.tell('vessel=1')
+    await page.waitForFunction(() => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'over, new')
+    await vented.getByRole('button', { name: 'Acknowledge' }).click()
+    await vented.waitFor({ state: 'detached' })
+  })
+})
+
+test('what stands comes before what is over, the most urgent first', async () => {
+  await as('vera', async (page) => {
+    const marks = await page.locator('.alarm-list').first().locator('.alarm-item').evaluateAll((items) => items.map((item) => item.className.split(' ')[1]))
+    const rank = ['high', 'medium', 'low']
+    assert.deepEqual(marks, [...marks].sort((one, other) => rank.indexOf(one) - rank.indexOf(other)))
+    assert.ok(marks.includes('high') && marks.includes('low'), marks.join())
+  })
+})
+
+test('a viewer sees everything and can do nothing', async () => {
+  await as('vera', async (page) => {
+    assert.match(await text(item(page, 'gate 2 not evacuated')), /Keep the gate valve closed/)
+    assert.equal(await page.getByRole('button', { name: /Acknowledge|Out of service|Return to service/ }).count(), 0)
+    const status = await page.evaluate(async () => {
+      const { token } = await (await fetch('/api/session')).json()
+      const headers = { 'content-type': 'application/json', 'x-csrf-token': token }
+      const answer = await fetch('/api/alarms/gate%202%20not%20evacuated/acknowledge', { method: 'POST', headers, body: '{"occurrence":1}' })
+      return [answer.status, (await answer.json()).problem]
+    })
+    assert.deepEqual(status, [403, 'acknowledging an alarm needs the role operator, vera has viewer'])
+  })
+})
+
+test('an operator cannot take an alarm away, an engineer can, with a reason', async () => {
+  await as('olga', async (page) => {
+    assert.equal(await item(page, 'gate 2 not evacuated').getByRole('button', { name: /Out of service/ }).count(), 0)
+  })
+  await as('ada', async (page) => {
+    const gate = item(page, 'gate 2 not evacuated')
+    await gate.getByRole('button', { name: 'Out of service …' }).click()
+    const dialog = page.getByRole('dialog')
+    await dialog.getByRole('button', { name: 'Take out of service' }).click()
+    assert.ok(await dialog.isVisible(), 'nothing goes without a reason')
+    await dialog.getByLabel('Why').fill('The gauge is being calibrated.')
+    await dialog.getByLabel('For how long').selectOption({ label: '8 hours' })
+    await dialog.getByRole('button', { name: 'Take out of service' }).click()
+    await gate.waitFor({ state: 'detached' })
+    const out = page.locator('[data-out="gate 2 not evacuated"]')
+    assert.match(await text(out), /The gauge is being calibrated\.\s+ada, .*, until /)
+    await out.getByRole('button', { name: 'Return to service' }).click()
+    await gate.waitFor()
+    assert.match(await text(gate), /new/)
+  })
+})
+
+test('every page says how many alarms there are, and how urgent', async () => {
+  await as('vera', async (page) => {
+    for (const path of ['/', '/trends', '/bus', '/events']) {
+      await page.goto(plant.url + path)
+      const badge = page.locator('.badge')
+      await badge.waitFor()
+      assert.match(await text(badge), /▲ \d+ high/)
+    }
+    await page.locator('.badge').click()
+    assert.equal(new URL(page.url()).pathname, '/alarms')
+    await page.keyboard.press('1')
+    assert.match(await text(page.locator('[data-gauge="gate 2"] .card-alarms')), /▲ gate 2 not evacuated/)
+    await page.keyboard.press('7')
+    assert.equal(await text(page.locator('nav [aria-current]')), 'Alarms')
+  })
+})
+
+test('several are acknowledged together', async () => {
+  await as('olga', async (page) => {
+    await page.getByRole('button', { name: /^Acknowledge these \d+$/ }).click()
+    await page.waitForFunction(() => !document.querySelector('.alarm-item .alarm-state.unacknowledged'))
+    assert.equal(await page.locator('[role=alert]').count(), 0)
+  })
+})
+
+test('a narrow screen shows everything without scrolling sideways', async () => {
+  await as(
+    'ada',
+    async (page) => {
+      const [inner, whole] = await page.evaluate(() => [innerWidth, document.documentElement.scrollWidth])
+      assert.ok(whole <= inner, `${whole} of ${inner}`)
+    },
+    { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true },
+  )
+})
