@@ -1,6 +1,6 @@
 //! A new station address for a slave: Set_Slave_Add. profibus-wire 2.11.
 
-use crate::live::{SlaveSeen, look};
+use crate::live::{Seen, SlaveSeen, look};
 use crate::tool::{Reply, Tool, ToolError};
 use profivac_dp::link::active::Failure;
 use profivac_dp::master::services;
@@ -10,6 +10,9 @@ use std::time::Instant;
 
 /// No_Add_Chg, true.
 const LOCKED: u8 = 0xFF;
+
+/// So often nobody answers where nobody is. free choice: two answers in a row may be lost.
+const ASKED: u8 = 3;
 
 /// Why a slave has not moved.
 #[derive(Debug, thiserror::Error)]
@@ -62,14 +65,24 @@ pub enum AddressError {
 /// # Errors
 /// [`AddressError`] when nobody is there, somebody owns it, or the new address is taken.
 pub fn check(tool: &mut Tool, from: u8, to: u8) -> Result<SlaveSeen, AddressError> {
-    if look(tool, to)?.is_some() {
+    if find(tool, to)?.is_some() {
         return Err(AddressError::Taken(to));
     }
-    let slave = look(tool, from)?.and_then(|seen| seen.slave).ok_or(AddressError::Nobody(from))?;
+    let slave = find(tool, from)?.and_then(|seen| seen.slave).ok_or(AddressError::Nobody(from))?;
     match slave.owner {
         Some(master) => Err(AddressError::Owned { address: from, master }),
         None => Ok(slave),
     }
+}
+
+/// Asks until somebody answers: one lost answer must not make a free address of one that is taken.
+fn find(tool: &mut Tool, address: u8) -> Result<Option<Seen>, ToolError> {
+    for _ in 1..ASKED {
+        if let Some(seen) = look(tool, address)? {
+            return Ok(Some(seen));
+        }
+    }
+    look(tool, address)
 }
 
 /// Gives the slave at `from` with this ident number the address `to`, and looks whether it is there. With `lock` it takes no other
