@@ -191,7 +191,7 @@ impl Demo {
         let counters = watched.and_then(|watched| self.scene.master()?.counters(watched.address)).copied();
         let counters = counters.unwrap_or_default();
         Row {
-            seconds: self.scene.seconds(),
+            seconds: self.run.seconds(),
             true_mbar: self.scene.devices().next().map_or(0.0, |device| device.around().gas.total() / 100.0),
             read_mbar: value.and_then(|value| value.pa).map(|pa| pa / 100.0),
             instance: value.map_or(0, |value| value.instance),
@@ -286,6 +286,20 @@ mod tests {
             rows.insert(step, format!("{:?} {:?}", demo.row(), all.collect::<Vec<_>>()));
         }
         rows
+    }
+
+    #[test]
+    fn a_line_that_was_asked_goes_on_and_the_plant_is_where_it_was() {
+        let mut demo = demo(1.0);
+        let step_s = demo.run.step_s();
+        demo.pass(step_s);
+        // A gauge is asked for its parameters, many times.
+        demo.scene.run_until(demo.scene.seconds() + 60.0);
+        let asked = demo.row();
+        demo.pass(3.0 * step_s);
+        let row = demo.row();
+        assert!(row.exchanges > asked.exchanges, "{row:?} after {asked:?}");
+        assert!(row.seconds < asked.seconds + 4.0 * step_s, "{row:?} after {asked:?}");
     }
 
     /// The plant lives in steps of its own, whatever the clock on the wall does: true pressures, what all twelve devices

@@ -147,12 +147,15 @@ impl Run {
         }
     }
 
-    /// Steps on with a segment in memory, to `seconds`.
+    /// Steps on with a segment in memory, to `seconds`. Where its line is ahead, because somebody has asked a gauge on it and
+    /// waited for the answer, it stays ahead: it never stands still until the plant is there.
     pub fn step_scene(&mut self, scene: &mut Scene, seconds: f64) {
+        let ahead = scene.seconds() - self.seconds();
+        let ahead = if ahead > self.step_s { ahead } else { 0.0 };
         while self.seconds() + self.step_s <= seconds {
             self.step(scene.devices_mut());
             scene.disturb(self.noise);
-            scene.run_until(self.seconds());
+            scene.run_until(self.seconds() + ahead);
         }
     }
 

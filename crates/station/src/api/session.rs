@@ -87,7 +87,13 @@ pub async fn session(person: Person, extensions: Extensions) -> Json<Session> {
     post,
     path = "/api/login",
     request_body = Login,
-    responses((status = 200, body = Session), (status = 401, body = Problem), (status = 429, body = Problem))
+    responses(
+        (status = 200, body = Session),
+        (status = 400, body = Problem),
+        (status = 401, body = Problem),
+        (status = 404, body = Problem, description = "The station has no users"),
+        (status = 429, body = Problem)
+    )
 )]
 pub async fn login(
     extensions: Extensions,
@@ -112,7 +118,12 @@ pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem
     post,
     path = "/api/password",
     request_body = NewPassword,
-    responses((status = 200, body = Session), (status = 400, body = Problem), (status = 403, body = Problem))
+    responses(
+        (status = 200, body = Session),
+        (status = 400, body = Problem),
+        (status = 403, body = Problem),
+        (status = 404, body = Problem, description = "The station has no users")
+    )
 )]
 pub async fn password(
     person: Person,
