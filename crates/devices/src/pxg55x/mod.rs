@@ -188,7 +188,7 @@ impl Gauge {
 
     /// What the self test would find.
     fn health(&self) -> Health {
-        Health::found(self.faults.eprom, self.has_alarm())
+        Health::found(self.common(), self.has_alarm())
     }
 
     /// Memory faults, alike in both records (37).

@@ -5,6 +5,7 @@
 pub mod golden;
 pub mod random;
 pub mod rows;
+pub mod selftest;
 pub mod walk;
 
 use profivac_devices::{Action, Instrument, Principle, Report};
