@@ -111,6 +111,25 @@ fn the_state_has_the_keys_of_the_contract() {
     assert_eq!(program.state(126)["address"], 126);
 }
 
+/// What has no power and what is not plugged in keeps its place in the lists.
+#[test]
+fn places_in_the_state_stay() {
+    let folder = Folder::new();
+    let line = folder.name("line");
+    let mut program = Program::start(&["simulate", "--pty", &line, "bcg450@5", "img400@6:ch1=none", "tpg500@7"]);
+    program.ready();
+    assert_eq!(program.tell("power 5 off"), "ok");
+    let state = program.state(5);
+    let nothing = |instance: u8| serde_json::json!({"instance": instance, "value_mbar": null, "valid": false});
+    assert_eq!(state["indicated"], serde_json::json!([nothing(1), nothing(2), nothing(3)]));
+    let lists = ["relays", "emission", "degas"].map(|key| state[key].clone());
+    assert_eq!(serde_json::Value::from(lists.to_vec()), serde_json::json!([[false, false], [false], [false]]));
+    let outputs = ["device_state", "outputs_safe", "active_instance", "exception_status"].map(|key| state[key].clone());
+    assert_eq!(serde_json::Value::from(outputs.to_vec()), serde_json::json!(["OFF", true, 0, 0]));
+    let places = |device: u8, program: &mut Program| program.state(device)["emission"].as_array().unwrap().len();
+    assert_eq!([6, 7].map(|device| places(device, &mut program)), [2, 2]);
+}
+
 #[test]
 fn end_of_file_keeps_it_serving() {
     let folder = Folder::new();

@@ -91,7 +91,7 @@ pub struct Unknown {
 pub struct Indicated {
     /// As in [`Part::instance`].
     pub instance: u8,
-    /// In mbar.
+    /// In mbar; no number while the device has no power.
     pub value_mbar: f64,
     /// Reading Valid, or status "ok" of a controller's channel.
     pub valid: bool,
@@ -145,18 +145,42 @@ pub struct Report {
     pub relays: Few<bool>,
     /// What each measuring part shows.
     pub indicated: Few<Indicated>,
-    /// The instance whose value travels in the cyclic data.
+    /// The instance whose value travels in the cyclic data, 0 where it is none of them.
     pub active_instance: u8,
     /// The octet Exception Status, 0 where there is none.
     pub exception_status: u8,
-    /// Process values are at their safe value.
+    /// Process values are at their safe value, or the device has no power.
     pub outputs_safe: bool,
-    /// Emission of each cathode.
+    /// Emission of each cathode: on an IMG 400 of channels 1 and 2, fitted or not; on a TPG of the cold cathodes that are
+    /// fitted, in the order of their channels.
     pub emission: Few<bool>,
-    /// Degas of each cathode.
+    /// Degas of each cathode, in the same places.
     pub degas: Few<bool>,
     /// Operating hours.
     pub run_hours: f64,
+}
+
+impl Report {
+    /// What the same device shows without power: each list keeps its places, with nothing closed, on or valid in them,
+    /// and what is indicated is no number.
+    // free choice: outputs count as safe then, for relays are open, cathodes off, and no value travels.
+    #[must_use]
+    pub fn without_power(&self) -> Self {
+        let off = |states: &Few<bool>| states.iter().map(|_| false).collect();
+        let blank = |shown: &Indicated| Indicated { instance: shown.instance, value_mbar: f64::NAN, valid: false };
+        Self {
+            device_state: "OFF",
+            led: if self.led == "none" { "none" } else { "off" },
+            relays: off(&self.relays),
+            indicated: self.indicated.iter().map(blank).collect(),
+            active_instance: 0,
+            exception_status: 0,
+            outputs_safe: true,
+            emission: off(&self.emission),
+            degas: off(&self.degas),
+            run_hours: self.run_hours,
+        }
+    }
 }
 
 /// A device on the bench.

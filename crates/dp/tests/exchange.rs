@@ -263,11 +263,32 @@ fn a_command_may_be_low_priority_and_may_address_one_station() {
     }
 }
 
+/// "Unsupported Sync/Freeze": what only cancels asks for nothing. Both bits of a pair cancel.
+#[test]
+fn a_slave_that_cannot_sync_or_freeze_minds_no_end_of_either() {
+    for (sync, freeze, harmless, in_vain) in [
+        (false, false, &["10 00", "30 00", "04 00", "0C 00", "14 00", "3C 00"][..], &["20 00", "24 00", "28 00"][..]),
+        (true, false, &["20 00", "10 00", "04 00", "0C 00", "24 00", "2C 00"], &["08 00", "28 00", "18 00", "38 00"]),
+        (false, true, &["08 00", "04 00", "10 00", "30 00", "18 00", "38 00"], &["20 00", "28 00", "24 00", "2C 00"]),
+    ] {
+        let features = Features { sync, freeze, ..Gauge::default().features };
+        let not_supported = |command: &str| {
+            let mut bench = Bench::exchanging(Gauge { features, ..Gauge::default() });
+            everybody(&mut bench, command);
+            let announced = matches!(bench.dx(MASTER, &[5, 6]), Answer::High(_));
+            assert_eq!(bench.diag(MASTER).starts_with("10 "), announced, "{command}");
+            announced
+        };
+        assert!(!harmless.iter().any(|command| not_supported(command)), "sync {sync}, freeze {freeze}");
+        assert!(in_vain.iter().all(|command| not_supported(command)), "sync {sync}, freeze {freeze}");
+    }
+}
+
 /// Point 14 of section 10 for the reserved bits.
 #[test]
 fn what_a_command_asks_for_in_vain_is_not_supported() {
     let features = Features { sync: false, freeze: false, ..Gauge::default().features };
-    for command in ["20 00", "10 00", "08 00", "04 00", "01 00", "40 00", "80 00"] {
+    for command in ["20 00", "08 00", "01 00", "40 00", "80 00"] {
         let mut bench = Bench::exchanging(Gauge { features, ..Gauge::default() });
         everybody(&mut bench, command);
         assert_eq!(bench.dx(MASTER, &[5, 6]), Answer::High(vec![1, 2]), "{command}");

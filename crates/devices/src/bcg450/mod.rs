@@ -134,7 +134,7 @@ impl Gauge {
 
     /// What the self test would find.
     fn health(&self) -> Health {
-        Health::found(self.faults.eprom, self.exception_status().intersects(ExceptionStatus::ALARM))
+        Health::found(self.common(), self.exception_status().intersects(ExceptionStatus::ALARM))
     }
 
     /// Memory faults, alike in both records (48, 49).

@@ -118,7 +118,6 @@ impl Behaviour for Controller {
             value_mbar: self.channel(slot).map_or(0.0, |channel| channel.part.indicated_pa() / 100.0),
             valid: !self.status_extension(slot).contains(StatusExtension::INVALID),
         };
-        let ions = || (1..=2).filter(fitted).filter_map(|slot| self.ion(slot));
         Report {
             device_state: self.machine.state().name(),
             led: "none",
@@ -126,8 +125,8 @@ impl Behaviour for Controller {
             indicated: (1..=4).filter(fitted).map(indicated).collect(),
             exception_status: self.exception_status().bits(),
             outputs_safe: self.channels.iter().any(|channel: &Channel| channel.part.is_safe(&self.condition())),
-            emission: ions().map(Ion::is_on).collect(),
-            degas: ions().map(Ion::is_degassing).collect(),
+            emission: self.ions.iter().map(Ion::is_on).collect(),
+            degas: self.ions.iter().map(Ion::is_degassing).collect(),
             run_hours: self.seconds / 3600.0,
             ..Report::default()
         }

@@ -195,7 +195,7 @@ impl Controller {
 
     /// What the self test would find (4.4.1): memories and internal communication.
     fn health(&self) -> Health {
-        Health::found(self.faults.eprom, !self.common().is_empty())
+        Health::found(self.common(), !self.common().is_empty())
     }
 
     /// Common Exception Detail 0, alike for alarms and warnings (37, 121).

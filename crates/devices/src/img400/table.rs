@@ -234,7 +234,7 @@ faults! {
     pub Faults;
     eeprom         "eeprom"        "common alarm and warning";
     ram            "ram"           "common alarm and warning";
-    eprom          "eprom"         "common alarm and warning; found while starting: CRITICAL FAULT";
+    eprom          "eprom"         "common alarm and warning; with ram a self test ends in CRITICAL FAULT";
     comm           "comm"          "internal serial interface set wrong (3.2): common alarm and warning; stays in INIT";
     power          "power"         "general power supply: manufacturer alarm and warning, channels 3 and 4 off until reset";
     overpressure   "overpressure"  "channels 1 and 2 see more than p_max: emission goes off until acknowledged";

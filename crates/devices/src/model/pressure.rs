@@ -181,9 +181,15 @@ impl Format {
             Scale::Counts => self.counts.mbar(number),
         };
         let pa = mbar * PA_PER_MBAR;
-        // free choice: no manual limits a number that a master may write; below zero and beyond a float in one of the
-        // units it is out of range. The same for a number that is none.
-        (number >= 0.0 && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
+        let is_pressure = match (self.unit.scale, self.counts) {
+            // The formula goes on below 0 counts, to pressures that are only very low: errata-bpg-bcg-tpg 69.
+            (Scale::Counts, Counts::Log { .. }) => number == 0.0 || pa > 0.0,
+            _ => number >= 0.0,
+        };
+        // free choice: no manual limits a number that a master may write. What is below no pressure has no COUNTS to be
+        // converted to when the unit changes (errata-bpg-bcg-tpg 74), what is beyond a float in one of the units no value;
+        // both are out of range, and so is a number that is none.
+        (is_pressure && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
     }
 
     /// The octets of a pressure.
@@ -295,6 +301,17 @@ mod tests {
         }
     }
 
+    /// errata-bpg-bcg-tpg 69: "in Float send the exact value"; 74 for zero.
+    #[test]
+    fn floats_follow_the_logarithm_below_zero_counts_and_back() {
+        let format = format(&COUNTS, NumberType::Float, BCG, 32767);
+        for (pressure, counts) in [(1e-12, 1000.0), (1e-13, -1000.0), (1e-20, -15000.0), (0.0, 0.0)] {
+            assert!((format.number_of(mbar(pressure)) - counts).abs() < 1e-6, "{pressure} mbar");
+            let back = format.decode(&(counts as f32).to_be_bytes()).unwrap();
+            assert!((back - mbar(pressure)).abs() <= 1e-9 * mbar(pressure), "{counts} counts are {back} Pa");
+        }
+    }
+
     #[test]
     fn integers_are_cut_saturated_and_never_negative() {
         let words = |unit, highest, pressure: f64| {
@@ -328,6 +345,12 @@ mod tests {
             assert_eq!(format.decode(&number.to_be_bytes()), None, "{number}");
         }
         assert_eq!(format.decode(&[0; 2]), None, "too short");
-        assert_eq!(super::Format { unit: &COUNTS, ..format }.decode(&1e6f32.to_be_bytes()), None);
+        let counts = |counts, number: f32| Format { unit: &COUNTS, counts, ..format }.decode(&number.to_be_bytes());
+        for number in [1e6, -1e6, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(counts(BCG, number), None, "{number}");
+        }
+        assert_eq!(counts(Counts::Linear { per_mbar: 16.0 }, -16.0), None);
+        let distance = Counts::Distance { per_decade: 1000.0, at_1_mbar: 5000.0, from_mbar: 100.0, upwards: true };
+        assert_eq!(counts(distance, -100.0), None);
     }
 }

@@ -67,10 +67,6 @@ impl<B: Behaviour, S: Store> Instrument for BlockDevice<B, S> {
 
     fn report(&self) -> Report {
         let report = self.behaviour.report();
-        if self.powered {
-            return report;
-        }
-        let led = if report.led == "none" { "none" } else { "off" };
-        Report { device_state: "OFF", led, ..Report::default() }
+        if self.powered { report } else { report.without_power() }
     }
 }

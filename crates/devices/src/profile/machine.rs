@@ -1,5 +1,6 @@
 //! The state machine of a block device. errata-bpg-bcg-tpg 84 to 92, errata-pxg55x-img400 19 to 28.
 
+use super::exceptions::Common;
 use crate::model::Refusal;
 
 /// The state of a block device.
@@ -158,17 +159,19 @@ pub enum Health {
     Good,
     /// An alarm.
     Faulty,
-    /// A fault with which the device cannot start.
+    /// Nothing is left that could be trusted to run.
     Critical,
 }
 
 impl Health {
-    /// What a device finds that cannot read its program, or has an alarm.
-    // free choice: a device whose program cannot be read does not start at all.
+    /// What is found with these common alarms, and with any alarm at all. A self test tests the memories (BG 5530 4.4.1),
+    /// and an exception that it detects is SELFTEST EXCEPTION (tira56e1 7.2.1).
+    // free choice: no manual says which fault is critical (transition 9). Where the program and the memory it works in are
+    // both defective, nothing can be trusted to run.
     #[must_use]
-    pub const fn found(no_program: bool, alarm: bool) -> Self {
+    pub fn found(common: Common, alarm: bool) -> Self {
         match () {
-            () if no_program => Self::Critical,
+            () if common.contains(Common::EPROM | Common::RAM) => Self::Critical,
             () if alarm => Self::Faulty,
             () => Self::Good,
         }
@@ -261,11 +264,10 @@ impl Machine {
     /// INIT or the self test is over.
     fn phase_ends(&mut self, health: Health) {
         self.happen(match (self.state, health) {
-            // free choice: the manuals do not say which fault is critical; the caller knows.
-            (_, Health::Critical) => Event::Fault,
             (State::Init, _) => Event::Initialised,
             (_, Health::Good) => Event::Passed,
             (_, Health::Faulty) => Event::Failed,
+            (_, Health::Critical) => Event::Fault,
         });
         if self.state == State::Idle && core::mem::take(&mut self.execute_when_idle) {
             self.happen(Event::Execute);

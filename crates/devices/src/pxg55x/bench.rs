@@ -14,7 +14,7 @@ faults! {
     pub Faults;
     eeprom         "eeprom"        "EEPROM exception, alarm and warning";
     ram            "ram"           "RAM exception, alarm and warning";
-    eprom          "eprom"         "EPROM exception, alarm and warning; found while starting: CRITICAL FAULT";
+    eprom          "eprom"         "EPROM exception, alarm and warning; with ram a self test ends in CRITICAL FAULT";
     comm           "comm"          "internal communication exception, manufacturer alarm and warning";
     sensor_1       "sensor1"       "Sensor Element Failure of instance 1";
     electronics_1  "electronics1"  "Electronics Failure of instance 1";

@@ -188,7 +188,7 @@ impl Gauge {
 
     /// What the self test would find.
     fn health(&self) -> Health {
-        Health::found(self.faults.eprom, self.has_alarm())
+        Health::found(self.common(), self.has_alarm())
     }
 
     /// Memory faults, alike in both records (37).
@@ -196,7 +196,8 @@ impl Gauge {
         Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
-    /// Internal communication exception, alike in both records (37, 73).
+    /// Internal communication exception, alike in both records (37, 73): bit 0 of 7.1.12. Bit 5 of the common detail, the
+    /// communications exception beside it, is another, and no fault of the list means it.
     const fn manufacturer(&self) -> u8 {
         self.faults.comm as u8
     }

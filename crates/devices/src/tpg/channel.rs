@@ -49,6 +49,8 @@ pub(super) enum Status {
     Ok = 0,
     Underrange = 1,
     Overrange = 2,
+    /// Also of a gauge that is not plugged in: its board is there, and "no hardware" is a channel without one
+    /// (errata-bpg-bcg-tpg 124).
     Error = 3,
     Off = 4,
     NoHardware = 5,

@@ -11,7 +11,7 @@ faults! {
     pub Faults;
     eeprom         "eeprom"        "EEPROM exception, alarm and warning";
     ram            "ram"           "RAM exception, alarm and warning";
-    eprom          "eprom"         "EPROM exception, alarm and warning; found while starting: CRITICAL FAULT";
+    eprom          "eprom"         "EPROM exception, alarm and warning; with ram a self test ends in CRITICAL FAULT";
     comm           "comm"          "internal communication, manufacturer alarm and warning";
     pirani_adjust  "pirani-adjust" "electronics warning of the Pirani, which makes readings invalid";
     sensor_1       "sensor1"       "sensor alarm of the Pirani";

@@ -93,3 +93,23 @@ fn unit_and_type_change_in_idle_outside_the_exchange_only() {
     desk.command(3).unwrap();
     assert_eq!(desk.put(1, 22, &hex("05 15")), Ok(()));
 }
+
+/// (69): a float is the exact value of the formula, also where that is below zero; zero stands for no pressure (74). (3): an
+/// integer is never negative.
+#[test]
+fn counts_below_the_scale() {
+    for (cfg, below, above) in [("44 86 05 05 05 08", -1000.0, 1000.0), ("44 84 05 05 05 03", 0.0, 1000.0)] {
+        let mut desk = desk();
+        desk.bring_up(&hex("00 00 00 03 E9"), &hex(cfg));
+        for (mbar, counts) in [(1e-12, above), (1e-13, below), (0.0, 0.0)] {
+            desk.pressure_mbar(mbar);
+            let inputs = desk.exchange(&[]);
+            let value = match &inputs[3..] {
+                [a, b, c, d] => f32::from_be_bytes([*a, *b, *c, *d]),
+                [high, low] => i16::from_be_bytes([*high, *low]).into(),
+                other => panic!("{other:02X?}"),
+            };
+            assert!((value - counts).abs() < 1e-3, "{value} counts at {mbar} mbar");
+        }
+    }
+}

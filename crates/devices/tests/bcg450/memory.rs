@@ -1,6 +1,6 @@
 //! Identity, station address and nonvolatile memory. tira41d1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
-use crate::support::{Desk, hex, sense_all};
+use crate::support::{Desk, hex, off, sense_all};
 use crate::{FLOATS, Gauge, MBAR, desk, gauge};
 use profivac_devices::bcg450::{Bcg450, table};
 use profivac_devices::profile::{Serial, Setup};
@@ -221,12 +221,7 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
 fn a_device_without_power_is_off() {
     let mut desk = desk();
     desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    desk.device().power(false);
-    assert_eq!((desk.report().device_state, desk.report().relays.iter().count()), ("OFF", 0));
-    desk.device().advance(3600.0);
-    desk.device().settle();
-    assert_eq!(desk.report().device_state, "OFF");
-    desk.device().power(true);
+    off::shows_nothing(desk.device());
     assert_eq!((desk.report().device_state, desk.report().run_hours), ("INIT", 0.0));
     desk.device().advance(3600.0);
     assert_eq!(desk.report().run_hours, 1.0);

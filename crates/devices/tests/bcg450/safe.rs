@@ -114,3 +114,21 @@ fn a_safe_value_follows_the_unit_and_zero_stays_zero() {
     assert_eq!(of_instance(&mut desk, 1, 40), hex("00 07"));
     assert_eq!(desk.put(1, 40, &hex("80 00")), Err(2));
 }
+
+/// 3.2.2.7: "can be freely defined by the user"; no manual gives a range.
+#[test]
+fn a_safe_value_may_be_every_pressure_and_nothing_else() {
+    let mut desk = desk();
+    let mut put = |number: f32| desk.put(1, 40, &number.to_be_bytes());
+    assert_eq!([0.0, 1e-13, 1e-30, 2000.0, 1e20].map(&mut put), [Ok(()); 5]);
+    assert_eq!([-1e-13, -1.0, f32::MAX, f32::INFINITY, f32::NAN].map(&mut put), [Err(2); 5]);
+    assert_eq!(float(&mut desk, 1, 40), 1e20, "refused values change nothing");
+    // Low enough it has less than no COUNTS, and what is read can be written.
+    desk.put(1, 40, &1e-13f32.to_be_bytes()).unwrap();
+    desk.put(1, 22, &hex("03 E9")).unwrap();
+    let counts = float(&mut desk, 1, 40);
+    assert!((counts + 1000.0).abs() < 1e-2, "{counts}");
+    desk.put(1, 40, &counts.to_be_bytes()).unwrap();
+    desk.put(1, 22, &hex("05 1C")).unwrap();
+    assert!((float(&mut desk, 1, 40) / 1e-13 - 1.0).abs() < 1e-4);
+}

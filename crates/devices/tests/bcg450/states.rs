@@ -1,8 +1,8 @@
 //! The device state machine. tira41d1 3.1.2, (84) to (92).
 
-use crate::support::{Desk, hex};
+use crate::support::{Desk, hex, selftest};
 use crate::{COMMANDS, FLOATS, Gauge, MBAR, desk, exchanging, gauge};
-use profivac_devices::Instrument;
+use profivac_devices::{Action, Instrument};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 
@@ -21,6 +21,15 @@ const EXECUTE: u8 = 4;
 const STOP: u8 = 5;
 const DIAGNOSTIC: u8 = 6;
 
+/// Program memory and working memory, with which nothing can be trusted to run.
+fn both_memories(desk: &mut Desk<Gauge>, defective: bool) {
+    desk.fault("eprom", defective);
+    desk.fault("ram", defective);
+}
+
+/// Telegrams with the parameter channel in front.
+const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
+
 /// A gauge in the state, and nobody exchanging.
 fn in_state(state: u8) -> Desk<Gauge> {
     let mut desk = desk();
@@ -35,7 +44,7 @@ fn in_state(state: u8) -> Desk<Gauge> {
         EXECUTING => desk.command(EXECUTE).unwrap(),
         ABORT => desk.command(ABORT_COMMAND).unwrap(),
         CRITICAL_FAULT => {
-            desk.fault("eprom", true);
+            both_memories(&mut desk, true);
             desk.command(RESET).unwrap();
             desk.device().settle();
         }
@@ -45,19 +54,28 @@ fn in_state(state: u8) -> Desk<Gauge> {
     desk
 }
 
-#[test]
-fn start_leads_over_the_self_test_to_idle() {
+/// The states a gauge with these faults runs through after power-up.
+fn phases(faults: &[&str]) -> Vec<&'static str> {
     let mut gauge = gauge();
-    let names: Vec<&str> = core::iter::repeat_with(|| {
+    for name in faults {
+        gauge.operate(Action::Fault { name, present: true }).unwrap();
+    }
+    let mut names: Vec<&str> = core::iter::repeat_with(|| {
         let name = gauge.report().device_state;
         gauge.advance(0.05);
         name
     })
     .take(12)
     .collect();
-    let mut phases = names.clone();
-    phases.dedup();
-    assert_eq!(phases, ["INIT", "SELFTESTING", "IDLE"], "{names:?}");
+    names.dedup();
+    names
+}
+
+#[test]
+fn start_leads_over_the_self_test_to_its_result() {
+    assert_eq!(phases(&[]), ["INIT", "SELFTESTING", "IDLE"]);
+    assert_eq!(phases(&["eprom"]), ["INIT", "SELFTESTING", "SELFTESTEXCEPTION"]);
+    assert_eq!(phases(&["eprom", "ram"]), ["INIT", "SELFTESTING", "CRITICALFAULT"]);
 }
 
 /// (89): what each command does in each state; a number is the code of the refusal.
@@ -94,7 +112,7 @@ fn a_self_test_ends_in_idle_or_in_exception() {
     desk.device().settle();
     // Not back in EXECUTING (88).
     assert_eq!(desk.state(), IDLE);
-    for fault in ["eeprom", "ram", "comm", "sensor1", "sensor2", "sensor3", "electronics1"] {
+    for fault in ["eeprom", "ram", "eprom", "comm", "sensor1", "sensor2", "sensor3", "electronics1"] {
         let mut desk = in_state(IDLE);
         desk.fault(fault, true);
         assert_eq!(desk.state(), IDLE, "{fault} is found by a test only");
@@ -121,11 +139,16 @@ fn only_reset_leads_out_of_a_critical_fault() {
     desk.command(RESET).unwrap();
     desk.device().settle();
     assert_eq!(desk.state(), CRITICAL_FAULT, "the fault is still there");
-    desk.fault("eprom", false);
+    both_memories(&mut desk, false);
     assert_eq!(desk.state(), CRITICAL_FAULT, "nothing happens by itself");
     desk.command(RESET).unwrap();
     desk.device().settle();
     assert_eq!(desk.state(), IDLE);
+}
+
+#[test]
+fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+    selftest::memories(desk, MBAR, CHANNEL_FLOATS);
 }
 
 /// 3.1.2 and (90)

@@ -2,7 +2,7 @@
 //! to 152.
 
 use crate::support::{Desk, hex};
-use crate::{COMMANDS, Controller, FLOATS, HPA, controller, exchanging};
+use crate::{COMMANDS, Controller, FLOATS, HPA, controller, every_combination, exchanging};
 use profivac_devices::img400::{Gauges, IonGauge};
 use profivac_devices::{Action, Instrument};
 
@@ -189,4 +189,21 @@ fn a_gauge_that_is_unplugged_goes_off() {
     assert_eq!(emission(&mut desk), [0, 0]);
     on(&mut desk, 2).unwrap();
     assert_eq!(desk.get(2, 102), [0]);
+}
+
+/// The place in the list is that of the channel, whatever is plugged in.
+#[test]
+fn the_report_has_a_place_for_each_of_the_two_channels() {
+    for gauges in every_combination() {
+        let mut desk = Desk::new(controller(gauges));
+        desk.pressure_mbar(1e-6);
+        desk.bring_up(&hex(HPA), &hex(COMMANDS));
+        desk.exchange(&[3, 1]);
+        let fitted = [gauges.ch1.is_some(), gauges.ch2.is_some()];
+        assert_eq!([1, 2].map(|slot| desk.get(slot, 105) == [1]), fitted);
+        assert!(desk.report().emission.iter().eq(&fitted), "{gauges:?}: {:?}", desk.report());
+        desk.exchange(&[0, 0]);
+        desk.exchange(&[1, 1]);
+        assert!(desk.report().degas.iter().eq(&[1, 2].map(|slot| desk.get(slot, 110) == [1])), "{gauges:?}");
+    }
 }

@@ -1,7 +1,7 @@
 //! What outlives power. BG 5530 tables 1 to 4, Appendix B; errata-pxg55x-img400 26, 119, 143, 153, 154.
 
-use crate::support::{Desk, hex};
-use crate::{Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
+use crate::support::{Desk, hex, off};
+use crate::{COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
 use profivac_devices::img400::{Gauges, Img400, table};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
@@ -114,4 +114,13 @@ fn the_address_comes_from_the_switch_or_from_set_slave_add() {
     assert!(!device.address_is_settable());
     device.operate(Action::Switch { name: "address", value: "126" }).unwrap();
     assert_eq!(device.station_address(), 5, "the switch is read at power-up");
+}
+
+/// Without power nothing moves; the bench sees that.
+#[test]
+fn a_device_without_power_is_off() {
+    let mut desk = exchanging(COMMANDS, 1e-6);
+    desk.exchange(&[3, 1]);
+    assert!(desk.report().emission.iter().eq([&true, &true]));
+    off::shows_nothing(desk.device());
 }

@@ -1,9 +1,8 @@
 //! The device state machine where the IMG 400 differs, and Safe State. BG 5530 4.4.1, 4.4.2; errata-pxg55x-img400 19 to
 //! 28, 32 to 36.
 
-use crate::support::Desk;
-use crate::support::hex;
-use crate::{COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
+use crate::support::{Desk, hex, selftest};
+use crate::{CHANNEL, COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
 use profivac_devices::Instrument;
 use profivac_devices::img400::Gauges;
 use profivac_dp::link::Baud;
@@ -14,7 +13,6 @@ const SELF_TESTING: u8 = 1;
 const IDLE: u8 = 2;
 const SELF_TEST_EXCEPTION: u8 = 3;
 const EXECUTING: u8 = 4;
-const CRITICAL_FAULT: u8 = 6;
 const INIT: u8 = 100;
 
 fn state(device: &mut Controller) -> u8 {
@@ -61,7 +59,7 @@ fn the_self_test_finds_memories_and_internal_communication() {
         ("comm", SELF_TEST_EXCEPTION),
         ("eeprom", SELF_TEST_EXCEPTION),
         ("ram", SELF_TEST_EXCEPTION),
-        ("eprom", CRITICAL_FAULT),
+        ("eprom", SELF_TEST_EXCEPTION),
         ("power", IDLE),
         ("sensor1", IDLE),
     ] {
@@ -72,6 +70,11 @@ fn the_self_test_finds_memories_and_internal_communication() {
         desk.device().settle();
         assert_eq!(desk.state(), found, "{name}");
     }
+}
+
+#[test]
+fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+    selftest::memories(desk, HPA, CHANNEL);
 }
 
 #[test]

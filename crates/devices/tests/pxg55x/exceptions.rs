@@ -51,6 +51,8 @@ fn rows() -> Vec<(Kind, Row)> {
     rows
 }
 
+/// `comm` is 7.1.12's internal communication exception, bit 0 of the manufacturer's detail, and not the communications
+/// exception, bit 5 of the common one.
 #[test]
 fn every_fault_sets_its_bits_and_leaves_no_trace() {
     for (kind, (fault, status, alarm, warning)) in rows() {

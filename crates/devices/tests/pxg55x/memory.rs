@@ -1,7 +1,7 @@
 //! What outlives the power, what a factory reset undoes, and how time is counted. 7.1.14, 7.1.23, 7.2.2, (76), (85), (102).
 
-use crate::support::{Desk, hex};
-use crate::{CHANNEL, Gauge, MBAR, desk, float, of_instance, pcg, psg, restart};
+use crate::support::{Desk, hex, off};
+use crate::{CHANNEL, FLOATS, Gauge, MBAR, desk, exchanging, float, of_instance, pcg, psg, restart};
 use profivac_devices::Instrument;
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::Kind;
@@ -228,4 +228,12 @@ fn the_masters_unit_is_stored() {
     desk.unlock();
     restart(&mut desk);
     assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("13 01"), vec![3]));
+}
+
+/// Without power nothing moves; the bench sees that.
+#[test]
+fn a_device_without_power_is_off() {
+    for kind in Kind::all() {
+        off::shows_nothing(exchanging(kind, FLOATS, 1.0).device());
+    }
 }

@@ -1,7 +1,7 @@
 //! The device state machine, as far as it is particular here, and the NET LED. 7.2, 3.4.
 
-use crate::support::{Desk, hex};
-use crate::{FLOATS, Gauge, MBAR, RELAYS, desk, exchanging, gauge, pcg, psg};
+use crate::support::{Desk, hex, selftest};
+use crate::{CHANNEL, FLOATS, Gauge, MBAR, RELAYS, desk, exchanging, gauge, pcg, psg};
 use profivac_devices::pxg55x::Kind;
 use profivac_devices::{Action, Instrument};
 
@@ -43,36 +43,55 @@ fn the_manufacturers_resets_are_resets() {
     }
 }
 
-/// A gauge whose last self test has found this fault.
-fn found(fault: &str, state: u8) -> Desk<Gauge> {
+/// A gauge whose last self test has found these faults.
+fn found(faults: &str, state: u8) -> Desk<Gauge> {
     let mut desk = desk(psg());
-    desk.fault(fault, true);
+    faults.split_whitespace().for_each(|fault| desk.fault(fault, true));
     desk.command(RESET).unwrap();
     desk.device().settle();
-    assert_eq!(desk.state(), state, "{fault}");
+    assert_eq!(desk.state(), state, "{faults}");
     desk
 }
 
 #[test]
 fn resets_lead_out_of_faults_that_are_gone() {
-    for (command, fault, state) in [
+    for (command, faults, state) in [
         (1, "ram", SELF_TEST_EXCEPTION),
         (FACTORY_RESET, "ram", SELF_TEST_EXCEPTION),
         (RESET, "ram", SELF_TEST_EXCEPTION),
-        (1, "eprom", CRITICAL_FAULT),
+        (1, "eprom", SELF_TEST_EXCEPTION),
+        (1, "eprom ram", CRITICAL_FAULT),
     ] {
-        let mut desk = found(fault, state);
-        desk.fault(fault, false);
+        let mut desk = found(faults, state);
+        faults.split_whitespace().for_each(|fault| desk.fault(fault, false));
         desk.command(command).unwrap();
         desk.device().settle();
-        assert_eq!(desk.state(), IDLE, "{fault}");
+        assert_eq!(desk.state(), IDLE, "{faults}");
+    }
+}
+
+#[test]
+fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+    for kind in [pcg(), psg()] {
+        selftest::memories(|| desk(kind), MBAR, CHANNEL);
+    }
+}
+
+/// (112): red as long as there is an alarm, whatever the state.
+#[test]
+fn the_led_shows_a_memory_fault_and_not_the_state() {
+    for (faults, state) in [("eprom", SELF_TEST_EXCEPTION), ("eprom ram", CRITICAL_FAULT)] {
+        let mut desk = found(faults, state);
+        assert_eq!(led(&mut desk), "red", "{faults}");
+        faults.split_whitespace().for_each(|fault| desk.fault(fault, false));
+        assert_eq!((desk.state(), led(&mut desk)), (state, "green flashing"), "{faults} gone");
     }
 }
 
 /// (22): "Reset (1) is the only command that acts in CRITICAL FAULT".
 #[test]
 fn the_manufacturers_resets_do_not_act_in_a_critical_fault() {
-    let mut desk = found("eprom", CRITICAL_FAULT);
+    let mut desk = found("eprom ram", CRITICAL_FAULT);
     desk.put(1, 39, &[3]).unwrap();
     for command in (2..=6).chain([FACTORY_RESET, RESET]) {
         assert_eq!(desk.command(command), Err(202), "command {command}");

@@ -3,8 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 pub mod golden;
+pub mod off;
 pub mod random;
 pub mod rows;
+pub mod selftest;
 pub mod walk;
 
 use profivac_devices::{Action, Instrument, Principle, Report};

@@ -159,6 +159,7 @@ fn the_status_follows_pressure_switch_and_faults() {
     desk.pressure_mbar(5e-3);
     desk.device().settle();
     assert_eq!(statuses(&desk.exchange(&outputs(0x54))), [0, 4, 4, 4]);
+    // 5 is a channel without a board (124), and an unplugged gauge leaves the board where it is.
     for (name, channel) in [("sensor1", 0), ("electronics2", 1), ("unplugged3", 2), ("sensor4", 3)] {
         desk.exchange(&outputs(0));
         desk.exchange(&outputs(0xFF));

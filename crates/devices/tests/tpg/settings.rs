@@ -5,8 +5,8 @@ use crate::master::{
     A1, ACCESS_CODE, B1, Exchange, FILTER, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
     VOLATILITY,
 };
-use crate::support::Desk;
-use crate::{BOARDS, Controller};
+use crate::support::{Desk, off};
+use crate::{BOARDS, Controller, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};
@@ -196,4 +196,10 @@ fn the_address_comes_from_the_switch_or_from_set_slave_add() {
     device.power(true);
     assert_eq!(device.station_address(), 9);
     assert!(!device.address_is_settable());
+}
+
+/// Without power nothing moves; the bench sees that.
+#[test]
+fn a_device_without_power_is_off() {
+    off::shows_nothing(&mut controller(BOARDS));
 }

@@ -1,7 +1,7 @@
 //! Identity, station address and nonvolatile memory. tira36e1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
-use crate::support::{Desk, hex};
-use crate::{Gauge, KINDS, desk, gauge, of_instance, restart};
+use crate::support::{Desk, hex, off};
+use crate::{FLOATS, Gauge, KINDS, desk, exchanging, gauge, of_instance, restart};
 use profivac_devices::profile::{Serial, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 use profivac_devices::xpg400::{Kind, Xpg400};
@@ -159,5 +159,13 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
         [(1, 39, "00"), (2, 40, "00 00 00 00"), (1, 22, "05 1C"), (1, 21, "08"), (1, 19, "3F 80 00 00")]
     {
         assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+    }
+}
+
+/// Without power nothing moves; the bench sees that.
+#[test]
+fn a_device_without_power_is_off() {
+    for kind in KINDS {
+        off::shows_nothing(exchanging(kind, FLOATS, 1e-6).device());
     }
 }

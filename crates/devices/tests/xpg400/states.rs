@@ -1,6 +1,6 @@
 //! The device state machine. tira36e1 3.1.2, (84) to (92).
 
-use crate::support::{Desk, hex};
+use crate::support::{Desk, hex, selftest};
 use crate::{FLOATS, Gauge, KINDS, MBAR, desk, exchanging, of_instance};
 use profivac_devices::Instrument;
 use profivac_devices::xpg400::Kind;
@@ -19,6 +19,9 @@ const EXECUTE: u8 = 4;
 const STOP: u8 = 5;
 const DIAGNOSTIC: u8 = 6;
 
+/// Telegrams with the parameter channel in front.
+const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
+
 /// A gauge in the state, and nobody exchanging.
 fn in_state(kind: Kind, state: u8) -> Desk<Gauge> {
     let mut desk = desk(kind);
@@ -28,14 +31,12 @@ fn in_state(kind: Kind, state: u8) -> Desk<Gauge> {
         SELF_TEST_EXCEPTION => ("ram", DIAGNOSTIC),
         EXECUTING => ("", EXECUTE),
         ABORT => ("", 2),
-        CRITICAL_FAULT => ("eprom", RESET),
+        CRITICAL_FAULT => ("eprom ram", RESET),
         _ => ("", 0),
     };
-    if fault.is_empty() {
-        desk.command(command).unwrap();
-    } else {
-        desk.fault(fault, true);
-        desk.command(command).unwrap();
+    fault.split_whitespace().for_each(|fault| desk.fault(fault, true));
+    desk.command(command).unwrap();
+    if !fault.is_empty() {
         desk.device().settle();
     }
     assert_eq!(desk.state(), state);
@@ -71,7 +72,7 @@ fn every_command_in_every_state() {
 
 #[test]
 fn a_self_test_ends_in_idle_or_in_exception() {
-    for fault in ["eeprom", "ram", "comm", "sensor1", "sensor2", "electronics1", "electronics2"] {
+    for fault in ["eeprom", "ram", "eprom", "comm", "sensor1", "sensor2", "electronics1", "electronics2"] {
         let mut desk = in_state(Kind::Hpg, EXECUTING);
         desk.fault(fault, true);
         assert_eq!(desk.state(), EXECUTING, "{fault} is found by a test only");
@@ -95,11 +96,25 @@ fn a_self_test_ends_in_idle_or_in_exception() {
 #[test]
 fn only_reset_leads_out_of_a_critical_fault() {
     let mut desk = in_state(Kind::Bpg, CRITICAL_FAULT);
+    desk.command(RESET).unwrap();
+    desk.device().settle();
+    assert_eq!(desk.state(), CRITICAL_FAULT, "the fault is still there");
     desk.fault("eprom", false);
     assert_eq!(desk.state(), CRITICAL_FAULT, "nothing happens by itself");
     desk.command(RESET).unwrap();
     desk.device().settle();
+    assert_eq!(desk.state(), SELF_TEST_EXCEPTION, "the working memory is still defective");
+    desk.fault("ram", false);
+    desk.command(RESET).unwrap();
+    desk.device().settle();
     assert_eq!(desk.state(), IDLE);
+}
+
+#[test]
+fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+    for kind in KINDS {
+        selftest::memories(|| desk(kind), MBAR, CHANNEL_FLOATS);
+    }
 }
 
 /// (90)

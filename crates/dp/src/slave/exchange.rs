@@ -73,8 +73,10 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let features = self.device.features();
         let sync = command.intersects(ControlCommand::SYNC | ControlCommand::UNSYNC);
         let freeze = command.intersects(ControlCommand::FREEZE | ControlCommand::UNFREEZE);
-        let unsupported = (sync && !features.sync)
-            || (freeze && !features.freeze)
+        // Both bits of a pair cancel, and what cancels asks for nothing that must be supported.
+        let begins = |on, off| command.contains(on) && !command.contains(off);
+        let unsupported = (begins(ControlCommand::SYNC, ControlCommand::UNSYNC) && !features.sync)
+            || (begins(ControlCommand::FREEZE, ControlCommand::UNFREEZE) && !features.freeze)
             // section 10, point 14
             || command.intersects(ControlCommand::RESERVED);
         if command.contains(ControlCommand::CLEAR_DATA) {

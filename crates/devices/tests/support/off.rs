@@ -1,0 +1,27 @@
+//! A device without power, as the bench sees it.
+
+use profivac_devices::{Instrument, Report};
+
+/// Every place in the lists stays where it was, and nothing is closed, on or valid. Nothing moves either.
+pub fn shows_nothing<D: Instrument>(device: &mut D) {
+    let on = device.report();
+    device.power(false);
+    let off = device.report();
+    assert_eq!(off.device_state, "OFF");
+    assert_eq!(off.led, if on.led == "none" { "none" } else { "off" });
+    for lists in [|it: &Report| it.relays, |it: &Report| it.emission, |it: &Report| it.degas] {
+        assert_eq!(lists(&off).iter().count(), lists(&on).iter().count(), "{off:?}");
+        assert!(lists(&off).iter().all(|on| !on), "{off:?}");
+    }
+    let instances = |report: &Report| report.indicated.iter().map(|shown| shown.instance).collect::<Vec<_>>();
+    assert_eq!(instances(&off), instances(&on));
+    assert!(off.indicated.iter().all(|shown| shown.value_mbar.is_nan() && !shown.valid), "{off:?}");
+    assert!(off.outputs_safe, "{off:?}");
+    assert_eq!((off.active_instance, off.exception_status), (0, 0));
+    assert_eq!(off.run_hours.to_bits(), on.run_hours.to_bits());
+    device.advance(3600.0);
+    device.settle();
+    assert_eq!(device.report().run_hours.to_bits(), on.run_hours.to_bits());
+    device.power(true);
+    assert_ne!(device.report().device_state, "OFF");
+}
