@@ -138,6 +138,7 @@ fn a_record_that_is_deleted_is_begun_again() {
 fn what_came_of_something_is_written_though_the_record_was_deleted_meanwhile() {
     let desk = Desk::new();
     let recorder = desk.recorder();
+    recorder.intend(entry(Deed::Fired, None)).unwrap();
     let fired = recorder.intend(entry(Deed::Fired, None)).unwrap();
     fs::remove_file(&desk.path).unwrap();
     assert!(recorder.audit(entry(Deed::Outcome, Some(fired))).wait());
