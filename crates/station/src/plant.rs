@@ -273,7 +273,7 @@ impl Plant {
     /// [`NoAnswer`] says why there are none.
     pub fn blocks(&self, name: &str) -> Result<Vec<Block>, NoAnswer> {
         let ask = |answer| Question::Blocks(name.to_owned(), answer);
-        self.ask(name, ask)?.map_err(NoAnswer::Refused)
+        self.ask(&self.line_of(name)?.0, name, ask)?.map_err(NoAnswer::Refused)
     }
 
     /// What a gauge says to what somebody wants; nothing is changed. Waits for the segment.
@@ -281,7 +281,8 @@ impl Plant {
     /// # Errors
     /// [`Refusal`] says why it cannot be.
     pub fn draft(&self, name: &str, choice: Choice) -> Result<Draft, Refusal> {
-        self.ask(name, |answer| Question::Draft(name.to_owned(), choice, answer))?
+        let (segment, _) = self.line_of(name)?;
+        self.ask(&segment, name, |answer| Question::Draft(name.to_owned(), choice, answer))?
     }
 
     /// What was armed is done, unless the segment has not begun by then. Waits for the segment.
@@ -289,8 +290,14 @@ impl Plant {
     /// # Errors
     /// [`Refusal`] says what came of it instead.
     pub fn fire(&self, order: Order, begin_by: Instant) -> Result<Done, Refusal> {
-        let name = order.gauge.clone();
-        match self.ask(&name, |answer| Question::Fire(Box::new(order), begin_by, answer)) {
+        let (name, was) = (order.gauge.clone(), order.line.clone());
+        let is = self.line_of(&name)?;
+        if was != is {
+            let words = |(segment, port): &(String, String)| format!("segment {segment} at {port}");
+            let sentence = format!("{name} was on {} when it was armed and is on {} now", words(&was), words(&is));
+            return Err(Refusal::Changed(sentence));
+        }
+        match self.ask(&was.0, &name, |answer| Question::Fire(Box::new(order), begin_by, answer)) {
             Ok(came) => came,
             Err(NoAnswer::Slow) => Err(Refusal::Unsure("the gauge has not answered in time".to_owned())),
             Err(NoAnswer::Refused(sentence)) => Err(Refusal::Unsure(sentence)),
@@ -298,11 +305,26 @@ impl Plant {
         }
     }
 
-    /// Asks the segment of a gauge, and waits for the answer.
-    fn ask<T>(&self, name: &str, question: impl FnOnce(SyncSender<T>) -> Question) -> Result<T, NoAnswer> {
-        let unknown = || NoAnswer::Unknown(name.to_owned());
-        let segment = self.gauge(name).ok_or_else(unknown)?.segment;
-        let line = self.lines().get(&segment).cloned().ok_or_else(unknown)?;
+    /// The segment of a gauge, and the port of that.
+    ///
+    /// # Errors
+    /// [`NoAnswer::Unknown`].
+    pub fn line_of(&self, gauge: &str) -> Result<(String, String), NoAnswer> {
+        let all = self.scenery.read().unwrap_or_else(PoisonError::into_inner);
+        let has = |scenery: &Scenery| scenery.gauges.iter().any(|other| other.name == gauge);
+        let scenery = all.values().map(|(_, scenery)| scenery).find(|scenery| has(scenery));
+        let line = scenery.map(|Scenery { segment, .. }| (segment.name.clone(), segment.port.clone()));
+        line.ok_or_else(|| NoAnswer::Unknown(gauge.to_owned()))
+    }
+
+    /// Asks a segment about a gauge, and waits for the answer.
+    fn ask<T>(
+        &self,
+        segment: &str,
+        gauge: &str,
+        question: impl FnOnce(SyncSender<T>) -> Question,
+    ) -> Result<T, NoAnswer> {
+        let line = self.lines().get(segment).cloned().ok_or_else(|| NoAnswer::Unknown(gauge.to_owned()))?;
         let (sender, answer) = sync_channel(1);
         line.try_send(question(sender)).map_err(|_| NoAnswer::Busy)?;
         answer.recv_timeout(PATIENCE).map_err(|error| match error {

@@ -4,10 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_station::recorder::alarms::Batch;
+use profivac_station::recorder::audit::Wanted;
 use profivac_station::recorder::rollup::Additions;
 use profivac_station::recorder::store::Store;
 use profivac_station::recorder::{
-    Band, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
+    Band, Deed, Entry, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use rusqlite::Connection;
 use std::fs;
@@ -63,6 +64,25 @@ fn event(text: &str) -> Event {
     Event { at: Micros(Micros::SECOND), gauge: None, kind: EventKind::Note, text: text.to_owned() }
 }
 
+fn entry(what: Deed, of: Option<i64>) -> Entry {
+    Entry {
+        at: Micros(Micros::SECOND),
+        what,
+        of,
+        who: "Otto".to_owned(),
+        role: "operator".to_owned(),
+        peer: None,
+        gauge: None,
+        segment: None,
+        address: None,
+        target: None,
+        before: None,
+        after: None,
+        outcome: None,
+        order: Some("1-1".to_owned()),
+    }
+}
+
 fn refusal(path: &Path) -> String {
     Recorder::start(path, Settings::default()).map(drop).unwrap_err().to_string()
 }
@@ -112,6 +132,23 @@ fn a_record_that_is_deleted_is_begun_again() {
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
     assert_eq!(desk.samples(), [sample(1, 2.0), sample(2, 3.0)]);
+}
+
+#[test]
+fn what_came_of_something_is_written_though_the_record_was_deleted_meanwhile() {
+    let desk = Desk::new();
+    let recorder = desk.recorder();
+    recorder.intend(entry(Deed::Fired, None)).unwrap();
+    let fired = recorder.intend(entry(Deed::Fired, None)).unwrap();
+    fs::remove_file(&desk.path).unwrap();
+    assert!(recorder.audit(entry(Deed::Outcome, Some(fired))).wait());
+    push(&recorder, [sample(0, 1.0)]);
+    assert!(recorder.flush());
+    assert_eq!((desk.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
+    let wanted = Wanted { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, most: 10 };
+    let rows = desk.reader().audit(&wanted).unwrap();
+    assert_eq!(rows.len(), 1);
+    assert_eq!((rows[0].entry.what, rows[0].entry.of), (Deed::Outcome, None), "the row it belongs to is gone");
 }
 
 #[test]

@@ -216,6 +216,7 @@ fn a_station_is_shared_by_all_who_look() {
 fn what_was_armed_for_one_gauge_is_not_fired_at_another_of_the_same_name() {
     let desk = Desk::new();
     desk.bench("hall", &["bcg450@5", "bcg450@6"]);
+    desk.bench("annex", &["bcg450@6"]);
     let mut station = Station::start(desk.config(&[("hall", &["chamber bcg450 5"])])).unwrap();
     let plant = station.plant();
     exchanging(&plant, "chamber");
@@ -227,5 +228,12 @@ fn what_was_armed_for_one_gauge_is_not_fired_at_another_of_the_same_name() {
     gauge(&plant, "chamber", |gauge| gauge.address == 6 && gauge.standing == Standing::Exchanging);
     let refused = act::fire(&plant, &actor, &order.id).unwrap_err().to_string();
     assert_eq!(refused, "chamber was bcg450 at address 5 when it was armed and is bcg450 at 6 now");
+    // The same device at the same address, on another line.
+    let order = act::arm(&plant, &actor, "chamber", &wish).unwrap();
+    station.become_like(desk.config(&[("annex", &["chamber bcg450 6"])])).unwrap();
+    gauge(&plant, "chamber", |gauge| gauge.segment == "annex" && gauge.standing == Standing::Exchanging);
+    let refused = act::fire(&plant, &actor, &order.id).unwrap_err().to_string();
+    let [hall, annex] = ["hall", "annex"].map(|bench| format!("segment {bench} at sim:{}", desk.path(bench).display()));
+    assert_eq!(refused, format!("chamber was on {hall} when it was armed and is on {annex} now"));
     station.stop();
 }

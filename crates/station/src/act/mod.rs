@@ -221,6 +221,7 @@ pub fn arm(plant: &Plant, actor: &Actor, name: &str, wish: &Wish) -> Result<Orde
         return Err(NotDone::Conflict(format!("{}: {reason}", choice.target()), Vec::new()));
     }
     at(plant, Instant::now()).mastership.act(person, Instant::now())?;
+    let line = plant.line_of(name).map_err(Refusal::from)?;
     let draft = plant.draft(name, choice.clone())?;
     if draft.conditions.iter().any(|condition| condition.unmet.is_some()) {
         let refusal = Refusal::Unmet(draft.conditions.clone());
@@ -235,7 +236,7 @@ pub fn arm(plant: &Plant, actor: &Actor, name: &str, wish: &Wish) -> Result<Orde
     state.armed = state.armed.saturating_add(1);
     let id = format!("{:x}-{}", plant.started().0, state.armed);
     let by = person.name.clone();
-    let order = Order { id, by, gauge: name.to_owned(), choice, draft, until: now + ARMED };
+    let order = Order { id, by, gauge: gauge.name, line, choice, draft, until: now + ARMED };
     state.orders.arm(order.clone())?;
     Ok(order)
 }

@@ -26,6 +26,8 @@ pub struct Order {
     pub by: Arc<str>,
     /// The gauge.
     pub gauge: String,
+    /// Its segment, and the port of that.
+    pub line: (String, String),
     /// What was chosen.
     pub choice: Choice,
     /// What the gauge said when it was armed.
@@ -151,7 +153,8 @@ mod tests {
             risk,
             conditions: Vec::new(),
         };
-        Order { id: id.to_owned(), by: Arc::from("Ada"), gauge: "chamber".to_owned(), choice, draft, until }
+        let line = ("hall".to_owned(), "/dev/ttyUSB0".to_owned());
+        Order { id: id.to_owned(), by: Arc::from("Ada"), gauge: "chamber".to_owned(), line, choice, draft, until }
     }
 
     #[test]

@@ -52,6 +52,13 @@ pub struct Finding {
     pub text: String,
 }
 
+impl Finding {
+    /// Something without a number. What is over is not told as if it were so.
+    fn plain(holds: Option<bool>, text: String) -> Self {
+        Self { holds, value: None, text: if holds == Some(true) { text } else { String::new() } }
+    }
+}
+
 /// Judges one rule.
 #[derive(Clone, Debug, Default)]
 pub struct Judge {
@@ -270,7 +277,7 @@ fn fault(sight: &Sight, name: &str) -> Finding {
     });
     let words = gauge.map(|gauge| gauge.exceptions.join(", ")).filter(|words| !words.is_empty());
     let text = words.map_or_else(|| format!("{name} reports a fault"), |words| format!("{name} reports {words}"));
-    Finding { holds, value: None, text }
+    Finding::plain(holds, text)
 }
 
 fn stale(sight: &Sight, name: &str, behind_segment: Option<&str>) -> Finding {
@@ -278,19 +285,19 @@ fn stale(sight: &Sight, name: &str, behind_segment: Option<&str>) -> Finding {
         return Finding::default();
     }
     let Some(gauge) = sight.gauge(name) else {
-        return Finding { holds: Some(true), value: None, text: format!("nothing is known of {name}") };
+        return Finding::plain(Some(true), format!("nothing is known of {name}"));
     };
     let text = match (&gauge.trouble, gauge.age_ms) {
         (Some(trouble), _) => format!("{name} gives no data: {trouble}"),
         (None, None) => format!("{name} never gave data"),
         (None, Some(age)) => format!("{name} gives no data, the last are {} s old", age / 1000),
     };
-    Finding { holds: Some(!is_fresh(gauge)), value: None, text }
+    Finding::plain(Some(!is_fresh(gauge)), text)
 }
 
 fn down(sight: &Sight, name: &str) -> Finding {
     let segment = sight.segment(name);
     let holds = segment.is_none_or(|segment| segment.state != SegmentState::Running);
     let trouble = segment.and_then(|segment| segment.trouble.as_deref()).unwrap_or("it waits for its line");
-    Finding { holds: Some(holds), value: None, text: format!("segment {name} does not run: {trouble}") }
+    Finding::plain(Some(holds), format!("segment {name} does not run: {trouble}"))
 }

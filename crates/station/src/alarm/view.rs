@@ -165,7 +165,7 @@ impl Standing {
     }
 }
 
-/// What nobody knows of comes first, then what holds; among these the highest priority, then the latest.
+/// What holds comes first; among these the highest priority, then what nobody knows of, then the latest.
 fn urgency(one: &Alarm, other: &Alarm) -> std::cmp::Ordering {
     let rank =
         |alarm: &Alarm| (alarm.state.is_active(), alarm.priority, alarm.state.wants_acknowledgement(), alarm.since_ms);

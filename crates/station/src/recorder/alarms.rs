@@ -282,21 +282,21 @@ impl Reader {
         )
     }
 
-    /// The oldest letter to a webhook with a higher number than `after`.
+    /// What a letter to a webhook says, if it is still there.
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn next_letter(&self, hook: &str, after: i64) -> Result<Option<Letter>, StoreError> {
-        let sql = "SELECT id, hook, at, body FROM letter WHERE hook = ?1 AND id > ?2 ORDER BY id LIMIT 1";
-        Ok(self.all(sql, params![hook, after], letter)?.pop())
+    pub fn letter(&self, id: i64) -> Result<Option<Letter>, StoreError> {
+        Ok(self.all("SELECT id, hook, at, body FROM letter WHERE id = ?1", [id], letter)?.pop())
     }
 
-    /// The numbers of all letters to a webhook, in their order.
+    /// The numbers and times of all letters to a webhook, in their order.
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn letters(&self, hook: &str) -> Result<Vec<i64>, StoreError> {
-        self.all("SELECT id FROM letter WHERE hook = ?1 ORDER BY id", [hook], |row| row.get(0))
+    pub fn letters(&self, hook: &str) -> Result<Vec<(i64, Micros)>, StoreError> {
+        let sql = "SELECT id, at FROM letter WHERE hook = ?1 ORDER BY id";
+        self.all(sql, [hook], |row| Ok((row.get(0)?, Micros(row.get(1)?))))
     }
 
     /// The numbers of letters to webhooks other than these.

@@ -128,14 +128,14 @@ pub struct Wanted {
     pub most: u32,
 }
 
-/// Adds a row. Says which it is.
+/// Adds a row. Says which it is. A row that refers to one of a record that was deleted meanwhile refers to none.
 ///
 /// # Errors
 /// What SQLite says.
 pub fn insert(connection: &Connection, entry: &Entry) -> rusqlite::Result<i64> {
     let mut insert = connection.prepare_cached(
         "INSERT INTO audit (at, what, of, who, role, peer, gauge, segment, address, target, before, after, outcome, order_id)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
+         VALUES (?1, ?2, (SELECT id FROM audit WHERE id = ?3 AND order_id IS ?14), ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
     )?;
     insert.execute(params![
         entry.at.0,

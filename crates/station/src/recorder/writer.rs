@@ -28,6 +28,9 @@ const QUEUE: usize = 65_536;
 const UNWRITTEN: usize = 1_000_000;
 const UNWRITTEN_EVENTS: usize = 10_000;
 
+/// A disk that has not answered for so long hangs.
+const QUIET: Duration = Duration::from_secs(15);
+
 /// How long somebody who wants to know waits for the disk.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -90,6 +93,8 @@ impl OnItsWay {
 pub struct Recorder {
     messages: Option<SyncSender<Message>>,
     health: Arc<Mutex<Health>>,
+    /// When the thread was last done with the disk.
+    answered: Arc<Mutex<Instant>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -103,8 +108,9 @@ impl Recorder {
         let health = Arc::new(Mutex::new(Health::default()));
         let (messages, inbox) = sync_channel(QUEUE);
         let work = Work::new(store, settings, Arc::clone(&health));
+        let answered = Arc::clone(&work.answered);
         let thread = std::thread::spawn(move || work.run(&inbox));
-        Ok(Self { messages: Some(messages), health, thread: Some(thread) })
+        Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
     }
 
     /// A sample of a gauge. Never waits: what cannot be taken is counted in [`Health::lost`].
@@ -182,10 +188,13 @@ impl Recorder {
         self.send(Message::Finish(done)) && wait.recv_timeout(PATIENCE).is_ok()
     }
 
-    /// How it is.
+    /// How it is. Who has died or waits for a disk that hangs cannot say so.
     #[must_use]
     pub fn health(&self) -> Health {
-        self.locked().clone()
+        let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
+        let has_ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
+        let health = self.locked().clone();
+        Health { error: silence(has_ended, silent).or(health.error), ..health }
     }
 
     fn locked(&self) -> MutexGuard<'_, Health> {
@@ -195,6 +204,14 @@ impl Recorder {
     /// Whether there was room for it.
     fn send(&self, message: Message) -> bool {
         self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
+    }
+}
+
+/// What the thread cannot say itself.
+fn silence(has_ended: bool, silent: Duration) -> Option<String> {
+    match has_ended {
+        true => Some("who records has died: start the station again".to_owned()),
+        false => (silent > QUIET).then(|| format!("the disk has not answered for {} s", silent.as_secs())),
     }
 }
 
@@ -250,6 +267,7 @@ struct Work {
     is_urgent: bool,
     acknowledgements: Vec<Sender<()>>,
     clock: Clock,
+    answered: Arc<Mutex<Instant>>,
     /// So much fits into memory.
     room: usize,
     due: Instant,
@@ -272,6 +290,7 @@ impl Work {
             is_urgent: false,
             acknowledgements: Vec::new(),
             clock: Clock::new(now, Micros::now()),
+            answered: Arc::new(Mutex::new(now)),
             room: UNWRITTEN,
             due: now + PERIOD,
             prune_at: now,
@@ -430,6 +449,7 @@ impl Work {
             });
             self.prune();
         }
+        *self.answered.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
 
     fn prune(&mut self) {
@@ -467,6 +487,20 @@ mod tests {
     use super::super::reader::Reader;
     use super::super::sample::Quality;
     use super::*;
+
+    #[test]
+    fn who_records_and_has_died_or_hangs_is_told() {
+        assert_eq!(silence(false, QUIET), None);
+        assert_eq!(silence(false, Duration::from_secs(16)).as_deref(), Some("the disk has not answered for 16 s"));
+        let folder = tempfile::tempdir().unwrap();
+        let mut recorder = Recorder::start(&folder.path().join("plant.db"), Settings::default()).unwrap();
+        // Its thread ends, and nobody joins it.
+        recorder.messages = None;
+        while recorder.health().error.is_none() {
+            std::thread::yield_now();
+        }
+        assert_eq!(recorder.health().error.as_deref(), Some("who records has died: start the station again"));
+    }
 
     #[test]
     fn a_full_disk_is_told_and_what_waited_is_written_when_there_is_room() {

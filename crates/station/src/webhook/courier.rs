@@ -5,6 +5,7 @@ use crate::config::{Secret, Webhook};
 use crate::plant::Plant;
 use crate::recorder::alarms::{Batch, Letter};
 use crate::recorder::{EventKind, Micros, StoreError};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -63,7 +64,7 @@ impl Courier {
     pub fn start(webhook: Webhook, plant: Arc<Plant>, patience: Patience) -> std::io::Result<Self> {
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, stopped) = oneshot::channel::<()>();
-        let round = Round { webhook: webhook.clone(), plant: Arc::clone(&plant), patience, last: 0 };
+        let round = Round { webhook: webhook.clone(), plant: Arc::clone(&plant), patience, gone: BTreeSet::new() };
         plant.webhooks().begin(&webhook.name, webhook.place());
         let thread = std::thread::Builder::new().name("webhook".to_owned()).spawn(move || {
             runtime.block_on(async {
@@ -105,8 +106,9 @@ struct Round {
     webhook: Webhook,
     plant: Arc<Plant>,
     patience: Patience,
-    /// The number of the last letter that nobody waits for any more: its deletion may not be on the disk yet.
-    last: i64,
+    /// Letters that nobody waits for any more and whose deletion may not be on the disk yet. With their times: a record that was
+    /// deleted is begun again, and counts from one again.
+    gone: BTreeSet<(i64, Micros)>,
 }
 
 impl Round {
@@ -144,21 +146,15 @@ impl Round {
     /// The next letter, once those were given up that are too old or too many.
     fn next(&mut self) -> Result<Option<Letter>, StoreError> {
         let reader = self.plant.reader()?;
-        let name = &self.webhook.name;
-        let waiting: Vec<_> = reader.letters(name)?.into_iter().filter(|id| *id > self.last).collect();
-        let too_many = waiting.len().saturating_sub(self.patience.most);
-        if let Some(gone) = waiting.get(..too_many).filter(|gone| !gone.is_empty()) {
-            self.give_up(gone, "there are too many");
-        }
-        let letter = reader.next_letter(&self.webhook.name, self.last)?;
+        let there: BTreeSet<_> = reader.letters(&self.webhook.name)?.into_iter().collect();
+        self.gone.retain(|letter| there.contains(letter));
+        let mut waiting: Vec<_> = there.difference(&self.gone).copied().collect();
+        let rest = waiting.split_off(waiting.len().saturating_sub(self.patience.most));
+        self.give_up(&waiting, "there are too many");
         let oldest = Micros::now().before(self.patience.oldest);
-        match letter {
-            Some(letter) if letter.at < oldest => {
-                self.give_up(&[letter.id], "it is too old");
-                self.next()
-            }
-            letter => Ok(letter),
-        }
+        let (old, rest): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, at)| *at < oldest);
+        self.give_up(&old, "it is too old");
+        rest.first().map_or(Ok(None), |(id, _)| reader.letter(*id))
     }
 
     async fn deliver(&mut self, client: &Client, letter: &Letter) -> Result<(), String> {
@@ -166,14 +162,14 @@ impl Round {
         let status = answer.map_err(|_| format!("no answer in {} s", self.patience.answer.as_secs_f64()))??;
         match status {
             200..=299 => {
-                self.done(&[letter.id]);
+                self.done(&[(letter.id, letter.at)]);
                 if self.plant.webhooks().took(&self.webhook.name) {
                     self.remark("takes letters again");
                 }
                 Ok(())
             }
             status if NEVER.contains(&status) => {
-                self.give_up(&[letter.id], &format!("the answer is {status}"));
+                self.give_up(&[(letter.id, letter.at)], &format!("the answer is {status}"));
                 Ok(())
             }
             status => Err(format!("the answer is {status}")),
@@ -186,18 +182,20 @@ impl Round {
         }
     }
 
-    fn give_up(&mut self, ids: &[i64], why: &str) {
-        self.done(ids);
-        self.plant.webhooks().gave_up(&self.webhook.name, ids.len());
-        self.remark(&format!("was not told of {} letters: {why}", ids.len()));
+    fn give_up(&mut self, letters: &[(i64, Micros)], why: &str) {
+        if !letters.is_empty() {
+            self.done(letters);
+            self.plant.webhooks().gave_up(&self.webhook.name, letters.len());
+            self.remark(&format!("was not told of {} letters: {why}", letters.len()));
+        }
     }
 
     /// Nobody waits for these any more. A deletion that finds no room is made up for when the station begins again: the letter is then
     /// told once more.
-    fn done(&mut self, ids: &[i64]) {
-        self.last = ids.iter().copied().fold(self.last, i64::max);
-        let batch = Batch { gone: ids.to_vec(), ..Batch::default() };
-        let _room = self.plant.recorder().alarms(batch, Vec::new());
+    fn done(&mut self, letters: &[(i64, Micros)]) {
+        self.gone.extend(letters);
+        let gone = letters.iter().map(|(id, _)| *id).collect();
+        let _room = self.plant.recorder().alarms(Batch { gone, ..Batch::default() }, Vec::new());
     }
 
     fn remark(&self, what: &str) {
