@@ -7,7 +7,7 @@ use clap::Args;
 use profivac_host::live::look;
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 
@@ -58,7 +58,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Never over a file that is there: it may have been worked on. Its owner's alone: it will say where secrets are.
 fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::usage(format!("{} cannot be written: {error}", path.display()));
+    let failed = |error: std::io::Error| {
+        let name = path.display();
+        Failure::usage(match error.kind() {
+            ErrorKind::AlreadyExists => format!("{name} is there already and stays as it is: choose another name"),
+            _ => format!("{name} cannot be written: {error}"),
+        })
+    };
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path).map_err(failed)?;
     let written = file.write_all(text.as_bytes());
     if written.is_err() {

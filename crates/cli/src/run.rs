@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Where the dashboard is, instead of where the file says; port 0 lets the system choose one
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Only check the file
+    /// Only check the file, and what it names: ports of segments in memory, users, certificate, key
     #[arg(long)]
     check: bool,
 }
@@ -50,19 +50,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
     config.hints().iter().for_each(remark);
     check_private(&arguments.file, &config)?;
+    let listen = arguments.listen.unwrap_or(config.listen);
+    let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     if arguments.check {
         config.check_ports()?;
+        Server::check(&setup)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
         out(&format!("{}: {} segments, {gauges} gauges", arguments.file.display(), config.segments.len()));
         return Ok(());
     }
     let stop = Signals::of(&[SIGINT, SIGTERM])?;
     let mut reload = Signals::of(&[SIGHUP])?;
-    let listen = arguments.listen.unwrap_or(config.listen);
     let begun = config.clone();
-    let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     let mut station = Station::start(config)?;
-    let server = Server::start(station.plant(), Setup { listen, ..setup })?;
+    let server = Server::start(station.plant(), setup)?;
     out(&format!("ready {}", server.url()));
     loop {
         let said = wait(&[stop.as_fd(), reload.as_fd()], WATCH)?;

@@ -143,14 +143,31 @@ fn nobody_else_sees_a_station_unless_that_is_wanted() {
     let (folder, port) = bench();
     let file = folder.name("plant.toml");
     fs::write(&file, format!("[[segment]]\nname = \"a\"\nport = {port:?}\n")).unwrap();
-    let told = run(&["run", &file, "--listen", "0.0.0.0:0"]);
+    // What hinders the station is told by the check as well.
+    for arguments in [&["run", &file, "--listen", "0.0.0.0:0"][..], &["run", &file, "--listen", "0.0.0.0:0", "--check"]]
+    {
+        let told = run(arguments);
+        assert_eq!(told.status.code(), Some(2), "{arguments:?}");
+        let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+        assert_eq!(
+            complaint.lines().last().unwrap_or_default(),
+            "profivac: 0.0.0.0:0 can be reached from other computers: that needs TLS, [tls] with certificate and key in \
+             the station's file"
+        );
+    }
+}
+
+#[test]
+fn a_check_finds_a_certificate_that_is_missing() {
+    let (folder, port) = bench();
+    let file = folder.name("plant.toml");
+    let text = format!("[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n[[segment]]\nname = \"a\"\nport = {port:?}\n");
+    fs::write(&file, text).unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+    let told = run(&["run", &file, "--check"]);
     assert_eq!(told.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert_eq!(
-        complaint.lines().last().unwrap_or_default(),
-        "profivac: 0.0.0.0:0 can be reached from other computers: that needs TLS, [tls] with certificate and key in the \
-         station's file"
-    );
+    assert!(complaint.contains("a.pem"), "{complaint}");
 }
 
 /// Status and body of a request with JSON.
@@ -218,7 +235,10 @@ fn a_file_that_says_where_secrets_are_is_its_owners_alone() {
     let told = run(&["run", &file]);
     let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
     assert_eq!(told.status.code(), Some(2), "{complaint}");
-    assert!(complaint.contains("people.toml: No such file"), "{complaint}");
+    assert!(
+        complaint.contains("people.toml: `profivac user add NAME --role engineer FILE.toml` makes it"),
+        "{complaint}"
+    );
 }
 
 #[test]
@@ -228,6 +248,8 @@ fn init_never_writes_over_a_file() {
     fs::write(&file, "mine").unwrap();
     let told = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "6", "--out", &file]);
     assert_eq!(told.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(complaint.contains("plant.toml is there already"), "{complaint}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
 }
 

@@ -90,7 +90,7 @@ fn an_alarm_goes_through_its_life() {
     assert_eq!(desk.look_for(&sight(0.9, "valid"), 250), []);
     assert_eq!(desk.look_for(&sight(1.1, "valid"), 250), [What::Raised]);
     assert_eq!((desk.state(), desk.life().value), (State::Unacknowledged, Some(1.1)));
-    assert_eq!(desk.life().text, "chamber shows 1.10e-2 mbar, the limit is above 1.00e-2 mbar");
+    assert_eq!(desk.life().text, "chamber shows 1.10e-2 mbar, above the limit of 1.00e-2 mbar");
     let change = desk.acknowledge().unwrap();
     assert_eq!((change.who.as_deref(), change.value, desk.state()), (Some("Ada"), Some(1.1), State::Acknowledged));
     assert_eq!(desk.look_for(&sight(0.4, "valid"), 250), [What::Returned]);

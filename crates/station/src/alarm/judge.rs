@@ -240,8 +240,8 @@ fn bounded(
     };
     // Where a range ends is no value.
     let value = reading.pa.filter(|_| reading.quality == Quality::Valid.word());
-    let shown = value.map_or_else(|| reading.quality.to_owned(), mbar);
-    let text = format!("{series} shows {shown}, the limit is {side} {}", mbar(limit));
+    let shown = value.map_or_else(|| format!("an {}", reading.quality), mbar);
+    let text = format!("{series} shows {shown}, {side} the limit of {}", mbar(limit));
     Finding { holds: judged(bounds), value, text }
 }
 

@@ -50,6 +50,9 @@ pub enum UsersError {
     /// What stands in the file.
     #[error(transparent)]
     File(#[from] ConfigError),
+    /// There is none.
+    #[error("there is no {file}: `profivac user add NAME --role engineer FILE.toml` makes it", file = .0.display())]
+    NoFile(PathBuf),
     /// Others may read it.
     #[error(transparent)]
     Private(#[from] NotPrivate),
@@ -95,6 +98,9 @@ impl Users {
     /// # Errors
     /// [`UsersError`] says what is wrong with it.
     pub fn read(file: &Path) -> Result<Self, UsersError> {
+        if !file.exists() {
+            return Err(UsersError::NoFile(file.to_owned()));
+        }
         private::check(file)?;
         let text = fs::read_to_string(file).map_err(|error| UsersError::System(file.to_owned(), error))?;
         Ok(Self::parse(&text, file)?)

@@ -10,7 +10,7 @@ use crate::api::guard::{self, Hosts};
 use crate::people::Access;
 use crate::people::door::Door;
 use crate::people::rates::Paces;
-use crate::people::users::UsersError;
+use crate::people::users::{Users, UsersError};
 use crate::plant::Plant;
 use axum::Router;
 use axum::extract::Request;
@@ -139,7 +139,7 @@ impl Server {
         let Setup { listen, access, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
         let door = Arc::new(Door::new(Arc::clone(&plant), access, limits.paces)?);
-        may_begin(listen, &hosts, keys.is_some(), &door)?;
+        may_begin(listen, &hosts, keys.is_some(), door.has_users())?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;
         let listener = runtime.block_on(TcpListener::bind(listen)).map_err(failed)?;
@@ -155,6 +155,19 @@ impl Server {
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::spawn(move || run(runtime, &listener, &served, &door, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
+    }
+
+    /// Whether a server would begin, as far as its files can tell.
+    ///
+    /// # Errors
+    /// [`ServerError`] says what is in the way.
+    pub fn check(setup: &Setup) -> Result<(), ServerError> {
+        let keys = setup.tls.clone().map(Keys::read).transpose()?;
+        let users = match &setup.access {
+            Access::Users(file) => !Users::read(file)?.is_empty(),
+            Access::Everybody(_) => false,
+        };
+        may_begin(setup.listen, &setup.hosts, keys.is_some(), users)
     }
 
     /// Where it listens.
@@ -188,9 +201,9 @@ impl Drop for Server {
 }
 
 /// Nothing, unless others would reach us who should not, or whose passwords would be heard.
-fn may_begin(listen: SocketAddr, hosts: &[String], tls: bool, door: &Door) -> Result<(), ServerError> {
+fn may_begin(listen: SocketAddr, hosts: &[String], tls: bool, users: bool) -> Result<(), ServerError> {
     let loopback = listen.ip().is_loopback();
-    match (loopback, tls, door.has_users()) {
+    match (loopback, tls, users) {
         (false, false, _) => Err(ServerError::NoTls(listen)),
         (false, true, false) => Err(ServerError::NoUsers(listen)),
         (true, _, false) if !hosts.is_empty() => Err(ServerError::Proxy(listen)),

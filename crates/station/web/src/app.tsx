@@ -19,7 +19,7 @@ import { Person } from './parts/person.tsx'
 import { age } from './pure/format.ts'
 import { nextUnit, UNIT_NAMES, type Unit } from './pure/units.ts'
 import { lostSentence } from './pure/words.ts'
-import { go, Link, usePlace } from './router.tsx'
+import { go, Link, nameIn, usePlace } from './router.tsx'
 import { isIn, useHere } from './session.ts'
 import { nextTheme, setUnit, unit, useTheme, useUnit } from './settings.ts'
 
@@ -43,9 +43,10 @@ export function App(): JSX.Element {
   useKeys(() => setHelp((shown) => !shown))
   const page = PAGES.find((page) => page.path === path || (page.path !== '/' && path.startsWith(`${page.path}/`)))
   const station = live.moment?.station.name
+  const gauge = nameIn(path)
   useEffect(() => {
-    document.title = [out ? 'Log in' : page?.name, station ?? 'profivac'].filter(Boolean).join(' · ')
-  }, [page, station, out])
+    document.title = [out ? 'Log in' : (gauge ?? page?.name ?? 'No such page'), station ?? 'profivac'].join(' · ')
+  }, [page, gauge, station, out])
   return (
     <>
       <a class="skip" href="#main">
@@ -103,7 +104,6 @@ function Header({ current, live, showHelp }: { current: string | undefined; live
         {!out && <Heard live={live} />}
         {!out && <AlarmBadge moment={live.moment} />}
       </div>
-      {out ? <span class="filler" /> : <Pages current={current} />}
       {live.moment && !out && <MastershipMark mastership={live.moment.mastership} now={live.now} />}
       <div class="choices">
         <Person />
@@ -113,6 +113,7 @@ function Header({ current, live, showHelp }: { current: string | undefined; live
           ?
         </button>
       </div>
+      {!out && <Pages current={current} />}
     </header>
   )
 }
@@ -189,6 +190,8 @@ function useKeys(help: () => void): void {
     const pressed = (event: KeyboardEvent): void => {
       const target = event.target as HTMLElement
       if (event.ctrlKey || event.metaKey || event.altKey || target.matches('input, select, textarea')) return
+      // Nobody goes away from an order that is armed by a key that slipped.
+      if (document.querySelector('dialog[open]')) return
       const page = isIn() ? PAGES.find(({ key }) => key === event.key) : undefined
       if (page) go(page.path)
       else if (event.key === '?') help()

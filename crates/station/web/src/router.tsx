@@ -41,6 +41,17 @@ export function usePlace(): Place {
 
 export const gaugePath = (name: string): string => `/gauge/${encodeURIComponent(name)}`
 
+/** The gauge that the address of a page names. */
+export function nameIn(path: string): string | null {
+  const [, page, name] = path.split('/')
+  if (page !== 'gauge' || !name) return null
+  try {
+    return decodeURIComponent(name)
+  } catch {
+    return name
+  }
+}
+
 export function Link({ to, children, ...rest }: { to: string; children: ComponentChildren } & JSX.IntrinsicElements['a']): JSX.Element {
   const follow = (event: MouseEvent): void => {
     if (event.ctrlKey || event.metaKey || event.shiftKey || event.button !== 0) return

@@ -90,7 +90,7 @@ test('parameters are found by any word', () => {
 
 test('a segment is described in a sentence', () => {
   const segment = { state: 'running', trouble: null, stations: [{ address: 3, standing: 'exchanging', words: 'fine' }] }
-  assert.equal(segmentSentence(segment), 'Everybody is there.')
+  assert.equal(segmentSentence(segment), 'All gauges exchange data.')
   assert.equal(segmentSentence({ ...segment, trouble: 'the port is lost' }), 'In trouble: the port is lost.')
   assert.equal(segmentSentence({ ...segment, state: 'waiting' }), 'The segment waits for its port.')
   const missing = { address: 7, standing: 'missing', name: 'gate', words: 'nobody answers' }

@@ -4,7 +4,7 @@ import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
 import { acknowledge, acknowledgeAll, alarmHistory, alarms, outOfService, returnToService, webhooks, type Alarm, type Webhook } from '../api.ts'
 import { live, useLive } from '../live.ts'
-import { AlarmStateMark, PriorityMark } from '../parts/alarm.tsx'
+import { StateMark, PriorityMark } from '../parts/alarm.tsx'
 import { sentence, useAsked } from '../parts/use.ts'
 import { byUrgency, isWanted, meaning, quantity, wantsAcknowledgement, WHATS } from '../pure/alarms.ts'
 import { age, clock, day, moment } from '../pure/format.ts'
@@ -54,7 +54,7 @@ export function Alarms(): JSX.Element {
             <Item alarm={alarm} act={act} leave={setLeaving} key={alarm.name} />
           ))}
         </ul>
-        {standing.more > 0 && <p class="muted">{standing.more} more stand in the table below.</p>}
+        {standing.more > 0 && <p class="muted">{standing.more} more stand below, under All alarms.</p>}
       </section>
       {out.length > 0 && <OutOfService all={out} act={act} />}
       <Every all={all} error={asked.error} leave={setLeaving} />
@@ -95,7 +95,7 @@ function Item({ alarm, act, leave }: { alarm: Alarm; act: Act; leave: (alarm: Al
     <li class={`alarm-item ${priority} ${state}`} data-alarm={name}>
       <div class="marks">
         <PriorityMark priority={priority} />
-        <AlarmStateMark alarm={alarm} />
+        <StateMark state={alarm.state} />
       </div>
       <div class="what">
         <strong>{name}</strong>
@@ -158,7 +158,7 @@ function OutOfService({ all, act }: { all: Alarm[]; act: Act }): JSX.Element {
           <li class="alarm-item out-of-service" data-out={name} key={name}>
             <div class="marks">
               <PriorityMark priority={priority} />
-              <span class="alarm-state out-of-service">out of service</span>
+              <StateMark state="out-of-service" />
             </div>
             <div class="what">
               <strong>{name}</strong>
@@ -202,6 +202,7 @@ function Every({ all, error, leave }: { all: Alarm[]; error: string | null; leav
           <input type="search" placeholder="Search" aria-label="Search alarms" value={text} onInput={(event) => setText(event.currentTarget.value)} />
         </div>
         {error && <p class="alarm">{error}</p>}
+        {all.length > 0 && shown.length === 0 && <p class="muted">Nothing matches.</p>}
         <table class="every">
           <thead>
             <tr>
@@ -220,7 +221,7 @@ function Every({ all, error, leave }: { all: Alarm[]; error: string | null; leav
                   <PriorityMark priority={alarm.priority} />
                 </td>
                 <td>
-                  <AlarmStateMark alarm={alarm} />
+                  <StateMark state={alarm.state} />
                 </td>
                 <td>{meaning(alarm, unit)}</td>
                 <td>
@@ -293,7 +294,7 @@ function History(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {asked.value && shown.length === 0 && <p class="muted">Nothing happened.</p>}
+      {asked.value && shown.length === 0 && <p class="muted">{all.length > 0 ? 'Nothing matches.' : 'Nothing has happened yet.'}</p>}
       {all.length === most && (
         <button type="button" onClick={() => setMost(most + PAGE)}>
           Older ones

@@ -57,7 +57,7 @@ export function Audit(): JSX.Element {
           ))}
         </select>
         <a class="button" href={auditAddress(filter)} download="audit.csv">
-          CSV
+          Save as CSV
         </a>
       </div>
       {asked.error && <p class="alarm">{asked.error}</p>}
@@ -79,7 +79,7 @@ export function Audit(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {asked.value && rows.length === 0 && <p class="muted">Nobody has done anything.</p>}
+      {asked.value && rows.length === 0 && <p class="muted">{gauge || who || back !== null ? 'Nothing matches.' : 'Nobody has done anything yet.'}</p>}
       {rows.length === most && (
         <button type="button" onClick={() => setMost(most + PAGE)}>
           Older ones

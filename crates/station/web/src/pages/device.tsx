@@ -5,7 +5,7 @@ import { useEffect, useState } from 'preact/hooks'
 import type { Outcome, Wish } from '../acting.ts'
 import { blocks, type Block, type Gauge, type Parameter } from '../api.ts'
 import { useLive, type Live } from '../live.ts'
-import { Commands, obstacle, Permission } from '../parts/commands.tsx'
+import { Commands, obstacle } from '../parts/commands.tsx'
 import { OrderPanel, RiskMark } from '../parts/order.tsx'
 import { Limit, Shown } from '../parts/pressure.tsx'
 import { Spark } from '../parts/spark.tsx'
@@ -16,7 +16,7 @@ import { matching } from '../pure/search.ts'
 import { isStale, worth } from '../pure/stale.ts'
 import type { Unit } from '../pure/units.ts'
 import { PRINCIPLES } from '../pure/words.ts'
-import { gaugePath, go, Link, usePlace } from '../router.tsx'
+import { gaugePath, go, Link, nameIn, usePlace } from '../router.tsx'
 import { isIn, may, onChange, useSession } from '../session.ts'
 import { useUnit } from '../settings.ts'
 import { Age, Complaints, Corrected } from './overview.tsx'
@@ -53,15 +53,6 @@ export function Device(): JSX.Element {
       )}
     </>
   )
-}
-
-function nameIn(path: string): string | null {
-  const [, , name] = path.split('/')
-  try {
-    return name ? decodeURIComponent(name) : null
-  } catch {
-    return name ?? null
-  }
 }
 
 function Now({ gauge, live, unit }: { gauge: Gauge; live: Live; unit: Unit }): JSX.Element {
@@ -162,7 +153,6 @@ function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => v
         </button>
         <Progress gauge={gauge} begun={begun} read={read} />
       </div>
-      <Permission />
       {read.error && <p class="alarm">{read.error}</p>}
       {found.map(({ name, parameters }) => (
         <details open key={name}>

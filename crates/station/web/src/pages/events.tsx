@@ -58,7 +58,7 @@ export function Events(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {asked.value && shown.length === 0 && <p class="muted">Nothing happened.</p>}
+      {asked.value && shown.length === 0 && <p class="muted">{all.length > 0 ? 'Nothing matches.' : 'Nothing has happened yet.'}</p>}
       {all.length === most && (
         <button type="button" onClick={() => setMost(most + PAGE)}>
           Older ones

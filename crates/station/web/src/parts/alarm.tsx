@@ -1,7 +1,7 @@
 // Marks of alarms: colour, shape and word.
 
 import type { JSX } from 'preact'
-import type { Alarm, Moment, Priority } from '../api.ts'
+import type { Alarm, AlarmState, Moment, Priority } from '../api.ts'
 import { ALARM_STATES, isActive, SHAPES, summary } from '../pure/alarms.ts'
 import { Link } from '../router.tsx'
 
@@ -16,10 +16,10 @@ export function PriorityMark({ priority }: { priority: Priority }): JSX.Element 
   )
 }
 
-export function AlarmStateMark({ alarm }: { alarm: Alarm }): JSX.Element {
-  const { word, sentence } = ALARM_STATES[alarm.state]
+export function StateMark({ state }: { state: AlarmState }): JSX.Element {
+  const { word, sentence } = ALARM_STATES[state]
   return (
-    <span class={`alarm-state ${alarm.state}`} title={sentence}>
+    <span class={`alarm-state ${state}`} title={sentence}>
       {word}
     </span>
   )

@@ -9,16 +9,19 @@ import { moves, mastershipWords } from './mastership.tsx'
 import { RiskMark } from './order.tsx'
 import { useAsked } from './use.ts'
 
+/** What is in the way of everything at once is told above all commands, and not again at each. */
+const MASTERSHIP = 'needs the mastership'
+
 /** Why somebody may not do something now; nothing if they may. */
 export function obstacle(session: Session, mastership: Mastership, needed: Role, barred: string | null): string | null {
   if (barred) return barred
   if (!may(session, needed)) return `needs the role ${needed}`
-  if (mastership.holder !== session.name) return 'needs the mastership'
+  if (mastership.holder !== session.name) return MASTERSHIP
   return null
 }
 
 /** What is in the way of everything, and how to remove it. */
-export function Permission(): JSX.Element | null {
+function Permission(): JSX.Element | null {
   const session = useSession()
   const { moment, now } = useLive()
   const { mastership } = moment!
@@ -69,13 +72,13 @@ function Row({ command, begin }: { command: Command; begin: (wish: Wish) => void
   const id = `why-${command.command}`
   return (
     <li data-command={command.command}>
-      <button type="button" disabled={reason !== null} aria-describedby={id} onClick={() => begin({ command: command.command })}>
+      <button type="button" disabled={reason !== null} title={reason ?? undefined} aria-describedby={id} onClick={() => begin({ command: command.command })}>
         {command.command} …
       </button>
       <span class="command-facts" id={id}>
         <RiskMark risk={command.risk} /> {command.risk.class === 'dangerous' && command.risk.words}
         {command.conditions.length > 0 && <span class="muted"> Needs: {command.conditions.join('; ')}.</span>}
-        {reason && <em class="muted"> {reason}</em>}
+        {reason && reason !== MASTERSHIP && <em class="muted"> {reason}</em>}
       </span>
     </li>
   )

@@ -122,7 +122,7 @@ function Conditions({ conditions }: { conditions: Held[] }): JSX.Element | null 
           <span class="mark" role="img" aria-label={holds ? 'holds:' : 'does not hold:'}>
             {holds ? '✓' : '✗'}
           </span>{' '}
-          {wanted} <span class="muted">{found}</span>
+          {wanted} <span class="muted">· {found}</span>
         </li>
       ))}
     </ul>

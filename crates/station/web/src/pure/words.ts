@@ -52,6 +52,14 @@ export const RISKS: Record<RiskClass, string> = {
   dangerous: 'risk',
 }
 
+export const RISK_SENTENCES: Record<RiskClass, string> = {
+  harmless: 'Nothing is lost by it.',
+  volatile: 'Holds until the gauge is switched off.',
+  'on-request': 'Outlives the power once it has been stored.',
+  kept: 'Outlives the power at once.',
+  dangerous: 'Beside it stands what can happen.',
+}
+
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO', air: 'air' }
 
 export function gas(name: string): string {
@@ -75,6 +83,6 @@ export function segmentSentence(segment: Segment): string {
   if (segment.trouble) return `In trouble: ${segment.trouble}.`
   if (segment.state !== 'running') return `The segment ${STATES[segment.state]}.`
   const others = segment.stations.filter(({ standing }) => ['missing', 'faulty', 'starting'].includes(standing))
-  if (others.length === 0) return 'Everybody is there.'
+  if (others.length === 0) return 'All gauges exchange data.'
   return others.map((one) => `${one.name ?? one.address}: ${one.words}`).join('; ') + '.'
 }
