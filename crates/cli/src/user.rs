@@ -40,6 +40,9 @@ Examples:
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Let somebody in
+    #[command(
+        after_help = "Examples:\n  profivac user add ada --role engineer plant.toml\n  profivac user add wall --role viewer plant.toml --password-stdin"
+    )]
     Add {
         #[command(flatten)]
         who: Who,
@@ -50,17 +53,20 @@ enum Action {
         typed: Typed,
     },
     /// Print names and roles
+    #[command(after_help = "Examples:\n  profivac user list plant.toml")]
     List {
         /// The file that describes the station
         #[arg(value_name = "FILE.toml")]
         file: PathBuf,
     },
     /// Let somebody in no longer
+    #[command(after_help = "Examples:\n  profivac user remove ada plant.toml")]
     Remove {
         #[command(flatten)]
         who: Who,
     },
     /// Change what somebody may do
+    #[command(after_help = "Examples:\n  profivac user role ada operator plant.toml")]
     Role {
         /// Their name
         #[arg(value_name = "NAME")]
@@ -73,6 +79,7 @@ enum Action {
         file: PathBuf,
     },
     /// Give somebody a new password
+    #[command(after_help = "Examples:\n  profivac user password ada plant.toml")]
     Password {
         #[command(flatten)]
         who: Who,

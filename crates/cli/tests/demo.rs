@@ -95,3 +95,15 @@ fn impossible_options_are_refused() {
         assert!(said.contains(sentence), "{said}");
     }
 }
+
+#[test]
+fn a_record_that_is_faster_than_the_plant_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for (speed, is_told) in [("20", true), ("1", false)] {
+        let record = folder.path().join(format!("{speed}.db"));
+        let done = run(&["demo", "--headless", "--speed", speed, "--for", "1", "--record", record.to_str().unwrap()]);
+        let told = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(0), "{told}");
+        assert_eq!(told.contains("everything in it is 20 times as fast as in the plant"), is_told, "{told}");
+    }
+}

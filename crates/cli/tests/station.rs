@@ -167,7 +167,7 @@ fn a_check_finds_a_certificate_that_is_missing() {
     let told = run(&["run", &file, "--check"]);
     assert_eq!(told.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert!(complaint.contains("a.pem"), "{complaint}");
+    assert!(complaint.contains("a.key: No such file"), "{complaint}");
 }
 
 /// Status and body of a request with JSON.

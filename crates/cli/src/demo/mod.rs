@@ -36,7 +36,8 @@ pub struct Arguments {
     /// Where the dashboard is, for this computer alone: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Keep the record in this file, which must not be there yet; `profivac report FILE` makes a page of it
+    /// Keep the record in this file, which must not be there yet; `profivac report FILE` makes a page of it. It has the
+    /// computer's time: with --speed everything in it is that much faster
     #[arg(long, value_name = "FILE.db")]
     record: Option<PathBuf>,
     /// How much faster than real time. The plant is the same at every speed; rows and pictures come as often as ever, so
@@ -87,6 +88,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
     if headless && !arguments.headless {
         remark(&format_args!("there is no terminal to draw on: rows as with --headless"));
+    }
+    let speed = arguments.speed;
+    if arguments.record.is_some() && speed > 1.0 {
+        remark(&format_args!(
+            "the record has the computer's time: everything in it is {speed} times as fast as in the plant"
+        ));
     }
     let mut demo = Demo::new(arguments)?;
     if let Some(url) = demo.dashboard.as_ref().and_then(Dashboard::url).filter(|_| headless) {

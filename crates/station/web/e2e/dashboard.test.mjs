@@ -170,6 +170,32 @@ test('the cursor reads all curves at once, and says when there is nothing', asyn
   })
 })
 
+test('nothing of the header is cut off, whatever the window', async () => {
+  for (const [width, height] of [[1280, 800], [768, 1024], [360, 740]]) {
+    const look = async (page) => {
+      const boxes = await page.locator('header :is(a, button, select)').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+      assert.ok(boxes.length >= 12)
+      for (const { left, right, top, bottom } of boxes) assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= 260, `${width}: ${left} to ${right}`)
+      const hides = await page.locator('nav').evaluate((nav) => nav.scrollWidth - nav.clientWidth)
+      assert.equal(hides, 0, `${width}: pages are hidden`)
+    }
+    await visit('/alarms', look, { viewport: { width, height } })
+  }
+})
+
+test('what an alarm says has a line of its own, and no page is wider than its window', async () => {
+  const look = async (page) => {
+    const item = page.locator('.alarm-item').first()
+    await item.waitFor()
+    const [name, words] = await item.locator('.what > *').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+    assert.equal(words.left, name.left)
+    assert.ok(words.top >= name.bottom)
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0)
+  }
+  await visit('/alarms', look)
+  await visit('/alarms', look, { viewport: { width: 390, height: 844 } })
+})
+
 test('every page is reached by keys', async () => {
   await visit('/', async (page) => {
     for (const [path, name] of Object.entries(PAGES)) {
@@ -179,6 +205,7 @@ test('every page is reached by keys', async () => {
     }
     await page.keyboard.press('?')
     await page.getByRole('dialog').waitFor()
+    for (const words of ['Alarms', 'Audit', 'over, new', 'kept on request']) await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
     await page.keyboard.press('Escape')
     await page.getByRole('dialog').waitFor({ state: 'hidden' })
     await page.keyboard.press('1')

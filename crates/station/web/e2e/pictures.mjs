@@ -60,7 +60,6 @@ function pictures(start) {
     ['bus', '/bus', LIGHT, press],
     ['gauge', '/gauge/chamber', LIGHT, read],
     ['rise', rise, LIGHT, riseMarked],
-    ['rise-dark', rise, DARK, riseMarked],
     ['alarms', '/alarms', LIGHT, standing],
     ['alarms-dark', '/alarms', DARK, standing],
     ['alarms-phone', '/alarms', { ...DARK, ...PHONE }, standing],

@@ -49,7 +49,7 @@ export function Device(): JSX.Element {
           <Acting gauge={gauge} key={gauge.name} />
         </>
       ) : (
-        <p class="alarm">There is no gauge {name ? `called ${name}` : 'in the station'}.</p>
+        <p class="alarm">{name ? `There is no gauge called ${name}. Choose another one above.` : 'There is no gauge in the station.'}</p>
       )}
     </>
   )
