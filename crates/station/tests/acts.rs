@@ -121,6 +121,21 @@ fn a_role_that_may_not_is_told_which_may() {
     assert_eq!(desk.arm(OPERATOR, &json!({ "command": "manual-mode" })).0, 403);
 }
 
+/// The role counts when it is fired, and not when it was armed.
+#[test]
+fn who_may_less_than_when_they_armed_fires_nothing() {
+    let desk = Desk::new(1e-6);
+    desk.masters(ENGINEER);
+    let (_, armed) = desk.arm(ENGINEER, &wish(SAFE_VALUE, "1"));
+    for (role, has) in [(Role::Viewer, "viewer"), (Role::Operator, "operator")] {
+        let (status, refused) = desk.fire((ENGINEER.0, role), &armed);
+        let why = format!("pirani.safe-value needs the role engineer, Erna has {has}");
+        assert_eq!((status, &refused["problem"]), (403, &json!(why)));
+    }
+    assert!(trail(&desk).iter().all(|row| row[0] != "fired"), "{:#?}", trail(&desk));
+    assert_eq!(desk.fire(ENGINEER, &armed).0, 200, "it is armed still");
+}
+
 #[test]
 fn an_order_is_fired_once_by_who_armed_it_in_time() {
     let desk = Desk::new(1e-6);

@@ -186,15 +186,27 @@ pub fn pass(plant: &Plant, actor: &Actor, wanted: Move, now: Instant) -> Result<
     Ok(())
 }
 
-/// Somebody is gone, by logging out for instance: what they held is free, and what they armed is not armed any more.
-pub fn gone(plant: &Plant, name: &str) {
+/// Who has the mastership, with the role they had when they got it.
+#[must_use]
+pub fn holder(plant: &Plant) -> Option<Person> {
+    at(plant, Instant::now()).mastership.holder().map(|holder| holder.person.clone())
+}
+
+/// Why somebody does not act any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leave {
+    /// Their last session has ended: they logged out, were away for too long, or are no user any more.
+    Gone,
+    /// They have another role.
+    Role,
+}
+
+/// Somebody does not act any more: what they held is free, and what they armed is not armed any more.
+pub fn gone(plant: &Plant, name: &str, why: Leave) {
     let mut state = at(plant, Instant::now());
-    let holder = state.mastership.holder().map(|holder| holder.person.clone());
-    if state.mastership.gone(name)
-        && let Some(holder) = holder
-    {
+    if let Some(holder) = state.mastership.gone(name) {
         state.orders.clear();
-        plant.recorder().audit(trail::gone(&holder));
+        plant.recorder().audit(trail::gone(&holder, why));
     }
 }
 

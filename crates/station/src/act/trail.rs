@@ -1,9 +1,9 @@
 //! What the audit trail says of an act.
 
-use super::Actor;
 use super::draft::{Choice, Done, Draft, Refusal};
 use super::mastership::Change;
 use super::orders::Order;
+use super::{Actor, Leave};
 use crate::people::Person;
 use crate::recorder::{Deed, Entry, Micros};
 use crate::view::Gauge;
@@ -86,6 +86,10 @@ pub fn lapsed(person: &Person) -> Entry {
 }
 
 /// Its holder has gone.
-pub fn gone(person: &Person) -> Entry {
-    Entry { outcome: Some("has left, and the mastership is free".to_owned()), ..row(Deed::Mastership, person) }
+pub fn gone(person: &Person, why: Leave) -> Entry {
+    let sentence = match why {
+        Leave::Gone => "has left, and the mastership is free",
+        Leave::Role => "has another role, and the mastership is free",
+    };
+    Entry { outcome: Some(sentence.to_owned()), ..row(Deed::Mastership, person) }
 }
