@@ -21,8 +21,7 @@ mod trail;
 
 use crate::people::{Person, Role};
 use crate::plant::{NoAnswer, Plant};
-use crate::recorder::writer::OnItsWay;
-use crate::recorder::{Deed, EventKind, Micros};
+use crate::recorder::{Deed, EventKind, Micros, Written};
 use crate::view::{self, Gauge};
 use draft::{Choice, Done, Refusal, Wish};
 use mastership::{Change, Mastership, NotYours};
@@ -211,8 +210,8 @@ pub fn gone(plant: &Plant, name: &str, why: Leave) {
 }
 
 /// Waits until a row is on the disk, as long as one can. If it is not there then, the recorder keeps it and says so.
-fn wait(written: Option<OnItsWay>) {
-    written.map(OnItsWay::wait);
+fn wait(written: Option<Written>) {
+    written.map(Written::wait);
 }
 
 fn may(person: &Person, needed: Role, what: &str) -> Result<(), NotDone> {
