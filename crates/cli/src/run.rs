@@ -87,8 +87,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A file that says where secrets are is its owner's alone; any other one hardly is for everybody.
+/// A file that holds secrets or says where they are is its owner's alone; any other one hardly is for everybody, and no more is
+/// the record: who did what stands there, and some let others read it on purpose.
 fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
+    if let Err(NotPrivate::Open(record, _)) = private::check(&config.record) {
+        remark(&format_args!("the record {record} is open to others: chmod 600 {record}", record = record.display()));
+    }
     match private::check(file) {
         Err(NotPrivate::Open(..)) if !config.is_private() => {
             remark(&format_args!("{file} is open to others: chmod 600 {file}", file = file.display()));

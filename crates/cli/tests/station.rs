@@ -224,7 +224,11 @@ fn a_file_that_says_where_secrets_are_is_its_owners_alone() {
     assert_eq!(told.status.code(), Some(0));
     let remark = format!("{file} is open to others: chmod 600 {file}\n");
     assert!(String::from_utf8_lossy(&told.stderr).ends_with(&remark), "{told:?}");
-    for more in ["[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n", "[station]\nusers = \"people.toml\"\n"] {
+    for more in [
+        "[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n",
+        "[[webhook]]\nurl = \"https://alarms.example/\"\ntoken = \"abc\"\n",
+        "[station]\nusers = \"people.toml\"\n",
+    ] {
         fs::write(&file, format!("{more}{segment}")).unwrap();
         let told = run(&["run", &file, "--check"]);
         let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
@@ -237,6 +241,31 @@ fn a_file_that_says_where_secrets_are_is_its_owners_alone() {
     assert_eq!(told.status.code(), Some(2), "{complaint}");
     assert!(
         complaint.contains("people.toml: `profivac user add NAME --role engineer FILE.toml` makes it"),
+        "{complaint}"
+    );
+}
+
+#[test]
+fn a_token_is_its_owners_alone_and_a_record_that_others_read_is_remarked() {
+    let (folder, port) = bench();
+    let (file, token, record) = (folder.name("plant.toml"), folder.name("a.token"), folder.name("plant.db"));
+    let hook = "[[webhook]]\nurl = \"https://alarms.example/\"\ntoken-file = \"a.token\"\n";
+    private(&file, &format!("{hook}[[segment]]\nname = \"a\"\nport = {port:?}\n"));
+    for open in [&token, &record] {
+        private(open, "abc");
+        fs::set_permissions(open, fs::Permissions::from_mode(0o644)).unwrap();
+    }
+    let told = run(&["run", &file, "--check"]);
+    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert_eq!(told.status.code(), Some(2), "{complaint}");
+    let wanted = format!("{file}:3:14: {token} holds secrets and is open to others (mode 644): chmod 600 {token}\n");
+    assert!(complaint.ends_with(&wanted), "{complaint}");
+    fs::set_permissions(&token, fs::Permissions::from_mode(0o600)).unwrap();
+    let told = run(&["run", &file, "--check"]);
+    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert_eq!(told.status.code(), Some(0), "{complaint}");
+    assert!(
+        complaint.ends_with(&format!("the record {record} is open to others: chmod 600 {record}\n")),
         "{complaint}"
     );
 }

@@ -264,10 +264,10 @@ impl Config {
         if *named || path.exists() { Access::Users(path.clone()) } else { Access::look() }
     }
 
-    /// Whether it says where secrets are, so that only its owner may read it.
+    /// Whether it holds secrets or says where they are, so that only its owner may read it. The address of a webhook often is one.
     #[must_use]
     pub const fn is_private(&self) -> bool {
-        self.users.named || self.tls.is_some()
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty()
     }
 
     /// What only a restart brings about, between this file and a changed one, in sentences.

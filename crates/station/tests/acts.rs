@@ -121,6 +121,21 @@ fn a_role_that_may_not_is_told_which_may() {
     assert_eq!(desk.arm(OPERATOR, &json!({ "command": "manual-mode" })).0, 403);
 }
 
+/// The role counts when it is fired, and not when it was armed.
+#[test]
+fn who_may_less_than_when_they_armed_fires_nothing() {
+    let desk = Desk::new(1e-6);
+    desk.masters(ENGINEER);
+    let (_, armed) = desk.arm(ENGINEER, &wish(SAFE_VALUE, "1"));
+    for (role, has) in [(Role::Viewer, "viewer"), (Role::Operator, "operator")] {
+        let (status, refused) = desk.fire((ENGINEER.0, role), &armed);
+        let why = format!("pirani.safe-value needs the role engineer, Erna has {has}");
+        assert_eq!((status, &refused["problem"]), (403, &json!(why)));
+    }
+    assert!(trail(&desk).iter().all(|row| row[0] != "fired"), "{:#?}", trail(&desk));
+    assert_eq!(desk.fire(ENGINEER, &armed).0, 200, "it is armed still");
+}
+
 #[test]
 fn an_order_is_fired_once_by_who_armed_it_in_time() {
     let desk = Desk::new(1e-6);
@@ -275,13 +290,14 @@ fn what_makes_no_sense_is_answered_with_what_would() {
         (wish("pirani.safe-valve", "1"), 400, "did you mean"),
         (json!({ "command": "explode" }), 400, "bcg450 has no command \"explode\""),
         (json!({ "target": SAFE_VALUE }), 400, "expected either a command, or a target and its value"),
-        (json!({ "targets": 1 }), 400, "unknown field"),
+        (json!({ "password": "orchid ladder" }), 400, "expected JSON as /api/openapi.json describes it"),
         (wish("pirani.process-value", "1"), 400, "read-only"),
         (wish("ba.hot-cathode-block-state-command", "explode"), 400, "expected one of inactive, degas-off"),
     ] {
         let (found, refused) = desk.arm(ENGINEER, &wish);
         assert_eq!(found, status, "{refused}");
         assert!(refused["problem"].as_str().unwrap().contains(part), "{refused}");
+        assert!(!refused.to_string().contains("orchid"), "{refused}");
     }
     assert_eq!(desk.post(ENGINEER, "/api/gauges/nobody/arm", Some(&wish(SAFE_VALUE, "1"))).0, 404);
     let (status, armed) = desk.arm(ENGINEER, &json!({ "target": SAFE_VALUE, "value": 0.25 }));

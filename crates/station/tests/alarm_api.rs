@@ -7,6 +7,7 @@ mod desk;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
 use desk::{scenery, sight};
+use profivac_station::api::gate::Peer;
 use profivac_station::api::router;
 use profivac_station::config::Config;
 use profivac_station::people::{Person, Role};
@@ -72,6 +73,7 @@ impl Desk {
             let request = Request::builder().method(method).uri(path).header("content-type", "application/json");
             let mut request = request.body(Body::from(body.to_owned())).unwrap();
             request.extensions_mut().insert(Person { name: Arc::from("Ada"), role });
+            request.extensions_mut().insert(Peer([10, 0, 0, 7].into()));
             let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
             let status = response.status().as_u16();
             let octets = to_bytes(response.into_body(), usize::MAX).await.unwrap();
@@ -225,6 +227,41 @@ fn an_alarm_is_taken_out_of_service_and_put_back() {
     assert_eq!(desk.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).1["state"], "normal");
     desk.look(0.5);
     assert_eq!(desk.alarm("too high")["state"], "unacknowledged");
+}
+
+#[test]
+fn what_people_do_about_alarms_stands_in_the_audit_trail() {
+    let desk = Desk::new();
+    desk.look(0.5);
+    let seen = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
+    assert_eq!(desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator).0, 200);
+    assert_eq!(desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator).0, 409);
+    let leave = json!({ "reason": "calibration", "minutes": 30 });
+    assert_eq!(desk.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer).0, 200);
+    assert_eq!(desk.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).0, 200);
+    // What is answered is written: nobody flushes here.
+    let rows = desk.get("/api/audit?gauge=chamber");
+    let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
+    let columns = ["what", "who", "role", "peer", "target", "before", "after", "outcome"];
+    let rows: Vec<_> = rows.as_array().unwrap().iter().rev().map(|row| columns.map(|name| cell(row, name))).collect();
+    let at = "10.0.0.7";
+    assert_eq!(
+        rows,
+        [
+            ["acknowledged", "Ada", "operator", at, "too high", "unacknowledged", "acknowledged", ""],
+            [
+                "taken-out-of-service",
+                "Ada",
+                "engineer",
+                at,
+                "too high",
+                "acknowledged",
+                "out-of-service",
+                "calibration"
+            ],
+            ["returned-to-service", "Ada", "engineer", at, "too high", "out-of-service", "normal", ""],
+        ]
+    );
 }
 
 #[test]

@@ -4,7 +4,9 @@
 
 use profivac_station::alarm::{Condition, Priority, Rule, Subject};
 use profivac_station::config::{Config, ConfigError};
+use profivac_station::people::private;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
@@ -191,11 +193,14 @@ fn what_is_wrong_is_told_with_its_place() {
 #[test]
 fn a_webhook_is_as_the_file_says_and_keeps_its_secret() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("ops.token"), "s3cret\n").unwrap();
+    let token = folder.path().join("ops.token");
+    private::write(&token, "s3cret\n").unwrap();
     let file = FILE.to_owned()
         + "[[webhook]]\nurl = 'https://alarms.example.org:8443/hook/abc'\ntoken-file = 'ops.token'\npriority = 'medium'\n\
            [[webhook]]\nname = 'ours'\nurl = 'http://10.0.0.1/hook'\n";
-    let config = Config::parse(&file, &folder.path().join("hall.toml")).unwrap();
+    let path = folder.path().join("hall.toml");
+    let config = Config::parse(&file, &path).unwrap();
+    assert!(config.is_private());
     let [first, second] = &config.webhooks[..] else { panic!("{:?}", config.webhooks) };
     assert_eq!((first.name.as_str(), first.least), ("alarms.example.org", Priority::Medium));
     assert_eq!(first.token.as_ref().unwrap().reveal(), "s3cret");
@@ -203,6 +208,10 @@ fn a_webhook_is_as_the_file_says_and_keeps_its_secret() {
     assert_eq!((second.name.as_str(), second.least, &second.token), ("ours", Priority::Low, &None));
     let shown = format!("{config:?}");
     assert!(!shown.contains("s3cret") && !shown.contains("hook/abc"), "{shown}");
+    fs::set_permissions(&token, fs::Permissions::from_mode(0o640)).unwrap();
+    let told = Config::parse(&file, &path).unwrap_err().to_string();
+    let wanted = format!("is open to others (mode 640): chmod 600 {}", token.display());
+    assert!(told.contains("hall.toml:37:14: ") && told.ends_with(&wanted), "{told}");
 }
 
 #[test]
@@ -214,6 +223,7 @@ fn a_webhook_that_cannot_be_is_told_with_its_place() {
         ("url = 'https://me:s3cret@host/'", "got one with a password: token and token-file are for that"),
         ("url = 'http://host/'\ntoken = 's3cret'", "got http with a token, which everybody on the way could read"),
         ("url = 'https://host/'\ntoken = 's3 cret'", "37:9: expected a token of visible ASCII without spaces"),
+        ("url = 'https://host/'\ntoken = 3535", "37:9: expected a token in quotes"),
         ("url = 'https://host/'\ntoken = 's3cret'\ntoken-file = 'x'", "38:14: expected token or token-file, got both"),
         ("url = 'https://host/'\ntoken-file = 'no/such'", "37:14: no/such cannot be read: "),
         ("url = 'https://host/'\nca-file = 'no/such'", "37:11: no/such holds no certificates: "),
@@ -227,6 +237,6 @@ fn a_webhook_that_cannot_be_is_told_with_its_place() {
         let told =
             Config::parse(&format!("{FILE}[[webhook]]\n{lines}\n"), Path::new("hall.toml")).unwrap_err().to_string();
         assert!(told.contains(sentence), "expected {sentence}\ngot {told}");
-        assert!(!told.contains("s3"), "{told}");
+        assert!(!told.contains("s3") && !told.contains("3535"), "{told}");
     }
 }

@@ -4,9 +4,10 @@
 
 mod desk;
 
-use desk::sight;
+use desk::{actor, sight};
 use profivac_station::alarm::{Addressee, Condition, Priority, Rule, State, Subject};
 use profivac_station::plant::Plant;
+use profivac_station::recorder::audit::Wanted;
 use profivac_station::recorder::{Micros, Reader, Recorder, Settings};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -52,7 +53,7 @@ fn raise_and_acknowledge_for_ever_when_told_so() {
         plant.alarms().look(plant.recorder(), &sight(2.0, "valid"));
         let (_, raised) = occurrence(&plant, "chatters");
         // The process before may have died between this and what follows.
-        if plant.alarms().acknowledge(plant.recorder(), "chatters", raised, "Ada").is_ok() {
+        if plant.alarms().acknowledge(plant.recorder(), "chatters", raised, &actor("Ada")).is_ok() {
             println!("acknowledged {raised}");
             std::io::stdout().flush().unwrap();
         }
@@ -69,8 +70,8 @@ fn forty_kills_lose_no_acknowledgement_and_leave_alarms_where_they_stood() {
     plant.alarms().look(plant.recorder(), &sight(20.0, "valid"));
     plant.alarms().look(plant.recorder(), &sight(0.6, "valid"));
     let (_, stands) = occurrence(&plant, "stands");
-    plant.alarms().acknowledge(plant.recorder(), "stands", stands, "Ada").unwrap();
-    plant.alarms().take_out(plant.recorder(), "away", "Eve", "calibration", None).unwrap();
+    plant.alarms().acknowledge(plant.recorder(), "stands", stands, &actor("Ada")).unwrap();
+    plant.alarms().take_out(plant.recorder(), "away", &actor("Eve"), "calibration", None).unwrap();
     drop(plant);
     let mut random = fastrand::Rng::with_seed(12);
     for _ in 0..40 {
@@ -82,6 +83,10 @@ fn forty_kills_lose_no_acknowledgement_and_leave_alarms_where_they_stood() {
         for raised in &acknowledged {
             assert!(known.contains(raised), "{raised} was answered and is lost");
         }
+        let everything =
+            Wanted { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: Some("Ada".to_owned()), most: u32::MAX };
+        let rows = reader.audit(&everything).unwrap();
+        assert_eq!(rows.len(), known.len() + 1, "each acknowledgement has its row, and the first has one");
         let told = reader.letters("ops").unwrap().len();
         let all = reader.alarm_history(Micros(0), Micros(i64::MAX), None, u32::MAX).unwrap().len();
         assert_eq!(told, all, "each line has its letter");

@@ -3,9 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use profivac_station::act::Actor;
 use profivac_station::alarm::State;
 use profivac_station::alarm::view::Alarm;
 use profivac_station::config::Config;
+use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
 use profivac_station::recorder::Micros;
 use profivac_station::station::Station;
@@ -61,7 +63,8 @@ fn a_station_raises_alarms_and_keeps_them_whatever_becomes_of_it() {
     let pa = raised.raised_value.unwrap();
     assert!((pa / 0.2 - 1.0).abs() < 0.01, "{pa}");
     assert_eq!(alarm(&plant, "much too high").unwrap().state, State::Normal);
-    plant.alarms().acknowledge(plant.recorder(), "too high", raised.occurrence, "Ada").unwrap();
+    let ada = Actor { person: Person { name: "Ada".into(), role: Role::Operator }, peer: None };
+    plant.alarms().acknowledge(plant.recorder(), "too high", raised.occurrence, &ada).unwrap();
     station
         .become_like(config(
             folder.path(),

@@ -54,6 +54,26 @@ fn valid(second: i64, pa: f64) -> Sample {
     Sample::new(at(second), Some(pa), Quality::Valid)
 }
 
+/// Who did what stands there. A record that is there keeps the rights that somebody gave it.
+#[test]
+fn a_new_record_is_its_owners_alone_and_so_is_its_log() {
+    use std::fs::{Permissions, metadata, set_permissions};
+    use std::os::unix::fs::PermissionsExt;
+    let desk = Desk::new();
+    let modes = || {
+        let mode = |ending: &str| metadata(format!("{}{ending}", desk.path.display())).unwrap().permissions().mode();
+        ["", "-wal", "-shm"].map(|ending| mode(ending) & 0o777)
+    };
+    let recorder = desk.recorder(everything());
+    assert!(recorder.flush());
+    assert_eq!(modes(), [0o600; 3]);
+    drop(recorder);
+    set_permissions(&desk.path, Permissions::from_mode(0o640)).unwrap();
+    let recorder = desk.recorder(everything());
+    assert!(recorder.flush());
+    assert_eq!(modes(), [0o640; 3]);
+}
+
 fn gauge() -> Arc<str> {
     Arc::from("chamber")
 }

@@ -1,8 +1,10 @@
 //! Alarms over the scenery: some stand from the beginning, one is acknowledged, one out of service.
 
 use crate::gauges::Fake;
+use profivac_station::act::Actor;
 use profivac_station::alarm::watcher::sight;
 use profivac_station::config::Config;
+use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
 use std::error::Error;
 use std::fmt::Write;
@@ -60,9 +62,19 @@ pub fn begin(plant: &Plant, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
     look();
     let known = plant.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
     let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();
-    plant.alarms().acknowledge(plant.recorder(), "segment bench: down", occurrence, "olga")?;
-    plant.alarms().take_out(plant.recorder(), "spare: no data", "ada", "It is not installed yet.", None)?;
+    plant.alarms().acknowledge(plant.recorder(), "segment bench: down", occurrence, &actor("olga", Role::Operator))?;
+    plant.alarms().take_out(
+        plant.recorder(),
+        "spare: no data",
+        &actor("ada", Role::Engineer),
+        "It is not installed yet.",
+        None,
+    )?;
     Ok(())
+}
+
+fn actor(name: &str, role: Role) -> Actor {
+    Actor { person: Person { name: name.into(), role }, peer: None }
 }
 
 fn file(fakes: &[Fake]) -> Result<String, std::fmt::Error> {

@@ -207,9 +207,9 @@ impl Mastership {
         Ok(Change::TakenOver(before))
     }
 
-    /// Somebody is gone: what they held is free.
-    pub fn gone(&mut self, name: &str) -> bool {
-        self.holder.take_if(|holder| &*holder.person.name == name).is_some()
+    /// Somebody is gone: what they held is free. Says who they were, if they held it.
+    pub fn gone(&mut self, name: &str) -> Option<Person> {
+        self.holder.take_if(|holder| &*holder.person.name == name).map(|holder| holder.person)
     }
 }
 
@@ -272,7 +272,7 @@ mod tests {
         assert_eq!(mastership.pass(later + IDLE), Some(ada.clone()));
         assert_eq!(holder(&mastership), "nobody");
         mastership.ask(&ada, now).unwrap();
-        assert!(!mastership.gone("Bob") && mastership.gone("Ada"));
+        assert_eq!((mastership.gone("Bob"), mastership.gone("Ada")), (None, Some(ada)));
         assert_eq!(holder(&mastership), "nobody");
     }
 

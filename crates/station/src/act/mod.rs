@@ -21,8 +21,7 @@ mod trail;
 
 use crate::people::{Person, Role};
 use crate::plant::{NoAnswer, Plant};
-use crate::recorder::writer::OnItsWay;
-use crate::recorder::{Deed, EventKind, Micros};
+use crate::recorder::{Deed, EventKind, Micros, Written};
 use crate::view::{self, Gauge};
 use draft::{Choice, Done, Refusal, Wish};
 use mastership::{Change, Mastership, NotYours};
@@ -186,21 +185,33 @@ pub fn pass(plant: &Plant, actor: &Actor, wanted: Move, now: Instant) -> Result<
     Ok(())
 }
 
-/// Somebody is gone, by logging out for instance: what they held is free, and what they armed is not armed any more.
-pub fn gone(plant: &Plant, name: &str) {
+/// Who has the mastership, with the role they had when they got it.
+#[must_use]
+pub fn holder(plant: &Plant) -> Option<Person> {
+    at(plant, Instant::now()).mastership.holder().map(|holder| holder.person.clone())
+}
+
+/// Why somebody does not act any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leave {
+    /// Their last session has ended: they logged out, were away for too long, or are no user any more.
+    Gone,
+    /// They have another role.
+    Role,
+}
+
+/// Somebody does not act any more: what they held is free, and what they armed is not armed any more.
+pub fn gone(plant: &Plant, name: &str, why: Leave) {
     let mut state = at(plant, Instant::now());
-    let holder = state.mastership.holder().map(|holder| holder.person.clone());
-    if state.mastership.gone(name)
-        && let Some(holder) = holder
-    {
+    if let Some(holder) = state.mastership.gone(name) {
         state.orders.clear();
-        plant.recorder().audit(trail::gone(&holder));
+        plant.recorder().audit(trail::gone(&holder, why));
     }
 }
 
 /// Waits until a row is on the disk, as long as one can. If it is not there then, the recorder keeps it and says so.
-fn wait(written: Option<OnItsWay>) {
-    written.map(OnItsWay::wait);
+fn wait(written: Option<Written>) {
+    written.map(Written::wait);
 }
 
 fn may(person: &Person, needed: Role, what: &str) -> Result<(), NotDone> {

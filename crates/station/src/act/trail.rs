@@ -1,9 +1,9 @@
 //! What the audit trail says of an act.
 
-use super::Actor;
 use super::draft::{Choice, Done, Draft, Refusal};
 use super::mastership::Change;
 use super::orders::Order;
+use super::{Actor, Leave};
 use crate::people::Person;
 use crate::recorder::{Deed, Entry, Micros};
 use crate::view::Gauge;
@@ -28,8 +28,12 @@ fn row(what: Deed, person: &Person) -> Entry {
     }
 }
 
-fn by(what: Deed, actor: &Actor) -> Entry {
-    Entry { peer: actor.peer.map(|peer| peer.to_string()), ..row(what, &actor.person) }
+impl Actor {
+    /// A row about something they did.
+    #[must_use]
+    pub fn row(&self, what: Deed) -> Entry {
+        Entry { peer: self.peer.map(|peer| peer.to_string()), ..row(what, &self.person) }
+    }
 }
 
 fn about(entry: Entry, gauge: &Gauge) -> Entry {
@@ -44,7 +48,7 @@ fn with(entry: Entry, choice: &Choice, draft: &Draft) -> Entry {
 
 /// An order: fired, or disarmed.
 pub fn of(actor: &Actor, gauge: Option<&Gauge>, order: &Order, what: Deed) -> Entry {
-    let entry = by(what, actor);
+    let entry = actor.row(what);
     let entry = match gauge {
         Some(gauge) => about(entry, gauge),
         None => Entry { gauge: Some(order.gauge.clone()), ..entry },
@@ -64,7 +68,7 @@ pub fn outcome(fired: Entry, of: i64, came: &Result<Done, Refusal>, words: &str)
 
 /// Nothing was armed.
 pub fn refused(actor: &Actor, gauge: &Gauge, choice: &Choice, draft: &Draft, why: String) -> Entry {
-    Entry { outcome: Some(why), ..with(about(by(Deed::Refused, actor), gauge), choice, draft) }
+    Entry { outcome: Some(why), ..with(about(actor.row(Deed::Refused), gauge), choice, draft) }
 }
 
 /// The mastership.
@@ -76,7 +80,7 @@ pub fn passed(actor: &Actor, change: &Change) -> Entry {
         Change::Granted(name) => format!("has granted the mastership to {name}"),
         Change::TakenOver(name) => format!("has taken the mastership over from {name}"),
     };
-    Entry { outcome: Some(sentence), ..by(Deed::Mastership, actor) }
+    Entry { outcome: Some(sentence), ..actor.row(Deed::Mastership) }
 }
 
 /// Its holder did nothing for long.
@@ -86,6 +90,10 @@ pub fn lapsed(person: &Person) -> Entry {
 }
 
 /// Its holder has gone.
-pub fn gone(person: &Person) -> Entry {
-    Entry { outcome: Some("has left, and the mastership is free".to_owned()), ..row(Deed::Mastership, person) }
+pub fn gone(person: &Person, why: Leave) -> Entry {
+    let sentence = match why {
+        Leave::Gone => "has left, and the mastership is free",
+        Leave::Role => "has another role, and the mastership is free",
+    };
+    Entry { outcome: Some(sentence.to_owned()), ..row(Deed::Mastership, person) }
 }

@@ -111,6 +111,8 @@ pub struct Change {
     pub value: Option<f64>,
     /// A sentence.
     pub text: String,
+    /// Where it stood before.
+    pub was: State,
     /// What has become of it.
     pub life: Life,
 }
@@ -228,7 +230,8 @@ impl Entry {
         if state == State::Unacknowledged {
             let occurrence = now.at.0.div_euclid(1000).max(self.life.occurrence.saturating_add(1));
             let raised = Some(now.at);
-            self.life = Life { occurrence, raised, value, text: text.clone(), ..Life::default() };
+            let was = self.life.state;
+            self.life = Life { state: was, occurrence, raised, value, text: text.clone(), ..Life::default() };
             self.change(What::Raised, state, None, text, now)
         } else {
             self.change(What::Returned, state, None, text, now)
@@ -274,7 +277,7 @@ impl Entry {
     }
 
     fn change(&mut self, what: What, state: State, who: Option<&str>, text: String, now: Now) -> Change {
-        self.life.state = state;
+        let was = std::mem::replace(&mut self.life.state, state);
         self.life.since = now.at;
         Change {
             at: now.at,
@@ -283,6 +286,7 @@ impl Entry {
             who: who.map(str::to_owned),
             value: self.value,
             text,
+            was,
             life: self.life.clone(),
         }
     }

@@ -9,6 +9,7 @@ use super::paper::{Addressee, written};
 use super::rule::Rule;
 use super::state::State;
 use super::view::{Alarm, Standing};
+use crate::act::Actor;
 use crate::plant::Plant;
 use crate::recorder::alarms::{Batch, Line};
 use crate::recorder::{Event, Micros, Reader, Recorder, StoreError, Written};
@@ -110,9 +111,15 @@ impl Alarms {
     ///
     /// # Errors
     /// [`NotDone`] says why not.
-    pub fn acknowledge(&self, recorder: &Recorder, name: &str, occurrence: i64, who: &str) -> Result<Alarm, NotDone> {
+    pub fn acknowledge(
+        &self,
+        recorder: &Recorder,
+        name: &str,
+        occurrence: i64,
+        actor: &Actor,
+    ) -> Result<Alarm, NotDone> {
         let now = self.now();
-        self.act(recorder, name, |book| book.acknowledge(name, occurrence, who, now))
+        self.act(recorder, name, actor, |book, who| book.acknowledge(name, occurrence, who, now))
     }
 
     /// Somebody has seen these occurrences of alarms. What came of each; on the disk, together, when this returns.
@@ -120,17 +127,17 @@ impl Alarms {
         &self,
         recorder: &Recorder,
         seen: Vec<(String, i64)>,
-        who: &str,
+        actor: &Actor,
     ) -> Vec<(String, Result<(), NotDone>)> {
         let now = self.now();
         let mut desk = self.desk();
         let mut changes = Vec::new();
         let mut done: Vec<(String, Result<(), NotDone>)> = Vec::new();
         for (name, occurrence) in seen {
-            let acknowledged = desk.book.acknowledge(&name, occurrence, who, now);
+            let acknowledged = desk.book.acknowledge(&name, occurrence, &actor.person.name, now);
             done.push((name, acknowledged.map(|change| changes.push(change)).map_err(NotDone::from)));
         }
-        let written = desk.write_and_tell(recorder, &changes);
+        let written = desk.write_and_tell(recorder, &changes, actor);
         drop(desk);
         if !written.wait() {
             done.iter_mut().filter(|(_, done)| done.is_ok()).for_each(|(_, done)| *done = Err(NotDone::Unwritten));
@@ -146,32 +153,33 @@ impl Alarms {
         &self,
         recorder: &Recorder,
         name: &str,
-        who: &str,
+        actor: &Actor,
         reason: &str,
         time: Option<Duration>,
     ) -> Result<Alarm, NotDone> {
         let now = self.now();
-        self.act(recorder, name, |book| book.take_out(name, who, reason, time, now))
+        self.act(recorder, name, actor, |book, who| book.take_out(name, who, reason, time, now))
     }
 
     /// Puts an alarm back into service. On the disk when this returns.
     ///
     /// # Errors
     /// [`NotDone`] says why not.
-    pub fn put_back(&self, recorder: &Recorder, name: &str, who: &str) -> Result<Alarm, NotDone> {
+    pub fn put_back(&self, recorder: &Recorder, name: &str, actor: &Actor) -> Result<Alarm, NotDone> {
         let now = self.now();
-        self.act(recorder, name, |book| book.put_back(name, who, now))
+        self.act(recorder, name, actor, |book, who| book.put_back(name, who, now))
     }
 
     fn act(
         &self,
         recorder: &Recorder,
         name: &str,
-        act: impl FnOnce(&mut Book) -> Result<Change, Refusal>,
+        actor: &Actor,
+        act: impl FnOnce(&mut Book, &str) -> Result<Change, Refusal>,
     ) -> Result<Alarm, NotDone> {
         let mut desk = self.desk();
-        let change = act(&mut desk.book)?;
-        let written = desk.write_and_tell(recorder, std::slice::from_ref(&change));
+        let change = act(&mut desk.book, &actor.person.name)?;
+        let written = desk.write_and_tell(recorder, std::slice::from_ref(&change), actor);
         let entry = desk.book.entries().iter().find(|entry| entry.rule().name == name).map(Alarm::from);
         drop(desk);
         let alarm = entry.ok_or_else(|| Refusal::Unknown(name.to_owned()))?;
@@ -224,7 +232,7 @@ impl Desk {
 
     /// Hands what happened to the recorder, with what it had no room for before.
     fn write(&mut self, recorder: &Recorder, changes: &[Change]) {
-        let (batch, events) = self.together(changes);
+        let (batch, events) = self.together(changes, None);
         if batch.is_empty() && events.is_empty() {
             return;
         }
@@ -233,8 +241,8 @@ impl Desk {
         }
     }
 
-    fn write_and_tell(&mut self, recorder: &Recorder, changes: &[Change]) -> Written {
-        let (batch, events) = self.together(changes);
+    fn write_and_tell(&mut self, recorder: &Recorder, changes: &[Change], actor: &Actor) -> Written {
+        let (batch, events) = self.together(changes, Some(actor));
         let written = recorder.alarms_and_tell(batch.clone(), events.clone());
         if !written.is_taken() {
             self.unwritten = (batch, events);
@@ -242,9 +250,9 @@ impl Desk {
         written
     }
 
-    fn together(&mut self, changes: &[Change]) -> (Batch, Vec<Event>) {
+    fn together(&mut self, changes: &[Change], by: Option<&Actor>) -> (Batch, Vec<Event>) {
         let (mut batch, mut events) = std::mem::take(&mut self.unwritten);
-        let (later, told) = written(changes, &self.station, &self.addressees);
+        let (later, told) = written(changes, by, &self.station, &self.addressees);
         let _lost = batch.append(later, WAITING);
         events.extend(told.into_iter().take(WAITING.saturating_sub(events.len())));
         (batch, events)

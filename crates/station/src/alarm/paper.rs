@@ -1,10 +1,11 @@
 //! What is written down of alarms: rows of the record, events, letters to webhooks.
 
-use super::book::{By, Change, Life, Out};
+use super::book::{By, Change, Life, Out, What};
 use super::rule::{Priority, Rule, Subject};
 use super::state::State;
+use crate::act::Actor;
 use crate::recorder::alarms::{Batch, Kept, Letter, Line};
-use crate::recorder::{Event, EventKind};
+use crate::recorder::{Deed, Entry, Event, EventKind};
 use crate::view::milliseconds;
 use serde_json::json;
 
@@ -45,12 +46,13 @@ pub struct Addressee {
     pub least: Priority,
 }
 
-/// What is written of changes, and the events that tell them.
+/// What is written of changes, and the events that tell them. What somebody did stands in the audit trail, too.
 #[must_use]
-pub fn written(changes: &[Change], station: &str, addressees: &[Addressee]) -> (Batch, Vec<Event>) {
+pub fn written(changes: &[Change], by: Option<&Actor>, station: &str, addressees: &[Addressee]) -> (Batch, Vec<Event>) {
     let mut batch = Batch::default();
     for change in changes {
-        let is_there = change.what != super::What::Removed;
+        batch.audit.extend(by.and_then(|actor| entry(change, actor)));
+        let is_there = change.what != What::Removed;
         batch.kept.insert(change.rule.name.clone(), is_there.then(|| Kept::from(&change.life)));
         batch.lines.push(line(change));
         let told = addressees.iter().filter(|addressee| addressee.least <= change.rule.priority);
@@ -65,8 +67,25 @@ pub fn written(changes: &[Change], station: &str, addressees: &[Addressee]) -> (
     (batch, changes.iter().map(event).collect())
 }
 
+/// A row of the audit trail; nothing for what nobody does.
+fn entry(change: &Change, actor: &Actor) -> Option<Entry> {
+    let Change { at, rule, what, was, life, .. } = change;
+    let deed = match what {
+        What::Acknowledged => Deed::Acknowledged,
+        What::TakenOut => Deed::TakenOut,
+        What::PutBack => Deed::PutBack,
+        What::Raised | What::Returned | What::Removed => return None,
+    };
+    let reason = life.out.as_ref().filter(|_| *what == What::TakenOut).map(|out| out.reason.clone());
+    let gauge = rule.subject.gauge().map(str::to_owned);
+    let (target, before, after) = (rule.name.clone(), was.word().to_owned(), life.state.word().to_owned());
+    let row =
+        Entry { at: *at, gauge, target: Some(target), before: Some(before), after: Some(after), ..actor.row(deed) };
+    Some(Entry { outcome: reason, ..row })
+}
+
 fn line(change: &Change) -> Line {
-    let Change { at, rule, what, who, value, text, life } = change;
+    let Change { at, rule, what, who, value, text, life, .. } = change;
     Line {
         at: *at,
         alarm: rule.name.clone(),
@@ -101,7 +120,7 @@ fn event(change: &Change) -> Event {
 
 /// What a webhook is told, but for the number that it gets on the disk.
 fn body(change: &Change, station: &str) -> String {
-    let Change { at, rule, what, who, value, text, life } = change;
+    let Change { at, rule, what, who, value, text, life, .. } = change;
     let time = humantime::format_rfc3339_millis(at.to_system_time()).to_string();
     let body = json!({
         "station": station,

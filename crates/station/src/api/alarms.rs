@@ -1,15 +1,17 @@
 //! Alarms: what stands, what happened, and what people do about it.
 
 use super::archive::{Archive, stopped};
+use super::body::Body;
 use super::problem::Problem;
 use super::recorded::{taken, times, within};
+use crate::act::Actor;
 use crate::alarm::view::{Alarm, Event};
 use crate::alarm::{NotDone, Refusal};
-use crate::people::{Person, Role};
+use crate::people::Role;
 use crate::plant::Plant;
 use crate::webhook::WebhookView;
 use axum::Json;
-use axum::extract::rejection::{JsonRejection, QueryRejection};
+use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -134,13 +136,13 @@ pub async fn history(
 )]
 pub async fn acknowledge(
     State(plant): State<Arc<Plant>>,
-    person: Person,
+    actor: Actor,
     Path(name): Path<String>,
-    seen: Result<Json<Seen>, JsonRejection>,
+    Body(seen): Body<Seen>,
 ) -> Result<Json<Alarm>, Problem> {
-    person.may(Role::Operator, "acknowledging an alarm")?;
-    let occurrence = body(seen)?.occurrence;
-    act(move || plant.alarms().acknowledge(plant.recorder(), &name, occurrence, &person.name)).await
+    actor.person.may(Role::Operator, "acknowledging an alarm")?;
+    let occurrence = seen.occurrence;
+    act(move || plant.alarms().acknowledge(plant.recorder(), &name, occurrence, &actor)).await
 }
 
 /// Somebody knows of several alarms that they have seen. Each is acknowledged or refused for itself.
@@ -156,18 +158,18 @@ pub async fn acknowledge(
 )]
 pub async fn acknowledge_all(
     State(plant): State<Arc<Plant>>,
-    person: Person,
-    seen: Result<Json<SeenAlarms>, JsonRejection>,
+    actor: Actor,
+    Body(seen): Body<SeenAlarms>,
 ) -> Result<Json<Together>, Problem> {
-    person.may(Role::Operator, "acknowledging alarms")?;
-    let seen = body(seen)?.alarms;
+    actor.person.may(Role::Operator, "acknowledging alarms")?;
+    let seen = seen.alarms;
     if !(1..=MOST_TOGETHER).contains(&seen.len()) {
         return Err(Problem::bad(format!("expected 1 to {MOST_TOGETHER} alarms, got {}", seen.len())));
     }
     let worked = tokio::task::spawn_blocking(move || {
         let mut together = Together { acknowledged: Vec::new(), refused: Vec::new() };
         let seen = seen.into_iter().map(|SeenAlarm { name, occurrence }| (name, occurrence)).collect();
-        for (name, done) in plant.alarms().acknowledge_all(plant.recorder(), seen, &person.name) {
+        for (name, done) in plant.alarms().acknowledge_all(plant.recorder(), seen, &actor) {
             match done {
                 Ok(()) => together.acknowledged.push(name),
                 Err(error) => together.refused.push(RefusedAlarm { name, problem: error.to_string() }),
@@ -195,12 +197,11 @@ pub async fn acknowledge_all(
 )]
 pub async fn out_of_service(
     State(plant): State<Arc<Plant>>,
-    person: Person,
+    actor: Actor,
     Path(name): Path<String>,
-    leave: Result<Json<Leave>, JsonRejection>,
+    Body(leave): Body<Leave>,
 ) -> Result<Json<Alarm>, Problem> {
-    person.may(Role::Engineer, "taking an alarm out of service")?;
-    let leave = body(leave)?;
+    actor.person.may(Role::Engineer, "taking an alarm out of service")?;
     let reason = leave.reason.trim().to_owned();
     let length = reason.chars().count();
     if !(1..=LONGEST_REASON).contains(&length) || reason.contains(char::is_control) {
@@ -208,7 +209,7 @@ pub async fn out_of_service(
     }
     let minutes = leave.minutes.map(|minutes| within("minutes", minutes, LONGEST_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
-    act(move || plant.alarms().take_out(plant.recorder(), &name, &person.name, &reason, time)).await
+    act(move || plant.alarms().take_out(plant.recorder(), &name, &actor, &reason, time)).await
 }
 
 /// Puts an alarm back into service. If its condition holds, it is raised at once.
@@ -226,11 +227,11 @@ pub async fn out_of_service(
 )]
 pub async fn return_to_service(
     State(plant): State<Arc<Plant>>,
-    person: Person,
+    actor: Actor,
     Path(name): Path<String>,
 ) -> Result<Json<Alarm>, Problem> {
-    person.may(Role::Engineer, "putting an alarm back into service")?;
-    act(move || plant.alarms().put_back(plant.recorder(), &name, &person.name)).await
+    actor.person.may(Role::Engineer, "putting an alarm back into service")?;
+    act(move || plant.alarms().put_back(plant.recorder(), &name, &actor)).await
 }
 
 /// Who is told of alarms, and how that goes.
@@ -257,8 +258,4 @@ impl From<NotDone> for Problem {
             NotDone::Unwritten => Self::unavailable(sentence),
         }
     }
-}
-
-fn body<T>(given: Result<Json<T>, JsonRejection>) -> Result<T, Problem> {
-    given.map(|Json(given)| given).map_err(|rejection| Problem::bad(rejection.body_text()))
 }

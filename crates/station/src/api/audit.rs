@@ -56,7 +56,8 @@ pub struct Audited {
     id: i64,
     /// When, in milliseconds since 1970.
     at_ms: i64,
-    /// `fired` before it is sent, `outcome` after it, `refused` when a condition did not hold, `disarmed`, `mastership`.
+    /// `fired` before it is sent, `outcome` after it, `refused` when a condition did not hold, `disarmed`, `mastership`; of an alarm
+    /// `acknowledged`, `taken-out-of-service`, `returned-to-service`.
     what: &'static str,
     /// The row whose outcome this is.
     of: Option<i64>,
@@ -72,7 +73,7 @@ pub struct Audited {
     segment: Option<String>,
     /// Its address on the bus.
     address: Option<u8>,
-    /// The manual's name and numbers.
+    /// The manual's name and numbers, or the alarm.
     target: Option<String>,
     /// What it was.
     before: Option<String>,

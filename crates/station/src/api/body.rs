@@ -5,6 +5,9 @@ use axum::body::Bytes;
 use axum::extract::{FromRequest, Request};
 use serde::de::DeserializeOwned;
 
+/// What came is not repeated: it may be a password.
+const WRONG: &str = "expected JSON as /api/openapi.json describes it";
+
 /// What a body says.
 pub struct Body<T>(pub T);
 
@@ -13,6 +16,6 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         let body = Bytes::from_request(request, state).await.map_err(|error| Problem::bad(error.body_text()))?;
-        serde_json::from_slice(&body).map(Self).map_err(|error| Problem::bad(format!("the body: {error}")))
+        serde_json::from_slice(&body).map(Self).map_err(|_| Problem::bad(WRONG))
     }
 }

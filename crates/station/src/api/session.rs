@@ -1,12 +1,12 @@
 //! Who asks, as they are seen from here, and how they come and go.
 
+use super::body::Body;
 use super::gate::Visit;
 use super::problem::Problem;
 use crate::people::secret::Secret;
 use crate::people::sessions::Known;
 use crate::people::{Person, Role};
 use axum::Json;
-use axum::extract::rejection::JsonRejection;
 use axum::http::header::SET_COOKIE;
 use axum::http::{Extensions, StatusCode};
 use axum::response::{AppendHeaders, IntoResponse};
@@ -97,10 +97,9 @@ pub async fn session(person: Person, extensions: Extensions) -> Json<Session> {
 )]
 pub async fn login(
     extensions: Extensions,
-    asked: Result<Json<Login>, JsonRejection>,
+    Body(Login { name, password }): Body<Login>,
 ) -> Result<impl IntoResponse, Problem> {
     let visit = visit(&extensions)?;
-    let Login { name, password } = taken(asked)?;
     let begun = visit.door().login(&name, password, visit.session(), visit.peer()).await?;
     Ok(entered(visit, &begun))
 }
@@ -128,10 +127,9 @@ pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem
 pub async fn password(
     person: Person,
     extensions: Extensions,
-    asked: Result<Json<NewPassword>, JsonRejection>,
+    Body(NewPassword { current, new }): Body<NewPassword>,
 ) -> Result<impl IntoResponse, Problem> {
     let visit = visit(&extensions)?;
-    let NewPassword { current, new } = taken(asked)?;
     let door = visit.door();
     let begun = door.change_password(&person.name, (current, new), visit.session(), visit.peer()).await?;
     Ok(entered(visit, &begun))
@@ -143,9 +141,4 @@ fn entered(visit: &Visit, (session, known): &(Secret, Known)) -> impl IntoRespon
 
 fn visit(extensions: &Extensions) -> Result<&Visit, Problem> {
     extensions.get().ok_or_else(|| Problem::unknown("nobody logs in here: the station has no users"))
-}
-
-/// What is wrong with a body is told without repeating it: it may be a password.
-fn taken<T>(body: Result<Json<T>, JsonRejection>) -> Result<T, Problem> {
-    body.map(|Json(body)| body).map_err(|_| Problem::bad("expected JSON as /api/openapi.json describes it"))
 }

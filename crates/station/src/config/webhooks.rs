@@ -12,18 +12,26 @@
 use super::Complaint;
 use super::alarms::priority;
 use crate::alarm::Priority;
+use crate::people::private::{self, NotPrivate};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Something that is sent and never shown.
-#[derive(Clone, PartialEq, Eq, Deserialize)]
-#[serde(transparent)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Secret(String);
+
+impl<'de> Deserialize<'de> for Secret {
+    /// What stands there instead is not repeated: it may be the secret without its quotes.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(Self).map_err(|_| D::Error::custom("expected a token in quotes"))
+    }
+}
 
 impl Secret {
     /// What it is: to be sent, and for nothing else.
@@ -135,6 +143,11 @@ fn token(written: &WrittenWebhook, folder: &Path) -> Result<Option<Secret>, Comp
         (None, Some(file)) => {
             let path = folder.join(file.get_ref());
             let failed = |error| (file.span(), format!("{} cannot be read: {error}", path.display()));
+            match private::check(&path) {
+                Err(error @ NotPrivate::Open(..)) => return Err((file.span(), error.to_string())),
+                // Why it cannot be read is told by reading it.
+                Ok(()) | Err(NotPrivate::System(..)) => {}
+            }
             (file.span(), std::fs::read_to_string(&path).map_err(failed)?.trim().to_owned())
         }
         (Some(_), Some(file)) => return Err((file.span(), "expected token or token-file, got both".to_owned())),

@@ -6,6 +6,7 @@ use super::rates::{Paces, Rates};
 use super::secret::Secret;
 use super::sessions::{Known, Sessions};
 use super::users::{User, Users, UsersError};
+use crate::act::{self, Leave};
 use crate::plant::Plant;
 use crate::recorder::EventKind;
 use governor::clock::DefaultClock;
@@ -151,6 +152,7 @@ impl Door {
             return Err(Refusal::Wrong);
         }
         let begun = book.begin(&user, before)?;
+        self.settle(book);
         self.write_down(&format!("{} ({}) logged in from {peer}", user.name, user.role));
         Ok(begun)
     }
@@ -185,7 +187,9 @@ impl Door {
         };
         self.tried(write).await??;
         self.look_again();
-        book.begin(&changed, before)
+        let begun = book.begin(&changed, before);
+        self.settle(book);
+        begun
     }
 
     /// Ends a session.
@@ -196,12 +200,30 @@ impl Door {
             if let Some(Known { person, .. }) = known {
                 self.write_down(&format!("{} logged out from {peer}", person.name));
             }
+            self.settle(book);
         }
     }
 
-    /// Reads the users again if their file has changed. To be called every now and then.
+    /// Reads the users again if their file has changed, and sees who is here no more. To be called every now and then.
     pub fn look_again(&self) {
         let Way::Book(book) = &self.way else { return };
+        self.read_again(book);
+        self.settle(book);
+    }
+
+    /// Who has no session any more, or has another role, has the mastership no more, and nothing armed.
+    fn settle(&self, book: &Book) {
+        let Some(holder) = act::holder(&self.plant) else { return };
+        let users = book.users();
+        let why = match users.get(&holder.name) {
+            Some(user) if user.role != holder.role => Leave::Role,
+            Some(_) if book.sessions().is_here(&holder.name, &users, Instant::now()) => return,
+            _ => Leave::Gone,
+        };
+        act::gone(&self.plant, &holder.name, why);
+    }
+
+    fn read_again(&self, book: &Book) {
         let stamp = stamp(&book.file);
         let mut read = book.read.lock().unwrap_or_else(PoisonError::into_inner);
         if *read == stamp {

@@ -93,6 +93,12 @@ impl Sessions {
         Some(Known { person: user.person(), token: session.token.clone() })
     }
 
+    /// Whether somebody has a session that has not ended.
+    #[must_use]
+    pub fn is_here(&self, name: &str, users: &Users, now: Instant) -> bool {
+        self.0.values().any(|session| &*session.name == name && session.user(users, now).is_some())
+    }
+
     /// Ends one.
     pub fn end(&mut self, id: &Secret) {
         self.0.remove(id);
@@ -140,6 +146,7 @@ mod tests {
         for (name, longest) in [("ada", SHIFT), ("bob", MONTH)] {
             let mut sessions = Sessions::default();
             let (used, unused) = (begin(&mut sessions, &users, name, start), begin(&mut sessions, &users, name, start));
+            assert!(sessions.is_here(name, &users, start) && !sessions.is_here(name, &users, start + IDLE), "{name}");
             assert_eq!(sessions.visit(&unused, &users, start + IDLE), None, "{name}");
             let mut now = start;
             while now + IDLE / 2 < start + longest {

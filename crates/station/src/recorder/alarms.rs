@@ -1,5 +1,6 @@
 //! Where alarms stand, their history, and letters to webhooks that wait: tables beside what was measured, written in the same transactions.
 
+use super::audit::{self, Entry};
 use super::reader::Reader;
 use super::sample::Micros;
 use super::store::StoreError;
@@ -119,6 +120,8 @@ pub struct Batch {
     pub kept: BTreeMap<String, Option<Kept>>,
     /// What happened.
     pub lines: Vec<Line>,
+    /// What people did, for the audit trail.
+    pub audit: Vec<Entry>,
     /// What is to be told.
     pub letters: Vec<Letter>,
     /// The numbers of letters that nobody waits for any more.
@@ -126,18 +129,23 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// What came later, too. Says how many lines and letters found no room among so many.
+    /// What came later, too. Says how many lines, rows and letters found no room among so many.
     pub fn append(&mut self, mut later: Self, most: usize) -> u64 {
         self.kept.append(&mut later.kept);
         self.gone.append(&mut later.gone);
         let lost = fill(&mut self.lines, later.lines, most);
+        let lost = lost.saturating_add(fill(&mut self.audit, later.audit, most));
         lost.saturating_add(fill(&mut self.letters, later.letters, most))
     }
 
     /// Whether there is nothing to be written.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.kept.is_empty() && self.lines.is_empty() && self.letters.is_empty() && self.gone.is_empty()
+        self.kept.is_empty()
+            && self.lines.is_empty()
+            && self.audit.is_empty()
+            && self.letters.is_empty()
+            && self.gone.is_empty()
     }
 
     /// Writes all of it.
@@ -149,6 +157,7 @@ impl Batch {
             }
         }
         self.lines.iter().try_for_each(|line| insert_line(transaction, line))?;
+        self.audit.iter().try_for_each(|entry| audit::insert(transaction, entry).map(drop))?;
         for Letter { hook, at, body, .. } in &self.letters {
             transaction
                 .prepare_cached("INSERT INTO letter (hook, at, body) VALUES (?1, ?2, ?3)")?

@@ -1,4 +1,4 @@
-//! The audit trail: who did what to which gauge, when, and what came of it.
+//! The audit trail: who did what to which gauge or alarm, when, and what came of it.
 //!
 //! Rows are only ever added. What came of something is a row of its own that refers to the first, and not a change of it:
 //! so the file itself can refuse every change of a row, and what was true before anything was sent stays as it was written.
@@ -49,10 +49,25 @@ pub enum Deed {
     Disarmed,
     /// The mastership went from one to another.
     Mastership,
+    /// Somebody knows of an alarm.
+    Acknowledged,
+    /// An alarm is not told any more.
+    TakenOut,
+    /// It is told again.
+    PutBack,
 }
 
 impl Deed {
-    const ALL: [Self; 5] = [Self::Fired, Self::Outcome, Self::Refused, Self::Disarmed, Self::Mastership];
+    const ALL: [Self; 8] = [
+        Self::Fired,
+        Self::Outcome,
+        Self::Refused,
+        Self::Disarmed,
+        Self::Mastership,
+        Self::Acknowledged,
+        Self::TakenOut,
+        Self::PutBack,
+    ];
 
     /// As it stands in the file.
     #[must_use]
@@ -63,6 +78,9 @@ impl Deed {
             Self::Refused => "refused",
             Self::Disarmed => "disarmed",
             Self::Mastership => "mastership",
+            Self::Acknowledged => "acknowledged",
+            Self::TakenOut => "taken-out-of-service",
+            Self::PutBack => "returned-to-service",
         }
     }
 
@@ -92,7 +110,7 @@ pub struct Entry {
     pub segment: Option<String>,
     /// Its address on the bus.
     pub address: Option<u8>,
-    /// The parameter: the manual's name and its numbers.
+    /// The parameter: the manual's name and its numbers. Or the alarm.
     pub target: Option<String>,
     /// What it was.
     pub before: Option<String>,

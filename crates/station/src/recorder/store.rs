@@ -9,7 +9,9 @@ use super::claim::{Claim, beside};
 use super::rollup::{Additions, LEVELS};
 use super::sample::{Micros, Sample};
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Transaction, TransactionBehavior, params};
-use std::fs;
+use std::fs::{self, OpenOptions};
+use std::io::ErrorKind;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -363,6 +365,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Opens a file for writing, or makes it.
 fn connect(path: &Path) -> Result<Connection, StoreError> {
     let failed = |error| StoreError::Sql { path: path.to_owned(), error };
+    make(path).map_err(|error| StoreError::Place { path: path.to_owned(), what: error.to_string() })?;
     let connection = Connection::open(path).map_err(failed)?;
     prepare(&connection).map_err(failed)?;
     match version(&connection).map_err(failed)? {
@@ -370,6 +373,14 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
         found => return Err(StoreError::Version { path: path.to_owned(), found }),
     }
     Ok(connection)
+}
+
+/// A file that is not there yet is made as its owner's alone. SQLite gives its log the rights of the file.
+fn make(path: &Path) -> std::io::Result<()> {
+    match OpenOptions::new().write(true).create_new(true).mode(0o600).open(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+        made => made.map(drop),
+    }
 }
 
 fn prepare(connection: &Connection) -> rusqlite::Result<()> {

@@ -79,16 +79,6 @@ enum Message {
     Finish(Sender<()>),
 }
 
-/// A row of the audit trail on its way to the disk.
-pub struct OnItsWay(Receiver<()>);
-
-impl OnItsWay {
-    /// Returns when it is there, `false` if that could not be had in ten seconds.
-    pub fn wait(self) -> bool {
-        self.0.recv_timeout(PATIENCE).is_ok()
-    }
-}
-
 /// Takes samples and events from any thread.
 pub struct Recorder {
     messages: Option<SyncSender<Message>>,
@@ -152,12 +142,13 @@ impl Recorder {
     }
 
     /// A row of the audit trail after something was done. If the disk does not take it now, it is tried again.
-    pub fn audit(&self, entry: Entry) -> OnItsWay {
+    pub fn audit(&self, entry: Entry) -> Written {
         let (done, wait) = channel();
-        if !self.send(Message::Audit(Box::new(entry), done)) {
+        let is_taken = self.send(Message::Audit(Box::new(entry), done));
+        if !is_taken {
             count(&mut self.locked().lost_events);
         }
-        OnItsWay(wait)
+        Written(is_taken.then_some(wait))
     }
 
     /// What became of alarms, and the events that tell it. Never waits, and is written at once. Says whether there was room for it.
@@ -226,7 +217,6 @@ impl Written {
     }
 
     /// Returns when it is on the disk, `false` if that could not be had in ten seconds.
-    #[must_use]
     pub fn wait(self) -> bool {
         self.0.is_some_and(|wait| wait.recv_timeout(PATIENCE).is_ok())
     }

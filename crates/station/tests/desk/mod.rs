@@ -2,9 +2,17 @@
 
 #![allow(dead_code, reason = "each test uses what it needs")]
 
+use profivac_station::act::Actor;
 use profivac_station::alarm::Sight;
+use profivac_station::people::{Person, Role};
 use profivac_station::plant::Scenery;
 use profivac_station::view::{Gauge, Reading, Segment, SegmentState, Standing};
+use std::sync::Arc;
+
+/// An engineer at a computer beside.
+pub fn actor(name: &str) -> Actor {
+    Actor { person: Person { name: Arc::from(name), role: Role::Engineer }, peer: Some([10, 0, 0, 7].into()) }
+}
 
 /// The gauge `chamber` on the segment `hall` shows this now.
 pub fn sight(pa: f64, quality: &'static str) -> Sight {

@@ -56,6 +56,18 @@ impl Desk {
 
     pub fn with(change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plant.db");
+        let recorder = Recorder::start(&file, Settings::default()).unwrap();
+        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        Self::around(plant, folder, change)
+    }
+
+    /// Around a plant that somebody else runs.
+    pub fn over(plant: &Arc<Plant>) -> Self {
+        Self::around(Arc::clone(plant), tempfile::tempdir().unwrap(), |_, _| {})
+    }
+
+    fn around(plant: Arc<Plant>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let users = folder.path().join("users.toml");
         Users::change(&users, |users| {
             users.add("ada", Role::Engineer, HASH.clone())?;
@@ -65,9 +77,6 @@ impl Desk {
         .unwrap();
         let mut setup = Setup::new("127.0.0.1:0".parse().unwrap(), Access::Users(users));
         change(&mut setup, &folder);
-        let file = folder.path().join("plant.db");
-        let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
         let server = Server::start(Arc::clone(&plant), setup).unwrap();
         Self { folder, plant, server }
     }

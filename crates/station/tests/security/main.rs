@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod acts;
+#[path = "../bench/mod.rs"]
+mod bench;
 mod desk;
 mod list;
 mod login;

@@ -48,7 +48,7 @@ export interface Outcome {
 export interface Audited {
   id: number
   at_ms: number
-  what: 'fired' | 'outcome' | 'refused' | 'disarmed' | 'mastership'
+  what: 'fired' | 'outcome' | 'refused' | 'disarmed' | 'mastership' | 'acknowledged' | 'taken-out-of-service' | 'returned-to-service'
   of: number | null
   who: string
   role: string

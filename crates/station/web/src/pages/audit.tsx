@@ -1,4 +1,4 @@
-// Who did what to which gauge, and what came of it: the latest first.
+// Who did what to which gauge or alarm, and what came of it: the latest first.
 
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
@@ -18,6 +18,9 @@ const WHATS: Record<Audited['what'], string> = {
   refused: 'refused',
   disarmed: 'disarmed',
   mastership: 'mastership',
+  acknowledged: 'acknowledged',
+  'taken-out-of-service': 'out of service',
+  'returned-to-service': 'back in service',
 }
 
 const TIMES: [string, number | null][] = [
