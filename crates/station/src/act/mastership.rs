@@ -207,8 +207,11 @@ impl Mastership {
         Ok(Change::TakenOver(before))
     }
 
-    /// Somebody is gone: what they held is free.
+    /// Somebody is gone: what they held is free, and what they wished is forgotten.
     pub fn gone(&mut self, name: &str) -> bool {
+        if let Some(holder) = &mut self.holder {
+            holder.wish.take_if(|(person, _)| &*person.name == name);
+        }
         self.holder.take_if(|holder| &*holder.person.name == name).is_some()
     }
 }

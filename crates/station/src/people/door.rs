@@ -1,11 +1,13 @@
 //! The door: who comes in, and what the record says about it.
 
+use super::Role;
 use super::access::Access;
 use super::password::{self, Hash, Unfit};
 use super::rates::{Paces, Rates};
 use super::secret::Secret;
 use super::sessions::{Known, Sessions};
 use super::users::{User, Users, UsersError};
+use crate::act;
 use crate::plant::Plant;
 use crate::recorder::EventKind;
 use governor::clock::DefaultClock;
@@ -151,6 +153,7 @@ impl Door {
             return Err(Refusal::Wrong);
         }
         let begun = book.begin(&user, before)?;
+        self.rates.welcome(peer, name);
         self.write_down(&format!("{} ({}) logged in from {peer}", user.name, user.role));
         Ok(begun)
     }
@@ -194,6 +197,9 @@ impl Door {
             let known = self.visit(session);
             book.sessions().end(id);
             if let Some(Known { person, .. }) = known {
+                if !book.sessions().has(&person.name, &book.users(), Instant::now()) {
+                    act::gone(&self.plant, &person.name);
+                }
                 self.write_down(&format!("{} logged out from {peer}", person.name));
             }
         }
@@ -211,6 +217,9 @@ impl Door {
         match Users::read(&book.file) {
             Ok(new) => {
                 let old = book.replace(new.clone());
+                // Somebody else may get the name later, and shall find nothing armed under it.
+                let may_act = |name: &str| new.get(name).is_some_and(|user| user.role >= Role::Operator);
+                old.iter().filter(|user| !may_act(&user.name)).for_each(|user| act::gone(&self.plant, &user.name));
                 old.differences(&new).iter().for_each(|sentence| self.write_down(sentence));
             }
             // What is wrong may be a password: only where it stands is written down.

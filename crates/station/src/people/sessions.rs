@@ -93,6 +93,12 @@ impl Sessions {
         Some(Known { person: user.person(), token: session.token.clone() })
     }
 
+    /// Whether somebody of this name has one.
+    #[must_use]
+    pub fn has(&self, name: &str, users: &Users, now: Instant) -> bool {
+        self.0.values().any(|session| &*session.name == name && session.user(users, now).is_some())
+    }
+
     /// Ends one.
     pub fn end(&mut self, id: &Secret) {
         self.0.remove(id);
