@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::{Duration, Instant};
+use tokio::sync::Semaphore;
 
 /// What a segment shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +55,9 @@ pub enum NoAnswer {
 /// So many questions may wait for a segment.
 const QUESTIONS: usize = 8;
 
+/// So many of them may be for the parameters of a gauge: who only looks leaves room for those who act.
+const LOOKS: usize = 2;
+
 /// So long may an answer take: a few hundred parameters at a slow rate.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -80,6 +84,13 @@ fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
     Gauge { age_ms, ..gauge.clone() }
 }
 
+/// The way to a segment.
+#[derive(Clone)]
+struct Line {
+    sender: SyncSender<Question>,
+    looks: Arc<Semaphore>,
+}
+
 /// What all threads share.
 pub struct Plant {
     name: String,
@@ -88,7 +99,7 @@ pub struct Plant {
     recorder: Recorder,
     /// Segments by name, with when they were shown last.
     scenery: RwLock<BTreeMap<String, (Instant, Scenery)>>,
-    questions: Mutex<BTreeMap<String, SyncSender<Question>>>,
+    questions: Mutex<BTreeMap<String, Line>>,
     acts: Acts,
     reading: Mutex<Vec<ReadSoFar>>,
     alarms: Alarms,
@@ -216,11 +227,12 @@ impl Plant {
     /// A segment takes questions from now on, here.
     pub fn take_questions(&self, segment: &str) -> Receiver<Question> {
         let (sender, receiver) = sync_channel(QUESTIONS);
-        self.lines().insert(segment.to_owned(), sender);
+        let looks = Arc::new(Semaphore::new(LOOKS));
+        self.lines().insert(segment.to_owned(), Line { sender, looks });
         receiver
     }
 
-    fn lines(&self) -> MutexGuard<'_, BTreeMap<String, SyncSender<Question>>> {
+    fn lines(&self) -> MutexGuard<'_, BTreeMap<String, Line>> {
         self.questions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -272,8 +284,11 @@ impl Plant {
     /// # Errors
     /// [`NoAnswer`] says why there are none.
     pub fn blocks(&self, name: &str) -> Result<Vec<Block>, NoAnswer> {
+        let (segment, _) = self.line_of(name)?;
+        let looks = self.line(&segment).ok_or_else(|| NoAnswer::Unknown(name.to_owned()))?.looks;
+        let _place = looks.try_acquire().map_err(|_| NoAnswer::Busy)?;
         let ask = |answer| Question::Blocks(name.to_owned(), answer);
-        self.ask(&self.line_of(name)?.0, name, ask)?.map_err(NoAnswer::Refused)
+        self.ask(&segment, name, ask)?.map_err(NoAnswer::Refused)
     }
 
     /// What a gauge says to what somebody wants; nothing is changed. Waits for the segment.
@@ -317,6 +332,11 @@ impl Plant {
         line.ok_or_else(|| NoAnswer::Unknown(gauge.to_owned()))
     }
 
+    /// The way to a segment.
+    fn line(&self, segment: &str) -> Option<Line> {
+        self.lines().get(segment).cloned()
+    }
+
     /// Asks a segment about a gauge, and waits for the answer.
     fn ask<T>(
         &self,
@@ -324,9 +344,9 @@ impl Plant {
         gauge: &str,
         question: impl FnOnce(SyncSender<T>) -> Question,
     ) -> Result<T, NoAnswer> {
-        let line = self.lines().get(segment).cloned().ok_or_else(|| NoAnswer::Unknown(gauge.to_owned()))?;
+        let line = self.line(segment).ok_or_else(|| NoAnswer::Unknown(gauge.to_owned()))?;
         let (sender, answer) = sync_channel(1);
-        line.try_send(question(sender)).map_err(|_| NoAnswer::Busy)?;
+        line.sender.try_send(question(sender)).map_err(|_| NoAnswer::Busy)?;
         answer.recv_timeout(PATIENCE).map_err(|error| match error {
             RecvTimeoutError::Timeout => NoAnswer::Slow,
             RecvTimeoutError::Disconnected => NoAnswer::Refused("the segment was stopped".to_owned()),

@@ -5,8 +5,10 @@
 mod bench;
 
 use bench::{Desk, ENGINEER, OPERATOR, Outside, VIEWER, until};
+use profivac_station::act::draft::Refusal;
 use profivac_station::act::{self, Actor, Move};
 use profivac_station::people::{Person, Role};
+use profivac_station::plant::Question;
 use profivac_station::view::Standing;
 use serde_json::{Value, json};
 use std::sync::{Arc, Barrier};
@@ -358,4 +360,41 @@ fn a_body_that_is_none_is_answered() {
     for body in ["{", "", "[]", "{\"command\": 1}"] {
         assert_eq!(desk.send_as(ENGINEER, "POST", path, "application/json", body.to_owned()).0, 400, "{body}");
     }
+}
+
+#[test]
+fn what_was_fired_before_the_mastership_was_lost_is_not_sent_after_it() {
+    let desk = Desk::new(1e-6);
+    desk.masters(OPERATOR);
+    let person = Person { name: Arc::from(OPERATOR.0), role: OPERATOR.1 };
+    let actor = Actor { person, peer: None };
+    let wish = serde_json::from_value(json!({ "command": DEGAS })).unwrap();
+    let order = act::arm(&desk.plant, &actor, "chamber", &wish).unwrap();
+    act::pass(&desk.plant, &actor, Move::Release, Instant::now()).unwrap();
+    let late = desk.plant.fire(order, Instant::now() + std::time::Duration::from_secs(60)).unwrap_err();
+    assert_eq!(late.outcome(), "not sent: Otto has lost the mastership before it was sent");
+    assert!(!desk.is_degassing());
+}
+
+#[test]
+fn who_looks_leaves_room_for_who_acts() {
+    let desk = Desk::new(1e-6);
+    desk.masters(OPERATOR);
+    let questions = desk.plant.take_questions(&desk.gauge().segment);
+    std::thread::scope(|scope| {
+        let (done, busy) = std::sync::mpsc::channel();
+        for _ in 0..10 {
+            let (desk, done) = (&desk, done.clone());
+            scope.spawn(move || done.send(desk.plant.blocks("chamber").is_err()).unwrap());
+        }
+        (0..8).for_each(|_| assert!(busy.recv().unwrap(), "only two wait"));
+        let arm = scope.spawn(|| desk.arm(OPERATOR, &json!({ "command": DEGAS })));
+        for _ in 0..2 {
+            let Ok(Question::Blocks(_, answer)) = questions.recv() else { panic!("expected those who look first") };
+            answer.send(Ok(Vec::new())).unwrap();
+        }
+        let Ok(Question::Draft(_, _, answer)) = questions.recv() else { panic!("expected what is to be armed") };
+        answer.send(Err(Refusal::Away("asked".to_owned()))).unwrap();
+        assert_eq!(arm.join().unwrap().1["problem"], "asked");
+    });
 }

@@ -207,8 +207,11 @@ impl Mastership {
         Ok(Change::TakenOver(before))
     }
 
-    /// Somebody is gone: what they held is free. Says who they were, if they held it.
+    /// Somebody is gone: what they held is free, and what they wished is forgotten. Says who they were, if they held it.
     pub fn gone(&mut self, name: &str) -> Option<Person> {
+        if let Some(holder) = &mut self.holder {
+            holder.wish.take_if(|(person, _)| &*person.name == name);
+        }
         self.holder.take_if(|holder| &*holder.person.name == name).map(|holder| holder.person)
     }
 }

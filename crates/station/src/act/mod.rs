@@ -209,6 +209,12 @@ pub fn gone(plant: &Plant, name: &str, why: Leave) {
     }
 }
 
+/// Whether what was fired may still be sent: it has waited for its segment, and the mastership may have changed hands meanwhile.
+#[must_use]
+pub fn may_send(plant: &Plant, order: &Order) -> bool {
+    at(plant, Instant::now()).mastership.holder().is_some_and(|holder| holder.person.name == order.by)
+}
+
 /// Waits until a row is on the disk, as long as one can. If it is not there then, the recorder keeps it and says so.
 fn wait(written: Option<Written>) {
     written.map(Written::wait);

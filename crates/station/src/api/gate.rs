@@ -125,6 +125,9 @@ impl Gate {
         let visit = self.visit(&request, &named, peer);
         let checked = self.check_page(&request, &named).and_then(|()| check_right(&visit, &request));
         checked.inspect_err(|problem| self.told(&visit, &request, problem))?;
+        if let Some(known) = visit.known.as_ref().filter(|_| !is_safe(request.method())) {
+            self.door.rates().act(&known.person.name).map_err(Problem::too_often)?;
+        }
         let mut request = self.whole(request).await?;
         if let Some(known) = &visit.known {
             request.extensions_mut().insert(known.person.clone());

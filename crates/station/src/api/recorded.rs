@@ -11,6 +11,7 @@ use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use serde::Deserialize;
+use std::collections::HashSet;
 use utoipa::IntoParams;
 
 /// More pixels than any screen has.
@@ -117,7 +118,9 @@ fn named(asked: &[String], there: Vec<String>) -> Vec<String> {
         true => vec![text.clone()],
         false => text.split(',').map(str::to_owned).collect(),
     });
-    names.collect()
+    // Who asks for the same a thousand times gets it once.
+    let mut seen = HashSet::new();
+    names.filter(|name| seen.insert(name.clone())).collect()
 }
 
 /// What was recorded of a series, drawn for so many pixels.

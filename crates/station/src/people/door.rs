@@ -152,6 +152,7 @@ impl Door {
             return Err(Refusal::Wrong);
         }
         let begun = book.begin(&user, before)?;
+        self.rates.welcome(peer, name);
         self.settle(book);
         self.write_down(&format!("{} ({}) logged in from {peer}", user.name, user.role));
         Ok(begun)

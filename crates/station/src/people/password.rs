@@ -3,11 +3,11 @@
 //! What it must be follows OWASP ASVS 5.0, 6.2: eight characters at least, no rules about which, and nothing that is easily
 //! guessed. How easily is estimated by zxcvbn, which knows the usual passwords, names, words, dates, and patterns on keyboards.
 
-use argon2::password_hash::phc::PasswordHash;
-use argon2::password_hash::{PasswordHasher, PasswordVerifier};
-use argon2::{Algorithm, Argon2, Params, Version};
+use argon2::password_hash::PasswordHasher;
+use argon2::password_hash::phc::{Output, PasswordHash};
+use argon2::{Algorithm, Argon2, Block, Params, Version};
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use zxcvbn::{Score, zxcvbn};
 
 /// The fewest characters.
@@ -27,6 +27,13 @@ const OUR_WORDS: [&str; 6] = ["profivac", "profibus", "vacuum", "gauge", "statio
 
 /// Octets of salt.
 const SALT: usize = 16;
+
+/// Memory in which passwords were tried, to be used again. Each thread that gets its own from the system keeps it for good, and
+/// many have their turn: whoever guesses would make the station grow by a gigabyte.
+static ROOM: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
+
+/// So many passwords are usually tried at once; memory for more is given back. free choice.
+const KEPT: usize = 2;
 
 /// What is wrong with a password.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -106,8 +113,41 @@ impl Hash {
     /// Whether this is the password. Takes some ten milliseconds of a processor and 19 MiB.
     #[must_use]
     pub fn is(&self, password: &str) -> bool {
-        password.len() <= LONGEST && Argon2::default().verify_password(password.as_bytes(), &*self.0).is_ok()
+        password.len() <= LONGEST && self.tried(password).unwrap_or(false)
     }
+
+    /// Nothing, if this is no hash, which [`parse`](Self::parse) has made sure of.
+    fn tried(&self, password: &str) -> Option<bool> {
+        let hash = PasswordHash::new(&self.0).ok()?;
+        let (salt, wanted) = (hash.salt?, hash.hash?);
+        let params = Params::try_from(&hash).ok()?;
+        let version = hash.version.map_or(Ok(Version::V0x13), Version::try_from).ok()?;
+        let blocks = params.block_count();
+        let argon2 = Argon2::new(Algorithm::Argon2id, version, params);
+        let mut made = vec![0; wanted.len()];
+        let done = in_room(blocks, |room| {
+            argon2.hash_password_into_with_memory(password.as_bytes(), salt.as_ref(), &mut made, room)
+        });
+        done.ok()?;
+        // Compared in the same time wherever they differ.
+        Some(Output::new(&made).ok()? == wanted)
+    }
+}
+
+/// Does something with so many blocks of memory, that of somebody before if there is some.
+fn in_room<T>(blocks: usize, work: impl FnOnce(&mut [Block]) -> T) -> T {
+    let rooms = || ROOM.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut room = rooms().pop().unwrap_or_default();
+    let usual = COST.0 as usize;
+    room.resize(blocks.max(usual), Block::default());
+    let done = work(room.get_mut(..blocks).unwrap_or_default());
+    room.truncate(usual);
+    room.shrink_to_fit();
+    let mut rooms = rooms();
+    if rooms.len() < KEPT {
+        rooms.push(room);
+    }
+    done
 }
 
 /// Never in a log.

@@ -26,6 +26,11 @@ pub enum NotPrivate {
 /// [`NotPrivate`] says what to do.
 pub fn check(file: &Path) -> Result<(), NotPrivate> {
     let seen = fs::metadata(file).map_err(|error| NotPrivate::System(file.to_owned(), error))?;
+    if !seen.is_file() {
+        // Whoever reads a pipe waits for ever.
+        let error = std::io::Error::other("expected a file, got something else");
+        return Err(NotPrivate::System(file.to_owned(), error));
+    }
     let mode = seen.permissions().mode() & 0o7777;
     if mode & OTHERS == 0 { Ok(()) } else { Err(NotPrivate::Open(file.to_owned(), mode)) }
 }
@@ -68,5 +73,7 @@ mod tests {
             assert!(told.contains(&format!("(mode {mode:o}): chmod 600 ")), "{told}");
         }
         assert!(matches!(check(&folder.path().join("none")), Err(NotPrivate::System(..))));
+        set_mode(folder.path(), 0o700);
+        assert!(matches!(check(folder.path()), Err(NotPrivate::System(..))), "no file");
     }
 }

@@ -18,12 +18,17 @@ use governor::clock::{Clock, DefaultClock};
 use governor::middleware::NoOpMiddleware;
 use governor::state::keyed::HashMapStateStore;
 use governor::{Quota, RateLimiter};
+use std::collections::HashSet;
 use std::hash::{BuildHasher, Hash, RandomState};
 use std::net::IpAddr;
 use std::num::NonZeroU32;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 type Limiter<C> = RateLimiter<u16, HashMapStateStore<u16>, C, NoOpMiddleware<<C as Clock>::Instant>>;
+
+/// From so many places is known who has logged in there before. free choice: more than people have computers.
+const REMEMBERED: usize = 1024;
 
 /// So much at once, and then one every so often.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +64,8 @@ pub struct Paces {
     pub logins: Pace,
     /// Logging in, under one name.
     pub names: Pace,
+    /// Changing something, by one person: what they do stays in the audit trail for ever.
+    pub acts: Pace,
     /// Lines in the record about what was refused.
     pub lines: Pace,
 }
@@ -69,6 +76,7 @@ impl Default for Paces {
             requests: Pace::new(5000, Duration::from_millis(2)),
             logins: Pace::new(20, Duration::from_secs(6)),
             names: Pace::new(60, Duration::from_secs(1)),
+            acts: Pace::new(600, Duration::from_secs(1)),
             lines: Pace::new(60, Duration::from_secs(10)),
         }
     }
@@ -81,19 +89,23 @@ pub struct Rates<C: Clock = DefaultClock> {
     requests: Limiter<C>,
     logins: Limiter<C>,
     names: Limiter<C>,
+    acts: Limiter<C>,
     lines: Limiter<C>,
+    came: Mutex<HashSet<(IpAddr, String)>>,
 }
 
 impl<C: Clock + Clone> Rates<C> {
     /// Nobody has asked anything yet.
     pub fn new(paces: Paces, clock: C) -> Self {
         let limiter = |pace: Pace| RateLimiter::new(pace.quota(), HashMapStateStore::default(), clock.clone());
-        let Paces { requests, logins, names, lines } = paces;
+        let Paces { requests, logins, names, acts, lines } = paces;
         Self {
             requests: limiter(requests),
             logins: limiter(logins),
             names: limiter(names),
+            acts: limiter(acts),
             lines: limiter(lines),
+            came: Mutex::default(),
             places: RandomState::new(),
             clock: clock.clone(),
         }
@@ -113,7 +125,33 @@ impl<C: Clock + Clone> Rates<C> {
     /// How long to wait.
     pub fn login(&self, peer: IpAddr, name: &str) -> Result<(), Duration> {
         self.check(&self.logins, network(peer))?;
-        self.check(&self.names, name.to_ascii_lowercase())
+        let (place, name) = (network(peer), name.to_ascii_lowercase());
+        // Many who guess from elsewhere keep nobody out who was here before.
+        if self.came().contains(&(place, name.clone())) {
+            return Ok(());
+        }
+        self.check(&self.names, name)
+    }
+
+    /// Somebody of this name has logged in from here.
+    pub fn welcome(&self, peer: IpAddr, name: &str) {
+        let mut came = self.came();
+        if came.len() >= REMEMBERED {
+            came.clear();
+        }
+        came.insert((network(peer), name.to_ascii_lowercase()));
+    }
+
+    fn came(&self) -> MutexGuard<'_, HashSet<(IpAddr, String)>> {
+        self.came.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Somebody who has logged in changes something.
+    ///
+    /// # Errors
+    /// How long to wait.
+    pub fn act(&self, name: &str) -> Result<(), Duration> {
+        self.check(&self.acts, name.to_ascii_lowercase())
     }
 
     /// Whether a line about something that was refused may go into the record.
@@ -129,7 +167,7 @@ impl<C: Clock + Clone> Rates<C> {
 }
 
 /// What one party has: an address of IPv4, or the first half of one of IPv6.
-fn network(peer: IpAddr) -> IpAddr {
+pub fn network(peer: IpAddr) -> IpAddr {
     match peer.to_canonical() {
         IpAddr::V6(address) => IpAddr::V6((address.to_bits() >> 64 << 64).into()),
         other => other,
@@ -168,6 +206,9 @@ mod tests {
         assert_eq!(allowed, 60);
         assert_eq!(rates.login(everywhere(5000), "ADA"), Err(Duration::from_secs(1)));
         rates.login(everywhere(5000), "bob").unwrap();
+        rates.welcome(everywhere(6000), "Ada");
+        rates.login(everywhere(6000), "ada").unwrap();
+        rates.login(everywhere(6001), "ada").unwrap_err();
         clock.advance(Duration::from_secs(1));
         rates.login(everywhere(5001), "ada").unwrap();
     }

@@ -15,6 +15,7 @@ use profivac_host::text_file::place_of;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::fs::{self, File};
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
@@ -134,7 +135,9 @@ impl Users {
     pub fn change<T>(file: &Path, change: impl FnOnce(&mut Self) -> Result<T, UsersError>) -> Result<T, UsersError> {
         let system = |error| UsersError::System(file.to_owned(), error);
         let beside = PathBuf::from(format!("{}-lock", file.display()));
-        let lock = File::options().create(true).append(true).open(beside).map_err(system)?;
+        // Whoever could open it could hold it, and nobody would ever change anything again.
+        let lock = File::options().create(true).append(true).mode(0o600).open(beside).map_err(system)?;
+        lock.set_permissions(fs::Permissions::from_mode(0o600)).map_err(system)?;
         lock.lock().map_err(system)?;
         let mut users = if file.exists() { Self::read(file)? } else { Self::default() };
         let changed = change(&mut users)?;
@@ -240,7 +243,6 @@ impl Users {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::os::unix::fs::PermissionsExt;
 
     fn hash() -> Hash {
         Hash::of("tin whisker plateau").unwrap()
@@ -293,7 +295,9 @@ mod tests {
         let file = folder.path().join("users.toml");
         Users::change(&file, |users| users.add("ada", Role::Viewer, hash())).unwrap();
         Users::change(&file, |users| users.get_mut("ada").map(|ada| ada.role = Role::Engineer)).unwrap();
-        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        for file in [&file, &folder.path().join("users.toml-lock")] {
+            assert_eq!(fs::metadata(file).unwrap().permissions().mode() & 0o777, 0o600, "{}", file.display());
+        }
         assert_eq!(Users::read(&file).unwrap().get("ada").unwrap().role, Role::Engineer);
         assert!(matches!(Users::change(&file, |users| users.remove("bob")), Err(UsersError::Unknown(_))));
         fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();

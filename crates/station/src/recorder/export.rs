@@ -73,8 +73,11 @@ fn row(gauge: &str, sample: &Sample) -> String {
     row + "," + sample.quality.word() + "\n"
 }
 
-/// A name in CSV, RFC 4180.
+/// A name in CSV, RFC 4180. What would begin a formula in a spreadsheet gets an apostrophe before it.
 fn quoted(name: &str) -> String {
+    if name.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        return format!("\"'{}\"", name.replace('"', "\"\""));
+    }
     if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 

@@ -364,7 +364,8 @@ impl Work {
             count(&mut self.locked().lost_events);
             return;
         }
-        if !self.is_full() {
+        // Whoever is only refused at the door must not make the record grow.
+        if !self.is_full() && event.kind != EventKind::Access {
             self.around(&event);
         }
         self.events.push(event);
@@ -515,5 +516,24 @@ mod tests {
         assert_eq!(health.lock().unwrap().error, None);
         let samples = Reader::open(&path).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
         assert_eq!(samples.len() as u64, kept);
+    }
+
+    #[test]
+    fn who_is_refused_at_the_door_makes_nobody_record_at_full_rate() {
+        let folder = tempfile::tempdir().unwrap();
+        let health = Arc::new(Mutex::new(Health::default()));
+        let store = Store::open(&folder.path().join("plant.db")).unwrap();
+        let mut work = Work::new(store, Settings::default(), health);
+        let gauge: Arc<str> = Arc::from("chamber");
+        let now = Micros::now();
+        let sample = |number: i64| Sample::new(Micros(now.0 + number * 1000), Some(1.0), Quality::Valid);
+        let event = |kind| Event { at: now, gauge: None, kind, text: "x".to_owned() };
+        (0..100).for_each(|number| work.sample(&gauge, sample(number)));
+        let kept = work.samples.len();
+        work.event(event(EventKind::Access), None);
+        (100..200).for_each(|number| work.sample(&gauge, sample(number)));
+        assert_eq!(work.samples.len(), kept, "nothing has moved");
+        work.event(event(EventKind::Note), None);
+        assert!(work.samples.len() >= kept + 199, "all that is remembered");
     }
 }

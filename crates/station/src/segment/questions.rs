@@ -3,8 +3,8 @@
 //! Meanwhile the gauges are sampled: who asks does not make holes in a record.
 
 use super::{Worker, deeds};
-use crate::act::allowed;
 use crate::act::draft::Refusal;
+use crate::act::{self, allowed};
 use crate::plant::{Plant, Question};
 use crate::view::{Block, Parameter, Writing};
 use profivac_devices::model::{Codes, DataType, Direction, Model, NumberType, Unit, Via};
@@ -58,6 +58,10 @@ pub fn settle<R: Records>(
         Question::Fire(order, begin_by, answer) if Instant::now() >= begin_by => {
             let sentence = format!("the segment of {} was busy for too long", order.gauge);
             answer.send(Err(Refusal::Away(sentence))).ok();
+        }
+        Question::Fire(order, _, answer) if !act::may_send(plant, &order) => {
+            let sentence = format!("{} has lost the mastership before it was sent", order.by);
+            answer.send(Err(Refusal::Changed(sentence))).ok();
         }
         Question::Fire(order, _, answer) => {
             let watched = watched(&order.gauge).map_err(Refusal::Away);

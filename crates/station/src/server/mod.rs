@@ -3,6 +3,8 @@
 //! Whoever is on the net may ask too much, too slowly, or never end: each costs one of a limited number of connections and
 //! nothing else. Other computers reach it only over TLS, and only those who log in.
 
+mod brisk;
+mod places;
 mod tls;
 
 use crate::api::gate::{self, Gate, Peer};
@@ -15,10 +17,12 @@ use crate::plant::Plant;
 use axum::Router;
 use axum::extract::Request;
 use axum::middleware::{from_fn, from_fn_with_state};
+use brisk::Brisk;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use places::Places;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -27,7 +31,7 @@ pub use tls::{Keys, TlsError, TlsFiles};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::{Semaphore, oneshot};
+use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
@@ -53,13 +57,20 @@ pub struct Limits {
     pub connections: usize,
     /// So long may the head of a request take, its body, and a handshake, and so long may a connection be silent.
     pub head: Duration,
+    /// Whoever takes nothing of an answer for so long is left.
+    pub stalled: Duration,
     /// How often what may be asked.
     pub paces: Paces,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { connections: 256, head: Duration::from_secs(15), paces: Paces::default() }
+        Self {
+            connections: 256,
+            head: Duration::from_secs(15),
+            stalled: Duration::from_secs(30),
+            paces: Paces::default(),
+        }
     }
 }
 
@@ -256,13 +267,13 @@ async fn look(door: &Arc<Door>) {
 
 /// Takes connections, for ever.
 async fn serve(listener: &TcpListener, served: &Served) {
-    let places = Arc::new(Semaphore::new(served.limits.connections));
+    let places = Places::new(served.limits.connections);
     loop {
         let Ok((stream, peer)) = listener.accept().await else {
             tokio::time::sleep(NO_ROOM).await;
             continue;
         };
-        if let Ok(place) = Arc::clone(&places).try_acquire_owned() {
+        if let Some(place) = places.take(peer.ip()) {
             let served = served.clone();
             tokio::spawn(async move {
                 served.meet(stream, peer.ip()).await;
@@ -297,6 +308,7 @@ impl Served {
         let mut protocol = http1::Builder::new();
         protocol.timer(TokioTimer::new()).header_read_timeout(self.limits.head).max_buf_size(LONGEST_HEAD);
         // Whoever asked may go at any time.
+        let stream = Brisk::new(stream, self.limits.stalled);
         protocol.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router)).await.ok();
     }
 }

@@ -5,8 +5,8 @@ use profivac_station::people::Role;
 use profivac_station::people::rates::{Pace, Paces};
 use profivac_station::server::Limits;
 use serde_json::json;
-use std::io::Write;
-use std::time::Duration;
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
 
 fn logout() -> Ask {
     Ask::post("/api/logout", &json!(null))
@@ -292,4 +292,38 @@ fn no_answer_holds_a_password_or_its_hash() {
             assert!(!answer.body.contains(secret), "{path}: {secret}");
         }
     }
+}
+
+#[test]
+fn who_takes_no_answer_is_left() {
+    let limits = Limits { connections: 1, stalled: Duration::from_millis(100), ..Limits::default() };
+    let desk = Desk::with(|setup, _| setup.limits = limits);
+    let page = desk.get("/").body;
+    let script = page.split('"').find(|part| part.ends_with(".js")).unwrap();
+    let ask = format!("GET {script} HTTP/1.1\r\nhost: localhost\r\n\r\n").repeat(400);
+    let end = Instant::now() + crate::desk::PATIENCE;
+    let mut greedy = loop {
+        // The place of who asked before is free in a moment.
+        let mut stream = desk.connect();
+        if stream.write_all(ask.as_bytes()).is_ok() && stream.peek(&mut [0]).is_ok_and(|read| read == 1) {
+            break stream;
+        }
+        assert!(Instant::now() < end);
+    };
+    while desk.get("/api/session").status != 200 {
+        assert!(Instant::now() < end, "whoever reads nothing has the only place for ever");
+        std::thread::yield_now();
+    }
+    assert!(greedy.write_all(b"GET").is_err() || greedy.read_to_end(&mut Vec::new()).is_err());
+}
+
+#[test]
+fn who_changes_very_much_waits_and_keeps_nobody_else_out() {
+    let paces = Paces { acts: Pace::new(5, Duration::from_secs(600)), ..Paces::default() };
+    let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
+    let (olga, ada) = (desk.login("olga"), desk.login("ada"));
+    let ask = |page| Ask::post("/api/mastership/ask", &json!(null)).by(page).to(&desk).status;
+    assert_eq!((0..8).filter(|_| ask(&olga) == 200).count(), 5);
+    assert_eq!((ask(&olga), ask(&ada)), (429, 200));
+    assert_eq!(Ask::get("/api/gauges").by(&olga).to(&desk).status, 200, "looking is no act");
 }

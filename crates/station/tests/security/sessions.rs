@@ -2,7 +2,8 @@
 
 use crate::desk::{Answer, Ask, Desk, PATIENCE, Page};
 use profivac_station::people::Role;
-use serde_json::json;
+use profivac_station::people::users::Users;
+use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io::{Read, Write};
 use std::time::Instant;
@@ -122,5 +123,45 @@ fn cookies_of_others_and_very_many_are_nothing() {
     assert_eq!(ask(&"a".repeat(60_000)), 431);
     for cookie in ["=", ";;;", "profivac", "\u{7f}", "ä=ö"] {
         assert_eq!(ask(cookie), if cookie == "\u{7f}" { 400 } else { 401 }, "{cookie:?}");
+    }
+}
+
+/// Who has the mastership, once it is this.
+fn until_master(desk: &Desk, page: &Page, wanted: &Value) {
+    let end = std::time::Instant::now() + crate::desk::PATIENCE;
+    loop {
+        let holder = Ask::get("/api/mastership").by(page).to(desk).json()["holder"].clone();
+        if holder == *wanted {
+            return;
+        }
+        assert!(std::time::Instant::now() < end, "{holder} has it, and not {wanted}");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn who_has_left_in_all_windows_has_no_mastership() {
+    let desk = Desk::new();
+    let (vera, one, other) = (desk.login("vera"), desk.login("olga"), desk.login("olga"));
+    let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&desk).status;
+    assert_eq!(post("/api/mastership/ask", &one), 200);
+    assert_eq!(post("/api/logout", &one), 204);
+    until_master(&desk, &vera, &json!("olga"));
+    assert_eq!(post("/api/logout", &other), 204);
+    let holder = Ask::get("/api/mastership").by(&vera).to(&desk).json()["holder"].clone();
+    assert_eq!(holder, Value::Null);
+}
+
+#[test]
+fn who_is_removed_or_may_act_no_more_has_no_mastership() {
+    let is_lowered = |users: &mut Users| users.get_mut("olga").unwrap().role = Role::Viewer;
+    let is_removed = |users: &mut Users| users.remove("olga").unwrap();
+    for change in [is_lowered as fn(&mut Users), is_removed] {
+        let desk = Desk::new();
+        let (vera, olga) = (desk.login("vera"), desk.login("olga"));
+        assert_eq!(Ask::post("/api/mastership/ask", &json!(null)).by(&olga).to(&desk).status, 200);
+        until_master(&desk, &vera, &json!("olga"));
+        desk.change(change);
+        until_master(&desk, &vera, &Value::Null);
     }
 }

@@ -1,0 +1,41 @@
+//! Passwords are tried on many threads, and the memory for it is that of one after the other. In a process of its own, since it looks at
+//! what the system says of it.
+
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+use profivac_station::people::password::Hash;
+use std::fs;
+use std::sync::{Barrier, Mutex};
+
+/// What the process has in memory, in KiB.
+fn resident() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn who_guesses_on_many_threads_takes_the_memory_of_one() {
+    const THREADS: usize = 24;
+    let hash = Hash::of("tin whisker plateau").unwrap();
+    let (turn, all) = (Mutex::new(()), Barrier::new(THREADS));
+    let before = resident();
+    let after = std::thread::scope(|scope| {
+        let guesses = || {
+            all.wait();
+            for _ in 0..3 {
+                let _turn = turn.lock().unwrap();
+                assert!(!hash.is("tin whisker"));
+            }
+            // Nobody has ended when it is counted.
+            all.wait();
+            let now = resident();
+            all.wait();
+            now
+        };
+        let threads: Vec<_> = (0..THREADS).map(|_| scope.spawn(guesses)).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).max().unwrap()
+    });
+    let grown = after.saturating_sub(before) >> 10;
+    assert!(grown < 100, "{grown} MiB more than before");
+}
