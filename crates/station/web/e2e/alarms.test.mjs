@@ -158,3 +158,28 @@ test('a narrow screen shows everything without scrolling sideways', async () => 
     { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true },
   )
 })
+
+test('the limits of alarms are lines in trends, coloured by priority and named', async () => {
+  await as('vera', async (page) => {
+    await page.goto(`${plant.url}/trends?s=transfer&s=gate+2&s=chamber`)
+    const limits = page.getByRole('list', { name: 'Alarm limits' })
+    await limits.waitFor()
+    // What rises has no line, and the highest priority comes first.
+    const told = (await limits.locator('li').allInnerTexts()).map((line) => line.replace(/\s+/g, ' '))
+    assert.equal(told.length, 2, `${told}`)
+    assert.match(told[0], /^▲ high gate 2 not evacuated above .*mbar$/)
+    assert.match(told[1], /^▼ low transfer above 3e-5 mbar above .*mbar$/)
+    await page.waitForFunction(() => {
+      const canvas = document.querySelector('.chart canvas')
+      const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height)
+      const style = getComputedStyle(document.documentElement)
+      const found = ['bad', 'accent'].map((name) => {
+        const colour = parseInt(style.getPropertyValue(`--${name}`).trim().slice(1), 16)
+        let count = 0
+        for (let place = 0; place < data.length; place += 4) if (((data[place] << 16) | (data[place + 1] << 8) | data[place + 2]) === colour) count += 1
+        return count
+      })
+      return found.every((count) => count > canvas.width / 3)
+    })
+  })
+})

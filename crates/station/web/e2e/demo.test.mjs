@@ -65,3 +65,55 @@ test('the chamber is full of air at first: that is an alarm, and it is over when
     })
   })
 })
+
+/** A refusal is an answer that the console calls an error. */
+const REFUSAL = /the server responded with a status of 409/
+
+/** Arms a degas until the panel shows what is wanted: the plant goes on meanwhile, and so does the gauge. */
+async function degasses(page, wanted) {
+  const panel = page.getByRole('dialog', { name: 'Order' })
+  for (;;) {
+    await page.locator('[data-command="ba.degas-on"] button').click()
+    const fire = panel.getByRole('button', { name: 'Fire' })
+    await fire.or(panel.locator('.alarm')).first().waitFor()
+    if (await wanted(panel, fire)) return
+    await panel.getByRole('button', { name: /Close|Disarm/ }).click()
+    await panel.waitFor({ state: 'hidden' })
+  }
+}
+
+test('a degas is refused while the pressure is too high and done when it is low; the alarm of the chamber is acknowledged', async () => {
+  const own = await startDemo()
+  const { page, complaints, close } = await openPage(browser, `${own.url}/gauge/bcg450%205`)
+  try {
+    await page.locator('.mastership').getByRole('button', { name: 'Ask' }).click()
+    await page.locator('.mastership', { hasText: 'You act' }).waitFor()
+    const fails = (panel) => panel.locator('.conditions .fails', { hasText: 'ba.process-value is below 7.2e-6 mbar' })
+    await degasses(page, async (panel, fire) => (await fails(panel).count()) === 1 && (await fire.count()) === 0)
+    await page.getByRole('dialog', { name: 'Order' }).getByRole('button', { name: 'Close' }).click()
+    await page.goto(`${own.url}/alarms`)
+    const chamber = page.locator('[data-alarm="chamber above 1e-3 mbar"]')
+    await chamber.getByRole('button', { name: 'Acknowledge' }).click()
+    await chamber.getByRole('button', { name: 'Acknowledge' }).waitFor({ state: 'detached' })
+    const history = await own.json('/api/alarms/history?from=0&to=9999999999999&alarm=chamber+above+1e-3+mbar')
+    assert.equal(history.find(({ what }) => what === 'acknowledged').who, 'demo')
+    await page.goto(`${own.url}/gauge/bcg450%205`)
+    await degasses(page, async (panel, fire) => {
+      if ((await fire.count()) === 0) return false
+      await fire.click()
+      const done = panel.getByText('Done: ba.degas-on')
+      await done.or(panel.locator('.alarm')).first().waitFor()
+      return (await done.count()) === 1
+    })
+    const rows = await own.json('/api/audit?gauge=bcg450%205')
+    const told = rows.filter(({ target }) => target?.startsWith('Hot Cathode Block State Command'))
+    assert.deepEqual([told[0].what, told[0].outcome, told.at(-1).what], ['outcome', 'done', 'refused'])
+    assert.deepEqual(
+      complaints.filter((complaint) => !REFUSAL.test(complaint)),
+      [],
+    )
+  } finally {
+    await close()
+    await own.stop()
+  }
+})

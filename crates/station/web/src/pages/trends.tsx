@@ -2,12 +2,14 @@
 
 import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
-import { exportAddress, type Gauge } from '../api.ts'
+import { alarms, exportAddress, type Alarm, type Gauge, type Priority } from '../api.ts'
 import { useLive } from '../live.ts'
+import { PriorityMark } from '../parts/alarm.tsx'
 import { Chart, timePixels } from '../parts/chart.tsx'
-import { colours } from '../parts/colours.ts'
+import { colours, own } from '../parts/colours.ts'
 import { allSeries, Busy, extent, keyed, readAt, useDrawn, useTrends, type Drawn } from '../parts/trend.tsx'
-import { useWidth } from '../parts/use.ts'
+import { useAsked, useWidth } from '../parts/use.ts'
+import { limitsOf, quantity } from '../pure/alarms.ts'
 import { inputMoment, moment } from '../pure/format.ts'
 import { isLive, moved, rangeOf, rangeText, SPANS, windowOf, zoomed, type Range } from '../pure/range.ts'
 import { decades } from '../pure/series.ts'
@@ -21,6 +23,12 @@ const FIRST = 4
 
 /** All thirteen decades and a little: what gauges of every kind measure together, in Pa. */
 const WHOLE: [number, number] = [1e-8, 2e5]
+
+/** Alarms are asked for anew so often: their limits change with the file alone. */
+const LIMITS_MS = 10_000
+
+/** The colours of the page that priorities have everywhere. */
+const PAINTS: Record<Priority, string> = { high: 'bad', medium: 'warn', low: 'accent' }
 
 const HOME: Range = { last: SPANS[1]!.ms }
 
@@ -56,9 +64,11 @@ export function Trends(): JSX.Element {
   const of = (series: string): Gauge => all.find((one) => one.series === series)!.gauge
   const painted = colours(names, chosen, dark)
   const paint = (series: string): string => painted.get(series) ?? 'gray'
-  const levels = drawn.trends
+  const limits = limitsOf(useAsked('limits', LIMITS_MS, (signal) => alarms(signal)).value ?? [], chosen)
+  const trips = drawn.trends
     .filter(({ series }) => names.includes(series))
     .flatMap(({ series }) => of(series).levels.map(({ name, pa }) => ({ name: `${series}: ${name}`, colour: paint(series), value: inUnit(pa, unit) })))
+  const levels = [...trips, ...limits.map(({ name, priority, limit }) => ({ name, colour: own(PAINTS[priority]), value: inUnit(limit!, unit) }))]
   const toggle = (series: string): void =>
     choose(chosen.includes(series) ? chosen.filter((name) => name !== series) : names.filter((name) => name === series || chosen.includes(name)), range, whole)
   return (
@@ -91,6 +101,7 @@ export function Trends(): JSX.Element {
         />
       </div>
       <Readout all={all} chosen={chosen} paint={paint} toggle={toggle} unit={unit} at={cursor} read={(series) => (cursor === null ? null : readAt(drawn, series, cursor))} happenings={nearby(asked.value?.happenings ?? [], cursor, window, width)} />
+      <Limits limits={limits} unit={unit} />
       <Busy asked={asked} />
       <div class="bar">
         <Custom window={window} live={isLive(range)} setRange={setRange} />
@@ -99,6 +110,20 @@ export function Trends(): JSX.Element {
         </a>
       </div>
     </div>
+  )
+}
+
+/** What the lines of alarms are. */
+function Limits({ limits, unit }: { limits: Alarm[]; unit: Unit }): JSX.Element | null {
+  if (limits.length === 0) return null
+  return (
+    <ul class="limits" aria-label="Alarm limits">
+      {limits.map(({ name, priority, condition, limit }) => (
+        <li key={name} data-limit={name}>
+          <PriorityMark priority={priority} /> {name} <span class="muted">{`${condition} ${quantity(limit, 'Pa', unit)}`}</span>
+        </li>
+      ))}
+    </ul>
   )
 }
 

@@ -51,6 +51,12 @@ export function summary(standing: StandingAlarms): { priority: Priority; here: n
   return { priority: highest, here: standing[highest].active, active, unacknowledged }
 }
 
+/** Alarms whose limits are pressures of these series: lines in a trend, the highest priority first. */
+export const limitsOf = (all: Alarm[], chosen: string[]): Alarm[] =>
+  all
+    .filter(({ condition, series, limit }) => (condition === 'above' || condition === 'below') && limit !== null && chosen.includes(series ?? ''))
+    .sort((one, other) => PRIORITIES.indexOf(one.priority) - PRIORITIES.indexOf(other.priority))
+
 /** A value or a limit of an alarm, in the unit that somebody has chosen. */
 export function quantity(value: number | null, unit: string | null, shown: Unit): string {
   if (value === null) return ''
