@@ -578,6 +578,9 @@ levels = { process = "1e-3 mbar" }
         assert_eq!(parse(&twice).unwrap_err().what, "the address 5 belongs to another gauge");
         let same_name = twice.replace("second", "chamber");
         assert_eq!(parse(&same_name).unwrap_err().what, "the gauge \"chamber\" stands twice");
+        let two_lines = FILE.replace("\"chamber\"", "\"cham\\nber\"");
+        let what = "expected a name without control characters, got \"cham\\nber\"";
+        assert_eq!(parse(&two_lines).unwrap_err().what, what);
     }
 
     #[test]

@@ -387,7 +387,7 @@ fn who_looks_leaves_room_for_who_acts() {
             let (desk, done) = (&desk, done.clone());
             scope.spawn(move || done.send(desk.plant.blocks("chamber").is_err()).unwrap());
         }
-        (0..8).for_each(|_| assert!(busy.recv().unwrap(), "only two wait"));
+        (0..8).for_each(|_| assert!(busy.recv_timeout(std::time::Duration::from_secs(30)).unwrap(), "only two wait"));
         let arm = scope.spawn(|| desk.arm(OPERATOR, &json!({ "command": DEGAS })));
         for _ in 0..2 {
             let Ok(Question::Blocks(_, answer)) = questions.recv() else { panic!("expected those who look first") };

@@ -234,16 +234,18 @@ fn an_export_is_a_table_to_be_saved() {
 #[test]
 fn an_export_has_the_series_that_were_asked_for() {
     let desk = Desk::new();
-    for name in ["hall, north", "hall", "north & south", "annex"] {
+    for name in ["hall, north", "hall", "north & south", "annex", "=1+1"] {
         let at = Micros(NEW_YEAR_MS * 1000);
         desk.plant.recorder().push(&Arc::from(name), Sample::new(at, Some(1.0), Quality::Valid));
     }
     assert!(desk.plant.recorder().flush());
     for (asked, expected) in [
-        ("", &["annex", "hall", "hall, north", "north & south"][..]),
+        // What would be a formula in a spreadsheet is text.
+        ("", &["'=1+1", "annex", "hall", "hall, north", "north & south"][..]),
         ("&series=hall%2C%20north", &["hall, north"]),
         ("&series=hall%2C+north&series=annex", &["annex", "hall, north"]),
         ("&series=hall,annex", &["annex", "hall"]),
+        ("&series=hall&series=hall,hall", &["hall"]),
         ("&series=north+%26+south&series=hall,annex", &["annex", "hall", "north & south"]),
         ("&series=nobody", &[]),
     ] {

@@ -126,17 +126,11 @@ fn cookies_of_others_and_very_many_are_nothing() {
     }
 }
 
-/// Who has the mastership, once it is this.
-fn until_master(desk: &Desk, page: &Page, wanted: &Value) {
-    let end = std::time::Instant::now() + crate::desk::PATIENCE;
-    loop {
-        let holder = Ask::get("/api/mastership").by(page).to(desk).json()["holder"].clone();
-        if holder == *wanted {
-            return;
-        }
-        assert!(std::time::Instant::now() < end, "{holder} has it, and not {wanted}");
-        std::thread::yield_now();
-    }
+/// Who has the mastership.
+fn master(desk: &Desk, page: &Page) -> Value {
+    let told = Ask::get("/api/mastership").by(page).to(desk);
+    assert_eq!(told.status, 200, "{told:?}");
+    told.json()["holder"].clone()
 }
 
 #[test]
@@ -146,22 +140,24 @@ fn who_has_left_in_all_windows_has_no_mastership() {
     let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&desk).status;
     assert_eq!(post("/api/mastership/ask", &one), 200);
     assert_eq!(post("/api/logout", &one), 204);
-    until_master(&desk, &vera, &json!("olga"));
+    assert_eq!(master(&desk, &vera), "olga", "there is another window");
     assert_eq!(post("/api/logout", &other), 204);
-    let holder = Ask::get("/api/mastership").by(&vera).to(&desk).json()["holder"].clone();
-    assert_eq!(holder, Value::Null);
+    assert_eq!(master(&desk, &vera), Value::Null);
 }
 
 #[test]
 fn who_is_removed_or_may_act_no_more_has_no_mastership() {
     let is_lowered = |users: &mut Users| users.get_mut("olga").unwrap().role = Role::Viewer;
     let is_removed = |users: &mut Users| users.remove("olga").unwrap();
-    for change in [is_lowered as fn(&mut Users), is_removed] {
+    for (change, told) in
+        [(is_lowered as fn(&mut Users), "the user olga is now viewer"), (is_removed, "the user olga was removed")]
+    {
         let desk = Desk::new();
         let (vera, olga) = (desk.login("vera"), desk.login("olga"));
         assert_eq!(Ask::post("/api/mastership/ask", &json!(null)).by(&olga).to(&desk).status, 200);
-        until_master(&desk, &vera, &json!("olga"));
+        assert_eq!(master(&desk, &vera), "olga");
         desk.change(change);
-        until_master(&desk, &vera, &Value::Null);
+        desk.told(told);
+        assert_eq!(master(&desk, &vera), Value::Null, "{told}");
     }
 }
