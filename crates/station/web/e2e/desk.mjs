@@ -75,7 +75,7 @@ export function startBrowser() {
   const executablePath = BROWSERS.find((path) => existsSync(path))
   if (!executablePath) throw new Error(`expected a browser at one of ${BROWSERS.join(', ')}`)
   // Chromium's own sandbox does not start for root.
-  const args = ['--lang=en-GB', ...(process.getuid?.() === 0 ? ['--no-sandbox'] : [])]
+  const args = process.getuid?.() === 0 ? ['--no-sandbox'] : []
   return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' } })
 }
 

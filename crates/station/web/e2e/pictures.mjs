@@ -1,6 +1,6 @@
 // Takes the pictures of docs/dashboard.md: node pictures.mjs FOLDER
 
-import { drawn, openPage, startActing, startBrowser, startPlant } from './desk.mjs'
+import { drawn, openContext, startActing, startBrowser, startPlant } from './desk.mjs'
 
 const folder = process.argv[2]
 if (!folder) throw new Error('expected the folder for the pictures')
@@ -90,9 +90,19 @@ const ACTING = [
 
 const browser = await startBrowser()
 
-async function take(plant, all) {
+/** Whoever acts has logged in. */
+async function login(page, person) {
+  await page.getByLabel('Name').fill(person)
+  await page.getByLabel('Password', { exact: true }).fill('tin whisker plateau')
+  await page.getByRole('button', { name: 'Log in' }).click()
+}
+
+async function take(plant, all, person = null) {
   for (const [name, path, options, ready] of all) {
-    const { page, complaints, close } = await openPage(browser, plant.url + path, options)
+    const { page, complaints, close } = await openContext(browser, options)
+    await page.goto(plant.url + path)
+    if (person) await login(page, person)
+    await page.locator('header .link.good').waitFor()
     await ready(page)
     if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
     const clip = name === 'order' ? undefined : await shown(page)
@@ -105,5 +115,5 @@ async function take(plant, all) {
 const plant = await startPlant()
 const { started_ms } = await plant.json('/api/station')
 await take(plant, pictures(started_ms))
-await take(await startActing(), ACTING)
+await take(await startActing(), ACTING, 'Erna')
 await browser.close()
