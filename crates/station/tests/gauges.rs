@@ -6,8 +6,8 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
-use profivac_station::act::draft::{Given, Wish};
-use profivac_station::act::{self, Actor, Fired, Move, NotDone};
+use profivac_station::act::draft::{Done, Given, Wish};
+use profivac_station::act::{self, Actor, Move, NotDone};
 use profivac_station::config::Config;
 use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
@@ -172,9 +172,16 @@ fn value(number: f64) -> Wish {
     Wish { target, value, command: None }
 }
 
-fn written(desk: &Desk, actor: &Actor, number: f64) -> Result<Fired, NotDone> {
-    let order = act::arm(&desk.plant, actor, "chamber", &value(number))?;
-    act::fire(&desk.plant, actor, &order.id)
+/// Written in the end: a computer that is busy is late for a connection, which the gauge then holds for a while.
+fn written(desk: &Desk, actor: &Actor, number: f64) -> Done {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let armed = act::arm(&desk.plant, actor, "chamber", &value(number));
+        match armed.and_then(|order| act::fire(&desk.plant, actor, &order.id)) {
+            Ok(fired) => return fired.done,
+            Err(error) => assert!(Instant::now() < end, "{error}"),
+        }
+    }
 }
 
 #[test]
@@ -185,7 +192,7 @@ fn who_acts_makes_no_hole_in_the_record() {
     let actor = engineer(&desk);
     let before = desk.sampled("fore");
     for number in 1..=20 {
-        let done = written(&desk, &actor, f64::from(number)).unwrap().done;
+        let done = written(&desk, &actor, f64::from(number));
         assert_eq!(done.after, Some(format!("{number} mbar")));
     }
     // A write and what is asked around it take some sampling times.
@@ -208,7 +215,7 @@ fn a_gauge_that_answers_nobody_is_told_and_holds_nobody_up() {
     assert!(sentence.contains("bcg450 at address 5"), "{sentence}");
     desk.exchanging("fore");
     desk.bench.strike(Blow::Deaf(5, false));
-    assert!(written(&desk, &actor, 2.0).is_ok());
+    assert_eq!(written(&desk, &actor, 2.0).after.as_deref(), Some("2 mbar"));
     desk.station.stop();
 }
 

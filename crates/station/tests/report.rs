@@ -300,3 +300,11 @@ fn what_is_too_much_to_read_is_read_in_spans_and_that_is_told() {
     assert_eq!(read.samples.partition_point(|sample| sample.at < at(3_000.0)), 15_000);
     assert_eq!(known(&reader, &names(&["chamber", "nobody"])).unwrap().map(|known| known.start), Some(NOON));
 }
+
+#[test]
+fn a_span_that_ends_at_the_end_of_time_is_read() {
+    let made = made(0.0, |recorder| recorder.push(&Arc::from("chamber"), Sample::new(NOON, Some(1.0), Quality::Valid)));
+    let reader = Reader::open(&made.path).unwrap();
+    let all = Span { start: Micros(i64::MIN), end: Micros(i64::MAX) };
+    assert_eq!(series(&reader, "chamber", all).unwrap().samples.len(), 1);
+}

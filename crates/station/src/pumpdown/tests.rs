@@ -283,3 +283,45 @@ fn noise_at_the_end_of_a_range_is_no_speed() {
     let samples: Vec<_> = (0..2_000).map(|number| valid(f64::from(number) / 5.0, pressure(number))).collect();
     near(100.0 * quickest(&falls(&whole(&samples))).unwrap().per_s, 10.0, 50.0);
 }
+
+/// Every quality, any pressure that a number of four octets can be, and times from a microsecond to years apart.
+fn odd(random: &mut fastrand::Rng) -> Vec<Sample> {
+    let (mut now, count) = (START.0, random.usize(1..200));
+    let sample = |_| {
+        now += 10_i64.pow(random.u32(0..14));
+        let exponent = if random.bool() { random.f64() * 83.0 - 45.0 } else { random.f64() * 4.0 };
+        let quality = Quality::ALL[[0, 0, 0, 0, 1, 2, 3, 4][random.usize(0..8)]];
+        Sample::new(Micros(now), Some(10_f64.powf(exponent)), quality)
+    };
+    (0..count).map(sample).collect()
+}
+
+#[test]
+fn of_odd_records_nothing_is_told_that_is_no_number() {
+    let mut random = fastrand::Rng::with_seed(5);
+    let (mut found_any, mut fallen) = (0, 0);
+    for _ in 0..2_000 {
+        let samples = odd(&mut random);
+        let found = find(&samples, 0);
+        let spans = found.iter().map(|one| one.span).chain([Span { start: START, end: at(1e9) }]);
+        for span in spans {
+            let trace = Trace::new(&samples, span);
+            let inside = |s: f64| (0.0..=span.seconds()).contains(&s);
+            for pa in [1e-46, 1e-6, 1.0, 1e39] {
+                match passage(&trace, pa) {
+                    Passage::Reached { s } | Passage::Before { s } => assert!(inside(s), "{s}"),
+                    Passage::Between { from_s, to_s } => assert!(inside(from_s) && inside(to_s) && from_s <= to_s),
+                    Passage::Already | Passage::Not => {}
+                }
+            }
+            let falls = falls(&trace);
+            assert!(falls.iter().all(|fall| inside(fall.s) && fall.pa.is_finite() && fall.per_s.is_finite()));
+            assert!(climbs(&trace).iter().all(|climb| climb.from_s <= climb.to_s && climb.to_pa.is_finite()));
+            assert!(tail(&trace).is_none_or(|tail| tail.exponent.is_finite() && tail.error.is_finite()));
+            fallen += falls.len();
+        }
+        assert!(found.iter().all(|one| one.decades() >= 2.0 && one.span.start < one.span.end), "{found:?}");
+        found_any += found.len();
+    }
+    assert!(found_any > 1_000 && fallen > 1_000, "{found_any} and {fallen} are too few to say anything");
+}

@@ -191,7 +191,8 @@ impl Reader {
         let sql = "SELECT at, pa, quality FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 ORDER BY at LIMIT ?4";
         self.each(sql, params![gauge, from.0, to.0, most], |row| {
             let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Invalid);
-            take(Sample { at: Micros(row.get(0)?), pa: row.get(1)?, quality });
+            // Whoever else wrote into the file may have written what is no pressure.
+            take(Sample::new(Micros(row.get(0)?), row.get(1)?, quality));
             Ok(())
         })
     }

@@ -45,7 +45,9 @@ pub fn series(reader: &Reader, gauge: &str, span: Span) -> Result<Series, StoreE
     while from <= end {
         let to = Micros(from.0.saturating_add(part).min(end.0));
         series.read(reader, gauge, from, to)?;
-        from = Micros(to.0.saturating_add(1));
+        // At the end of time there is no next moment.
+        let Some(next) = to.0.checked_add(1) else { break };
+        from = Micros(next);
         part = part.saturating_mul(10);
     }
     Ok(series)

@@ -71,7 +71,7 @@ fn who_does_not_speak_tls_is_told_so_and_nothing_else() {
 
 #[test]
 fn who_never_ends_a_handshake_is_left_and_takes_a_place_meanwhile() {
-    let limits = Limits { head: Duration::from_millis(300), connections: 2, ..Limits::default() };
+    let limits = Limits { head: Duration::from_secs(2), connections: 2, ..Limits::default() };
     let desk = Desk::with(|setup, folder| {
         setup.tls = Some(certificate(folder));
         setup.limits = limits;
