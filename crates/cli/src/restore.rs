@@ -256,7 +256,7 @@ ident = 0x0947
         let (rows, done) = restored(Cable::gauge(3, 0));
         assert_eq!(names(&rows), all[..2]);
         let said = done.unwrap_err().to_string();
-        let lost = "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing came to nothing: no answer; it may have been written, read it";
+        let lost = "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing was cut short: no answer; it may have been written, read it";
         assert_eq!(said, lost);
     }
 

@@ -335,6 +335,8 @@ fn the_description_names_every_path() {
     assert_eq!(described.len(), 32);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = desk.get(&path.replace("{name}", "chamber"));
+        let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());
+        assert!(operation.unwrap()["responses"]["429"].is_object(), "{path}: the gate may answer, too");
         let expected: &[u16] = if methods["get"].is_object() { &[200, 400] } else { &[405] };
         assert!(expected.contains(&status), "{path}: {status} {text}");
     }

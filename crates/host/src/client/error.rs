@@ -109,7 +109,7 @@ pub enum ClientError {
         reason: String,
     },
     /// Nothing came, or nothing that can be used.
-    #[error("{place}: {doing} came to nothing: {reason}")]
+    #[error("{place}: {doing} was cut short: {reason}")]
     Lost {
         /// Where.
         place: Place,

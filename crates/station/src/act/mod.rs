@@ -7,7 +7,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`mastership`] | who may act now |
+//! | [`mod@mastership`] | who may act now |
 //! | [`orders`] | what is armed |
 //! | [`draft`] | what somebody wants, what the gauge says to it, what came of it |
 //! | [`allowed`] | risks, roles, and what nobody may |

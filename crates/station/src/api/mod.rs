@@ -30,6 +30,7 @@ mod alarms;
 mod archive;
 mod audit;
 mod body;
+mod described;
 pub mod gate;
 pub mod guard;
 mod live;
@@ -43,6 +44,7 @@ use archive::Archive;
 use axum::Router;
 use axum::extract::FromRef;
 use axum::routing::{delete, get, post};
+use described::Door;
 use live::Moments;
 pub use problem::Problem;
 use std::sync::Arc;
@@ -55,6 +57,7 @@ use utoipa::OpenApi;
         title = "profivac station",
         description = "What a vacuum station sees and has recorded. Pressures in Pa, times in milliseconds since 1970."
     ),
+    modifiers(&Door),
     paths(
         seen::station,
         seen::segments,
