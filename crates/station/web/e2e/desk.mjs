@@ -82,7 +82,7 @@ export function startBrowser() {
 /** A page, still empty, whose complaints are kept: errors of scripts and everything the console calls an error. */
 export async function openContext(browser, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', locale: 'en-GB', ...options })
-  context.setDefaultTimeout(20_000)
+  context.setDefaultTimeout(60_000)
   const page = await context.newPage()
   const complaints = []
   page.on('pageerror', (error) => complaints.push(String(error)))
