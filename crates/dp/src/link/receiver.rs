@@ -191,10 +191,10 @@ impl Receiver {
         self.keep(octet);
         match self.next {
             _ if self.length <= self.quiet => Step::Kept,
-            Decision::Beginning => self.expect(Extent::begun(octet)),
+            Decision::Beginning => self.foresee(Extent::begun(octet)),
             Decision::Length => {
                 let [sd, le, ler, repeated, ..] = self.octets;
-                self.expect(Extent::headed([sd, le, ler, repeated]))
+                self.foresee(Extent::headed([sd, le, ler, repeated]))
             }
             Decision::End => Step::Complete,
         }
@@ -209,7 +209,7 @@ impl Receiver {
     }
 
     /// The octets so far tell how many there will be.
-    fn expect(&mut self, extent: Extent) -> Step {
+    fn foresee(&mut self, extent: Extent) -> Step {
         match extent {
             Extent::Open => (self.quiet, self.next) = (Extent::TELLING.saturating_sub(1), Decision::Length),
             Extent::Total(1) => return Step::Complete,
