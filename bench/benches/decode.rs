@@ -4,8 +4,8 @@
 //! `./test` makes; it is given the telegrams one by one, valid ones only, because it has nothing that finds them in a stream.
 
 use profivac_dp::link::Baud;
-use profivac_host::explain::Teller;
-use profivac_host::explain::input::Recording;
+use profivac_explain::Teller;
+use profivac_explain::input::Recording;
 use profivac_sim::Trace;
 use profivac_sim::describe::Hex;
 use profivac_sim::trace::pcapng;
@@ -20,11 +20,11 @@ const RUNS: usize = 5;
 
 /// Start-ups of five devices, and a trace with every service and damaged telegrams.
 const TRACES: [&str; 6] = [
-    "crates/host/tests/golden/story/start-bcg450.trace",
-    "crates/host/tests/golden/story/start-pcg550.trace",
-    "crates/host/tests/golden/story/start-tpg500.trace",
-    "crates/host/tests/golden/story/start-img400.trace",
-    "crates/host/tests/golden/story/power-cut.trace",
+    "crates/explain/tests/golden/story/start-bcg450.trace",
+    "crates/explain/tests/golden/story/start-pcg550.trace",
+    "crates/explain/tests/golden/story/start-tpg500.trace",
+    "crates/explain/tests/golden/story/start-img400.trace",
+    "crates/explain/tests/golden/story/power-cut.trace",
     "crates/cli/tests/golden/wireshark/services.trace",
 ];
 

@@ -6,7 +6,7 @@ use crate::gauge::confirm;
 use crate::output::{json, out};
 use crate::values;
 use clap::Args;
-use profivac_host::client::address::{AddressError, change, check};
+use profivac_client::address::{AddressError, change, check};
 use serde::Serialize;
 
 /// Give a slave another station address.

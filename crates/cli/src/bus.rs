@@ -5,13 +5,14 @@ use crate::output::{remark, remarks};
 use crate::values::{self, Rate};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
+use profivac_conform::PortWire;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
-use profivac_host::conform::PortWire;
 use profivac_host::port::Port;
-use profivac_host::tool::{Tool, bus_parameters};
-use profivac_host::{open, rate};
+use profivac_host::rate;
+use profivac_host::session::{Tool, bus_parameters};
 use profivac_station::config::Segment;
+use profivac_virtual::open;
 use std::time::Duration;
 
 /// How long a command waits if nobody says otherwise.

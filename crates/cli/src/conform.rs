@@ -6,13 +6,13 @@ use crate::failure::Failure;
 use crate::output::{json, out, remark};
 use crate::values;
 use clap::Args;
+use profivac_client::watch::{WatchError, Watched};
+use profivac_conform::probe::Heard;
+use profivac_conform::talk::{Exchange, Subject};
+use profivac_conform::{Finding, Outcome, run as run_checks};
 use profivac_dp::master::services;
-use profivac_host::conform::probe::Heard;
-use profivac_host::conform::talk::{Exchange, Subject};
-use profivac_host::conform::{Finding, Outcome, run as run_checks};
-use profivac_host::live::{SlaveSeen, look};
-use profivac_host::tool::{Reply, Tool};
-use profivac_host::watch::{WatchError, Watched};
+use profivac_host::scan::{SlaveSeen, look};
+use profivac_host::session::{Reply, Tool};
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
@@ -223,7 +223,7 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_host::conform::checks;
+    use profivac_conform::checks;
 
     fn finding(outcome: Outcome) -> Finding {
         Finding { check: checks::all().next().unwrap(), outcome }

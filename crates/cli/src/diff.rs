@@ -4,9 +4,9 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
 use crate::output::{json, out, remark};
 use clap::Args;
-use profivac_host::client::ClientError;
-use profivac_host::client::names::Named;
-use profivac_host::client::settings::{Difference, File, FileError, Setting, compare};
+use profivac_client::ClientError;
+use profivac_client::names::Named;
+use profivac_client::settings::{Difference, File, FileError, Setting, compare};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -6,7 +6,7 @@ use crate::list::{is_wanted, tree};
 use crate::output::{Progress, json, out, remark};
 use crate::read::Row;
 use clap::Args;
-use profivac_host::client::settings::{Dump, dump_telling, is_setting};
+use profivac_client::settings::{Dump, dump_telling, is_setting};
 use serde::Serialize;
 use std::fs;
 use std::io;

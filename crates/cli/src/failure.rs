@@ -1,15 +1,15 @@
 //! How a command fails: a sentence for people and an exit code for scripts.
 
-use profivac_host::instrument::SpecError;
+use profivac_client::watch::WatchError;
 use profivac_host::port::PortError;
-use profivac_host::scenario::{ScenarioError, SceneError};
-use profivac_host::tool::ToolError;
-use profivac_host::watch::WatchError;
+use profivac_host::session::ToolError;
 use profivac_station::config::ConfigError;
 use profivac_station::people::private::NotPrivate;
 use profivac_station::people::users::UsersError;
 use profivac_station::server::ServerError;
 use profivac_station::station::StationError;
+use profivac_virtual::factory::SpecError;
+use profivac_virtual::scenario::{ScenarioError, SceneError};
 use std::fmt;
 use std::process::ExitCode;
 

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output::out;
 use clap::Args;
-use profivac_host::instrument::entry;
+use profivac_virtual::factory::entry;
 
 /// The GSD file of a device, for the engineering tool of a master.
 ///
@@ -23,6 +23,6 @@ Examples:
 /// Prints the file.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let entry = entry(&arguments.device)?;
-    out(profivac_host::gsd::gsd(entry.model).trim_end());
+    out(profivac_client::gsd::gsd(entry.model).trim_end());
     Ok(())
 }

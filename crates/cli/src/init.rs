@@ -4,7 +4,7 @@ use crate::bus::Bus;
 use crate::failure::Failure;
 use crate::output::{out, remark};
 use clap::Args;
-use profivac_host::live::look;
+use profivac_host::scan::look;
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};

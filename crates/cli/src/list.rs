@@ -4,9 +4,9 @@ use crate::failure::Failure;
 use crate::gauge::MaybeAt;
 use crate::output::{json, out};
 use clap::Args;
+use profivac_client::names::{Named, Names, slug};
 use profivac_devices::model::{Codes, Model};
-use profivac_host::client::names::{Named, Names, slug};
-use profivac_host::instrument::entry;
+use profivac_virtual::factory::entry;
 use serde::Serialize;
 
 /// Which parameters a gauge has: its block tree with names, numbers, types, access, sections of the manual and what the
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let names = Names::of(model);
     let shown: Vec<_> = names.all().iter().filter(|named| is_wanted(named, arguments.target.as_deref())).collect();
     if let (true, Some(target)) = (shown.is_empty(), &arguments.target) {
-        names.find(model.name, target).map_err(profivac_host::client::ClientError::from)?;
+        names.find(model.name, target).map_err(profivac_client::ClientError::from)?;
         return Err(Failure::usage(format!("{} has nothing with {target:?} in its name", model.name)));
     }
     if arguments.json {

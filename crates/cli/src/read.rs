@@ -4,9 +4,9 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
 use crate::output::{json, out, remark};
 use clap::Args;
-use profivac_host::client::names::{Named, Target};
-use profivac_host::client::values::{Value, hex};
-use profivac_host::client::{ClientError, Reading, Severity};
+use profivac_client::names::{Named, Target};
+use profivac_client::values::{Value, hex};
+use profivac_client::{ClientError, Reading, Severity};
 use serde::Serialize;
 
 /// Read parameters of a gauge by the manual's words or its numbers.

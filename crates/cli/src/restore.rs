@@ -5,9 +5,9 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, At};
 use crate::output::{json, out, remark};
 use clap::Args;
+use profivac_client::names::Named;
+use profivac_client::settings::{Difference, Restored, Setting, close, compare, lock_of, open, restore};
 use profivac_devices::model::Storage;
-use profivac_host::client::names::Named;
-use profivac_host::client::settings::{Difference, Restored, Setting, close, compare, lock_of, open, restore};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -174,11 +174,11 @@ fn report(arguments: &Arguments, rows: &[Row]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_client::Gauge;
+    use profivac_client::records::{RecordError, Records};
+    use profivac_client::settings::File;
     use profivac_devices::model::Via;
-    use profivac_host::client::Gauge;
-    use profivac_host::client::records::{RecordError, Records};
-    use profivac_host::client::settings::File;
-    use profivac_host::instrument::entry;
+    use profivac_virtual::factory::entry;
     use std::collections::BTreeMap;
 
     /// A gauge that takes everything, until its cable breaks after so many writes. What is written to relay 3 switches relay 1

@@ -4,8 +4,8 @@ use crate::bus::Bus;
 use crate::failure::Failure;
 use crate::output::{json, out, remarks};
 use clap::Args;
-use profivac_host::live::{Seen, SlaveSeen, look};
-use profivac_host::tool::ToolError;
+use profivac_host::scan::{Seen, SlaveSeen, look};
+use profivac_host::session::ToolError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use crate::gauge::{AnyGauge, At, confirm};
 use crate::output::{json, out};
 use crate::read::Row;
 use clap::Args;
-use profivac_host::client::{ClientError, Order, Written};
+use profivac_client::{ClientError, Order, Written};
 use serde::Serialize;
 
 /// Write a parameter of a gauge, or send a command by its name.

@@ -5,10 +5,10 @@
 mod common;
 
 use common::Program;
+use profivac_client::bus::{Bus, BusError};
 use profivac_dp::link::Baud;
-use profivac_host::client::bus::{Bus, BusError};
-use profivac_host::open;
-use profivac_host::tool::{Tool, bus_parameters};
+use profivac_host::session::{Tool, bus_parameters};
+use profivac_virtual::open;
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Wake, Waker};

@@ -4,9 +4,9 @@
 
 mod common;
 
-#[path = "../../host/examples/asynchronous.rs"]
+#[path = "../../client/examples/asynchronous.rs"]
 mod asynchronous;
-#[path = "../../host/examples/blocking.rs"]
+#[path = "../../client/examples/blocking.rs"]
 mod blocking;
 
 use common::{Folder, Program};

@@ -6,8 +6,8 @@ mod common;
 
 use common::{Folder, run};
 use gsd_parser::GenericStationDescription;
+use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
-use profivac_host::instrument::DEVICES;
 use std::path::Path;
 use std::process::Command;
 
@@ -42,8 +42,7 @@ fn agrees(file: &GenericStationDescription, model: &Model) {
 
 #[test]
 fn gsd_parser_reads_what_the_tables_say() {
-    for entry in &DEVICES {
-        let model = entry.model;
+    for model in MODELS {
         let file = gsd_parser::parser::parse(Path::new(model.name), &printed(model.name))
             .unwrap_or_else(|error| panic!("{}: {error}", model.name));
         agrees(&file, model);
@@ -73,9 +72,9 @@ fn pyprofibus_reads_what_the_tables_say() {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
     assert!(python.exists(), "there is no {}: ./test makes it", python.display());
     let folder = Folder::new();
-    let paths = DEVICES.iter().map(|entry| {
-        let path = folder.path(entry.model.name);
-        std::fs::write(&path, printed(entry.model.name)).unwrap();
+    let paths = MODELS.iter().map(|model| {
+        let path = folder.path(model.name);
+        std::fs::write(&path, printed(model.name)).unwrap();
         path
     });
     let output = Command::new(python).args(["-c", PYTHON]).args(paths).output().unwrap();
@@ -87,9 +86,8 @@ fn pyprofibus_reads_what_the_tables_say() {
     }
     let read = said.lines().filter_map(|line| line.strip_prefix("read "));
     let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
-    assert_eq!(read.clone().count(), DEVICES.len(), "{said}");
-    for (line, entry) in read.zip(&DEVICES) {
-        let model = entry.model;
+    assert_eq!(read.clone().count(), MODELS.len(), "{said}");
+    for (line, model) in read.zip(MODELS) {
         let modular: &[&[u8]] = if model.name.starts_with("tpg") { &MODULES } else { &[] };
         let whole = model.configurations.iter().map(|one| one.octets);
         let configurations: Vec<_> = whole.chain(modular.iter().copied()).map(hex).collect();

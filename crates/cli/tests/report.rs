@@ -5,7 +5,7 @@
 mod common;
 
 use common::Folder;
-use profivac_station::recorder::{Band, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Band, Micros, Quality, Recorder, Retention, Sample, Settings};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -9,6 +9,7 @@
 //! | [`store`] | nonvolatile memory as a device sees it |
 //! | [`profile`] | what all block devices share |
 //! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`], [`xpg400`] | one device or family: its tables beside its behaviour |
+//! | [`catalog`] | all of them, by name and by Ident_Number |
 //!
 //! Modules depend upwards in this table only. A gauge on the bench:
 //!
@@ -63,6 +64,7 @@
 #![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 pub mod bcg450;
+pub mod catalog;
 pub mod img400;
 mod instrument;
 pub mod model;

@@ -5,10 +5,10 @@
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
 
-use profivac_station::recorder::alarms::Batch;
-use profivac_station::recorder::rollup::Additions;
-use profivac_station::recorder::store::Store;
-use profivac_station::recorder::{Micros, Quality, Reader, Recorder, Sample, Settings};
+use profivac_recorder::alarms::Batch;
+use profivac_recorder::rollup::Additions;
+use profivac_recorder::store::Store;
+use profivac_recorder::{Micros, Quality, Reader, Recorder, Sample, Settings};
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;

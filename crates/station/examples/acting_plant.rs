@@ -6,21 +6,21 @@
 //!
 //! A bcg450 called chamber at 1e-6 mbar. Erna is engineer, Otto operator and Vera viewer; all have the same password. A line `mbar 5e-4` on its input is the pressure from then on. It ends when its input ends.
 
+use profivac_client::pressure::Pressure;
+use profivac_client::watch::Watched;
 use profivac_dp::link::Baud;
-use profivac_host::bench::{Conditions, VirtualDevice};
-use profivac_host::instrument::{Spec, entry};
-use profivac_host::memory::Memory;
-use profivac_host::pressure::Pressure;
-use profivac_host::scene::Scene;
-use profivac_host::watch::Watched;
+use profivac_recorder::{EventKind, Recorder, Settings};
 use profivac_station::people::password::Hash;
 use profivac_station::people::users::Users;
 use profivac_station::people::{Access, Role};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{EventKind, Recorder, Settings};
 use profivac_station::segment::Exhibit;
 use profivac_station::server::{Server, Setup};
 use profivac_vacuum::Gas;
+use profivac_virtual::device::{Conditions, VirtualDevice};
+use profivac_virtual::factory::{Spec, entry};
+use profivac_virtual::memory::Memory;
+use profivac_virtual::scene::Scene;
 use std::error::Error;
 use std::net::SocketAddr;
 use std::sync::Arc;

@@ -20,13 +20,13 @@ mod gauges;
 mod segments;
 
 use gauges::{Fake, Shown};
+use profivac_recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
 use profivac_station::act::draft::Refusal;
 use profivac_station::alarm::Watcher;
 use profivac_station::people::password::Hash;
 use profivac_station::people::users::Users;
 use profivac_station::people::{Access, Role};
 use profivac_station::plant::{Plant, Question, Scenery};
-use profivac_station::recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
 use profivac_station::server::{Server, Setup};
 use std::collections::HashMap;
 use std::error::Error;

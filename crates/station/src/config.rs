@@ -39,13 +39,14 @@ use crate::people::Access;
 use crate::server::TlsFiles;
 use alarms::{WrittenAlarm, WrittenDefaults};
 use names::unique;
+use profivac_client::pressure::Pressure;
+use profivac_devices::catalog::MODELS;
 use profivac_dp::link::Baud;
-use profivac_host::instrument::{DEVICES, entry};
 use profivac_host::port::PortError;
-use profivac_host::pressure::Pressure;
-use profivac_host::segment_file::SegmentFile;
 use profivac_host::text_file::{self, Parsed, baud, place_of, usual_baud};
 use profivac_vacuum::Gas;
+use profivac_virtual::factory::entry;
+use profivac_virtual::segment_file::SegmentFile;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
 use std::net::{IpAddr, SocketAddr};
@@ -365,7 +366,7 @@ fn check_gauge(gauge: &WrittenGauge) -> Result<(), Complaint> {
 fn alike(name: &str) -> Option<&'static str> {
     let wanted = name.to_lowercase().replace([' ', '-', '_'], "");
     let likeness = |known: &&str| strsim::normalized_damerau_levenshtein(&wanted, known);
-    let best = DEVICES.iter().map(|entry| entry.model.name).max_by(|one, two| likeness(one).total_cmp(&likeness(two)));
+    let best = MODELS.iter().map(|model| model.name).max_by(|one, two| likeness(one).total_cmp(&likeness(two)));
     best.filter(|best| likeness(best) >= ALIKE)
 }
 

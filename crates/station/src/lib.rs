@@ -26,7 +26,6 @@ pub mod config;
 pub mod people;
 pub mod plant;
 pub mod pumpdown;
-pub mod recorder;
 pub mod report;
 pub mod rise;
 pub mod segment;

@@ -4,11 +4,11 @@ use crate::act::Acts;
 use crate::act::draft::{Choice, Done, Draft, Refusal};
 use crate::act::orders::Order;
 use crate::alarm::Alarms;
-use crate::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
 use crate::view::{
     Block, Gauge, ReadSoFar, RecorderView, Segment, SegmentState, Station, milliseconds, whole_milliseconds,
 };
 use crate::webhook::Board;
+use profivac_recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, StoreError};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};

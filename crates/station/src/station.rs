@@ -3,10 +3,10 @@
 use crate::alarm::{Addressee, Watcher};
 use crate::config::{Config, Webhook};
 use crate::plant::Plant;
-use crate::recorder::alarms::Batch;
-use crate::recorder::{EventKind, Recorder, Settings, StoreError};
 use crate::segment::Running;
 use crate::webhook::{Courier, Patience};
+use profivac_recorder::alarms::Batch;
+use profivac_recorder::{EventKind, Recorder, Settings, StoreError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

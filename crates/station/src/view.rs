@@ -4,7 +4,7 @@
 
 use crate::act::allowed::Risk;
 use crate::people::Role;
-use crate::recorder::{Event, Micros, Qualities, Quality};
+use profivac_recorder::{Event, Micros, Qualities, Quality};
 use serde::Serialize;
 use std::time::Duration;
 use utoipa::ToSchema;
@@ -184,7 +184,7 @@ pub struct Trend {
 impl Trend {
     /// A trend of bins.
     #[must_use]
-    pub fn of(series: &str, bins: &[crate::recorder::Bin]) -> Self {
+    pub fn of(series: &str, bins: &[profivac_recorder::Bin]) -> Self {
         Self {
             series: series.to_owned(),
             start_ms: bins.iter().map(|bin| milliseconds(bin.start)).collect(),

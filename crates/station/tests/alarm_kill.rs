@@ -5,10 +5,10 @@
 mod desk;
 
 use desk::{actor, sight};
+use profivac_recorder::audit::Wanted;
+use profivac_recorder::{Micros, Reader, Recorder, Settings};
 use profivac_station::alarm::{Addressee, Condition, Priority, Rule, State, Subject};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::audit::Wanted;
-use profivac_station::recorder::{Micros, Reader, Recorder, Settings};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};

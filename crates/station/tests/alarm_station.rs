@@ -3,13 +3,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use profivac_recorder::Micros;
 use profivac_station::act::Actor;
 use profivac_station::alarm::State;
 use profivac_station::alarm::view::Alarm;
 use profivac_station::config::Config;
 use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::Micros;
 use profivac_station::station::Station;
 use std::fs;
 use std::path::Path;

@@ -5,10 +5,10 @@
 mod desk;
 
 use desk::sight;
+use profivac_recorder::Micros;
 use profivac_station::alarm::{
     Book, Change, Condition, Life, Now, Priority, Refusal, Rule, Sight, State, Subject, What,
 };
-use profivac_station::recorder::Micros;
 use profivac_station::view::{SegmentState, Standing};
 use std::time::Duration;
 

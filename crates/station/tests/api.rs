@@ -4,9 +4,9 @@
 
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
+use profivac_recorder::{Band, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
 use profivac_station::api::{description, router};
 use profivac_station::plant::{Plant, Question, Scenery};
-use profivac_station::recorder::{Band, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
 use profivac_station::view::{Block, Gauge, Reading, Segment, SegmentState, Standing};
 use serde_json::Value;
 use std::sync::Arc;

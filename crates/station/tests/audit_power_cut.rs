@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_devices::bcg450::table::MODEL;
+use profivac_recorder::audit::Wanted;
+use profivac_recorder::{Deed, Micros, Reader, Recorder, Settings};
 use profivac_station::act::allowed::{Class, Risk};
 use profivac_station::act::draft::{Choice, Draft, Wish};
 use profivac_station::act::{self, Actor, Move};
 use profivac_station::people::{Person, Role};
 use profivac_station::plant::{Plant, Question, Scenery};
-use profivac_station::recorder::audit::Wanted;
-use profivac_station::recorder::{Deed, Micros, Reader, Recorder, Settings};
 use profivac_station::view::{Gauge, Segment, SegmentState, Standing};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};

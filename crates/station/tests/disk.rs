@@ -3,11 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_station::recorder::alarms::Batch;
-use profivac_station::recorder::audit::Wanted;
-use profivac_station::recorder::rollup::Additions;
-use profivac_station::recorder::store::Store;
-use profivac_station::recorder::{
+use profivac_recorder::alarms::Batch;
+use profivac_recorder::audit::Wanted;
+use profivac_recorder::rollup::Additions;
+use profivac_recorder::store::Store;
+use profivac_recorder::{
     Band, Deed, Entry, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use rusqlite::Connection;

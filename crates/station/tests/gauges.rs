@@ -6,12 +6,12 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
+use profivac_recorder::{Micros, Quality};
 use profivac_station::act::draft::{Done, Given, Wish};
 use profivac_station::act::{self, Actor, Move, NotDone};
 use profivac_station::config::Config;
 use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{Micros, Quality};
 use profivac_station::station::Station;
 use profivac_station::view::{Gauge, Standing};
 use std::sync::Arc;

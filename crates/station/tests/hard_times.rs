@@ -6,8 +6,8 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
+use profivac_recorder::{Micros, Quality};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{Micros, Quality};
 use profivac_station::station::Station;
 use profivac_station::view::Standing;
 use std::time::{Duration, Instant};

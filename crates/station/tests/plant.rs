@@ -3,15 +3,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_host::segment_file::SegmentFile;
+use profivac_recorder::{Micros, Quality};
 use profivac_station::act::draft::Wish;
 use profivac_station::act::{self, Actor, Move};
 use profivac_station::config::Config;
 use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{Micros, Quality};
 use profivac_station::station::Station;
 use profivac_station::view::{Gauge, Segment, Standing};
+use profivac_virtual::segment_file::SegmentFile;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use profivac_station::recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, Settings};
+use profivac_recorder::{Event, EventKind, Micros, Quality, Reader, Recorder, Sample, Settings};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_station::recorder::{
+use profivac_recorder::{
     Band, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use std::path::PathBuf;

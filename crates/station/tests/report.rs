@@ -3,11 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use jiff::tz::{TimeZone, offset};
+use profivac_recorder::{Band, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
 use profivac_station::config::Config;
 use profivac_station::pumpdown::Span;
-use profivac_station::recorder::{
-    Band, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
-};
 use profivac_station::report::series::{known, moved, pump_downs, series};
 use profivac_station::report::{Identity, Report, Unit, Wish, page::page};
 use serde_json::Value;

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use profivac_recorder::{Recorder, Settings};
 use profivac_station::people::Access;
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{Recorder, Settings};
 use profivac_station::server::{Limits, Server, Setup};
 use std::io::{Read, Write};
 use std::net::TcpStream;

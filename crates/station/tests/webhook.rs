@@ -5,11 +5,11 @@
 mod desk;
 
 use desk::sight;
+use profivac_recorder::alarms::{Batch, Letter};
+use profivac_recorder::{Micros, Recorder, Settings};
 use profivac_station::alarm::Addressee;
 use profivac_station::config::{Config, Webhook};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::alarms::{Batch, Letter};
-use profivac_station::recorder::{Micros, Recorder, Settings};
 use profivac_station::webhook::{Courier, Patience, WebhookView};
 use serde_json::Value;
 use std::fs;

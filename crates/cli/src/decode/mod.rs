@@ -6,8 +6,8 @@ use crate::story::{Capture, Printer, Style};
 use crate::values;
 use clap::Args;
 use profivac_dp::link::Baud;
-use profivac_host::explain::input::{BadInput, Damage, Noted, Skipped, Source};
-use profivac_host::explain::{Teller, Told};
+use profivac_explain::input::{BadInput, Damage, Noted, Skipped, Source};
+use profivac_explain::{Teller, Told};
 use std::fs;
 use std::io::{self, Read};
 

@@ -1,9 +1,9 @@
 //! The alarms of the demonstration: what there is by itself, and two limits for its chamber.
 
 use crate::failure::Failure;
-use profivac_host::scenario::Scenario;
 use profivac_station::alarm::Rule;
 use profivac_station::config::Config;
+use profivac_virtual::scenario::Scenario;
 use std::fmt::Write;
 use std::path::Path;
 

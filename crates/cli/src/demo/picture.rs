@@ -2,12 +2,12 @@
 
 use super::Demo;
 use super::trend::Trend;
+use profivac_client::watch::Watched;
 use profivac_devices::Principle;
 use profivac_dp::master::Counters;
-use profivac_host::bench::VirtualDevice;
 use profivac_host::clock::duration_of;
-use profivac_host::scene::Scene;
-use profivac_host::watch::Watched;
+use profivac_virtual::device::VirtualDevice;
+use profivac_virtual::scene::Scene;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};

@@ -1,7 +1,7 @@
 //! What has happened so far, as curves: the true pressures of the volumes and what the master reads.
 
 use super::Row;
-use profivac_host::scenario::Run;
+use profivac_virtual::scenario::Run;
 
 /// So many points are kept; when there are more, every second one is forgotten.
 const POINTS: usize = 2000;

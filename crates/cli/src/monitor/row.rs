@@ -1,8 +1,8 @@
 //! What is known of one slave at one moment, in every form it is shown in.
 
+use profivac_client::watch::{Value, Watched};
 use profivac_devices::model::{Scale, Unit};
-use profivac_host::tool::BusMaster;
-use profivac_host::watch::{Value, Watched};
+use profivac_host::session::BusMaster;
 use serde::Serialize;
 
 /// One slave.

@@ -5,10 +5,10 @@ use super::row::Row;
 use super::show::Show;
 use crate::failure::Failure;
 use crate::output::check;
+use profivac_client::watch::Watched;
 use profivac_dp::master::{Mode, State, Trouble};
 use profivac_host::port;
-use profivac_host::tool::{Tool, take};
-use profivac_host::watch::Watched;
+use profivac_host::session::{Tool, take};
 use rustix::fd::BorrowedFd;
 use std::time::{Duration, Instant, SystemTime};
 

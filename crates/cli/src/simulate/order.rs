@@ -1,9 +1,9 @@
 //! The lines `simulate` takes on standard input.
 
+use profivac_client::pressure::Pressure;
 use profivac_devices::Action;
-use profivac_host::instrument::parse_place;
-use profivac_host::pressure::Pressure;
 use profivac_vacuum::Gas;
+use profivac_virtual::factory::parse_place;
 
 /// Thirty years: longer than any gauge is in use.
 const MAX_SECONDS: f64 = 1e9;

@@ -1,6 +1,6 @@
 //! The answer to `state ADDR`.
 
-use profivac_host::bench::VirtualDevice;
+use profivac_virtual::device::VirtualDevice;
 use serde::Serialize;
 
 /// The keys of the answer, in their order.

@@ -8,9 +8,9 @@ use crate::story::{Capture, Printer, Style};
 use crate::values::{self, Rate};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
-use profivac_host::explain::ear::{Ear, Heard};
-use profivac_host::explain::frame::Times;
-use profivac_host::explain::{Teller, Told};
+use profivac_explain::frame::Times;
+use profivac_explain::tap::{Ear, Heard};
+use profivac_explain::{Teller, Told};
 use rustix::fd::AsFd;
 use std::time::{Duration, Instant};
 

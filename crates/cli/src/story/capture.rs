@@ -3,7 +3,7 @@
 use super::Style;
 use crate::failure::Failure;
 use profivac_dp::link::{Baud, BitTime, T_SYN_TBIT};
-use profivac_host::explain::Told;
+use profivac_explain::Told;
 use profivac_sim::trace::{Entry, pcapng};
 use std::fs::File;
 use std::io::Write;

@@ -8,8 +8,9 @@ use crate::common::{Folder, Program, text};
 use crate::profirust_master;
 use crate::pyprofibus_rows::{Outcome, Rows};
 use crate::slave::Slave;
+use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
-use profivac_host::instrument::{DEVICES, Spec};
+use profivac_virtual::factory::Spec;
 use std::io::Write;
 use std::path::Path;
 
@@ -48,7 +49,7 @@ fn variants() -> Vec<Variant> {
         Ok(_) => vec!["atm=on", "atm=off"],
         Err(_) => vec![""],
     };
-    let kinds = DEVICES.iter().flat_map(|entry| keys(entry.model).into_iter().map(|keys| (entry.model, keys)));
+    let kinds = MODELS.iter().flat_map(|model| keys(model).into_iter().map(|keys| (*model, keys)));
     (FIRST..).zip(kinds).map(|(address, (model, keys))| Variant { model, keys, address }).collect()
 }
 

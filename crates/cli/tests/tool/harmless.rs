@@ -2,8 +2,8 @@
 //! `restore --dry-run`.
 
 use crate::common::{End, Folder, Program, octets, run};
-use profivac_host::explain::frame::{Framer, Times};
-use profivac_host::instrument::DEVICES;
+use profivac_devices::catalog::MODELS;
+use profivac_explain::frame::{Framer, Times};
 use profivac_wire::Telegram;
 use profivac_wire::control::Control;
 use std::time::Duration;
@@ -54,7 +54,7 @@ fn only_looks(sap: u8) -> bool {
 #[test]
 fn who_only_looks_claims_nothing_and_puts_back_what_it_moves() {
     for name in ["psg554", "bpg400", "hpg400", "bcg450", "tpg500", "img400"] {
-        let entry = DEVICES.iter().find(|entry| entry.model.name == name).unwrap();
+        let model = MODELS.iter().find(|model| model.name == name).unwrap();
         let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", &format!("{name}@5"), "bcg450@125"]);
         let line = simulation.ready();
         let (port, folder) = (format!("tcp://{line}"), Folder::new());
@@ -69,7 +69,7 @@ fn who_only_looks_claims_nothing_and_puts_back_what_it_moves() {
         ];
         for command in commands {
             // Without MS2 there is nothing to read, and no file.
-            if command.contains(&file.as_str()) && !entry.model.features.dpv1 {
+            if command.contains(&file.as_str()) && !model.features.dpv1 {
                 continue;
             }
             let asked = heard(&port, &line, command);

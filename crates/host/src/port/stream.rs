@@ -16,7 +16,7 @@ pub struct Stream<S> {
 
 impl<S> Stream<S> {
     /// Octets over `socket`, which must not block, and what there is to remark about it already.
-    pub(crate) fn new(name: String, socket: S, remarks: Vec<Remark>) -> Self {
+    pub fn new(name: String, socket: S, remarks: Vec<Remark>) -> Self {
         let mut waiting = Remarks::default();
         waiting.extend(remarks);
         Self { name, socket, cuts: Cuts::default(), remarks: waiting }

@@ -1,6 +1,6 @@
 //! Gauges, and what each shows at every second: fields of constants and a shape.
 
-use profivac_station::recorder::Quality;
+use profivac_recorder::Quality;
 use profivac_station::view::{Gauge, Reading, Standing, TripLevel};
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Segments with everybody on them, and what happened.
 
 use crate::gauges::Fake;
-use profivac_station::recorder::EventKind;
+use profivac_recorder::EventKind;
 use profivac_station::view::{OnBus, Segment, SegmentState, Standing};
 
 /// Seconds, gauge, kind, sentence.

@@ -89,12 +89,12 @@ pub fn barred(row: &Row) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_host::client::names::{Names, command_name};
-    use profivac_host::instrument::DEVICES;
+    use profivac_client::names::{Names, command_name};
+    use profivac_devices::catalog::MODELS;
 
     /// Commands of a device that need an engineer.
     fn lasting(device: &str) -> Vec<String> {
-        let model = DEVICES.iter().map(|entry| entry.model).find(|model| model.name == device).unwrap();
+        let model = MODELS.into_iter().find(|model| model.name == device).unwrap();
         let names = Names::of(model);
         let engineers =
             names.commands().filter(|(named, code)| role(named.parameter.row, Some(code)) == Role::Engineer);
@@ -119,15 +119,15 @@ mod tests {
     fn every_name_of_the_table_is_a_command_of_some_device() {
         for name in LASTING {
             let has = |row: &Row| row.codes.is_command() && row.codes.list().iter().any(|code| code.name == name);
-            let rows = DEVICES.iter().flat_map(|entry| entry.model.places).flat_map(|place| place.block.rows);
+            let rows = MODELS.iter().flat_map(|model| model.places).flat_map(|place| place.block.rows);
             assert!(rows.into_iter().any(has), "{name}");
         }
     }
 
     #[test]
     fn unit_and_number_type_are_barred_on_every_device() {
-        for entry in &DEVICES {
-            let names = Names::of(entry.model);
+        for model in MODELS {
+            let names = Names::of(model);
             for named in names.all() {
                 let row = named.parameter.row;
                 let is_meant = matches!(row.name, "Data Type" | "Data Unit" | "Data Units");

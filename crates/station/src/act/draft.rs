@@ -2,10 +2,10 @@
 
 use super::allowed::{self, Risk};
 use crate::people::Role;
+use profivac_client::Condition;
+use profivac_client::names::{Named, Names, Target, command_name, slug};
+use profivac_client::values::hex;
 use profivac_devices::model::{Code, Model};
-use profivac_host::client::Condition;
-use profivac_host::client::names::{Named, Names, Target, command_name, slug};
-use profivac_host::client::values::hex;
 use serde::Deserialize;
 use std::fmt;
 use utoipa::ToSchema;

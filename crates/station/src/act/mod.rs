@@ -21,13 +21,13 @@ mod trail;
 
 use crate::people::{Person, Role};
 use crate::plant::{NoAnswer, Plant};
-use crate::recorder::{Deed, EventKind, Micros, Written};
 use crate::view::{self, Gauge};
 use draft::{Choice, Done, Refusal, Wish};
 use mastership::{Change, Mastership, NotYours};
 use orders::{ARMED, NotArmed, Order, Orders};
-use profivac_host::client::Condition;
-use profivac_host::instrument::entry;
+use profivac_client::Condition;
+use profivac_recorder::{Deed, EventKind, Micros, Written};
+use profivac_virtual::factory::entry;
 use std::net::IpAddr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

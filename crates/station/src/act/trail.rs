@@ -5,8 +5,8 @@ use super::mastership::Change;
 use super::orders::Order;
 use super::{Actor, Leave};
 use crate::people::Person;
-use crate::recorder::{Deed, Entry, Micros};
 use crate::view::Gauge;
+use profivac_recorder::{Deed, Entry, Micros};
 
 /// A row about nothing yet.
 fn row(what: Deed, person: &Person) -> Entry {

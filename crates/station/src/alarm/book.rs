@@ -6,7 +6,7 @@
 use super::judge::{Finding, Judge, Sight};
 use super::rule::Rule;
 use super::state::{Input, State};
-use crate::recorder::Micros;
+use profivac_recorder::Micros;
 use std::time::Duration;
 
 /// When something happens.

@@ -11,8 +11,8 @@ use super::state::State;
 use super::view::{Alarm, Standing};
 use crate::act::Actor;
 use crate::plant::Plant;
-use crate::recorder::alarms::{Batch, Line};
-use crate::recorder::{Event, Micros, Reader, Recorder, StoreError, Written};
+use profivac_recorder::alarms::{Batch, Line};
+use profivac_recorder::{Event, Micros, Reader, Recorder, StoreError, Written};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 

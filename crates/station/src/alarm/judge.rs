@@ -5,8 +5,8 @@
 //! last known stays: no alarm is raised and none is over. That nothing is known is an alarm of its own (blind, stale).
 
 use super::rule::{Condition, Rule, Subject};
-use crate::recorder::{Micros, Quality};
 use crate::view::{Gauge, Reading, Segment, SegmentState, Standing};
+use profivac_recorder::{Micros, Quality};
 use std::collections::VecDeque;
 use std::time::Duration;
 

@@ -4,9 +4,9 @@ use super::book::{By, Change, Life, Out, What};
 use super::rule::{Priority, Rule, Subject};
 use super::state::State;
 use crate::act::Actor;
-use crate::recorder::alarms::{Batch, Kept, Letter, Line};
-use crate::recorder::{Deed, Entry, Event, EventKind};
 use crate::view::milliseconds;
+use profivac_recorder::alarms::{Batch, Kept, Letter, Line};
+use profivac_recorder::{Deed, Entry, Event, EventKind};
 use serde_json::json;
 
 impl From<&Life> for Kept {

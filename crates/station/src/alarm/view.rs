@@ -3,8 +3,8 @@
 use super::book::Entry;
 use super::rule::{Priority, Subject};
 use super::state::State;
-use crate::recorder::alarms::Line;
 use crate::view::milliseconds;
+use profivac_recorder::alarms::Line;
 use serde::Serialize;
 use utoipa::ToSchema;
 

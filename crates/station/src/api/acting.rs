@@ -16,10 +16,10 @@ use axum::extract::{FromRequestParts, Path, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
-use profivac_host::client::Condition;
-use profivac_host::client::conditions::wanted;
-use profivac_host::client::names::{Names, command_name};
-use profivac_host::instrument::entry;
+use profivac_client::Condition;
+use profivac_client::conditions::wanted;
+use profivac_client::names::{Names, command_name};
+use profivac_virtual::factory::entry;
 use serde::Serialize;
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -197,7 +197,7 @@ pub async fn commands(
     let gauge = plant.gauge(&name).ok_or_else(unknown)?;
     let names = entry(&gauge.device).ok().and_then(|entry| Names::known(entry.model));
     let Some(names) = names else { return Ok(Json(Vec::new())) };
-    let command = |(named, code): (&profivac_host::client::names::Named, _)| {
+    let command = |(named, code): (&profivac_client::names::Named, _)| {
         let row = named.parameter.row;
         Command {
             command: command_name(named, code),

@@ -2,8 +2,8 @@
 
 use super::problem::Problem;
 use crate::plant::Plant;
-use crate::recorder::{Export, Reader, StoreError};
 use axum::body::Body;
+use profivac_recorder::{Export, Reader, StoreError};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc};

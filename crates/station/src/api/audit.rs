@@ -3,15 +3,15 @@
 use super::archive::Archive;
 use super::problem::Problem;
 use super::recorded::{taken, within};
-use crate::recorder::Micros;
-use crate::recorder::audit::{Recorded, Wanted};
-use crate::recorder::export::iso;
 use crate::view::milliseconds;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use profivac_recorder::Micros;
+use profivac_recorder::audit::{Recorded, Wanted};
+use profivac_recorder::export::iso;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 

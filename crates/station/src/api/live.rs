@@ -86,7 +86,7 @@ pub async fn live(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recorder::{Recorder, Settings};
+    use profivac_recorder::{Recorder, Settings};
 
     #[test]
     fn all_who_watch_share_a_moment() {

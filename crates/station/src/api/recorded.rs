@@ -2,7 +2,6 @@
 
 use super::archive::Archive;
 use super::problem::Problem;
-use crate::recorder::{Micros, Reader, StoreError};
 use crate::rise::{self, Rise};
 use crate::view::{Happening, RiseView, Trend};
 use axum::Json;
@@ -10,6 +9,7 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use profivac_recorder::{Micros, Reader, StoreError};
 use serde::Deserialize;
 use std::collections::HashSet;
 use utoipa::IntoParams;
@@ -184,7 +184,7 @@ pub async fn export(
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
     let export = archive.read(move |reader| {
         let series = named(&wanted.series, reader.gauges()?);
-        Ok(crate::recorder::Export::new(reader, series, from, to))
+        Ok(profivac_recorder::Export::new(reader, series, from, to))
     });
     let export = export.await?;
     Ok((headers, archive.deliver(export)))

@@ -20,7 +20,7 @@
 use super::names::unique;
 use super::{ALIKE, Complaint, WrittenSegment};
 use crate::alarm::{Condition, Priority, Rule, Subject};
-use profivac_host::pressure::Pressure;
+use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};

@@ -4,7 +4,7 @@
 //! The last moment at the top is that of the last sample within 5 % of the highest, and from there on back to where the
 //! pressure began to fall without a break.
 
-use crate::recorder::{Micros, Quality, Sample};
+use profivac_recorder::{Micros, Quality, Sample};
 
 /// A fall by so many decades is a pump-down. free choice: less is done by opening a valve.
 const LEAST: f64 = 2.0;

@@ -1,7 +1,7 @@
 //! When a pressure was reached.
 
 use super::trace::{Piece, Trace};
-use crate::recorder::Quality;
+use profivac_recorder::Quality;
 
 /// When a pressure was reached, in seconds since the beginning of the span.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Against closed forms: what is found must be what was put in.
 
 use super::*;
-use crate::recorder::{Band, Micros, Quality, Sample};
+use profivac_recorder::{Band, Micros, Quality, Sample};
 use std::time::Duration;
 
 /// 1013.25 mbar.
@@ -21,7 +21,7 @@ fn valid(s: f64, pa: f64) -> Sample {
 fn recorded(seconds: f64, pressure: impl Fn(f64) -> f64) -> Vec<Sample> {
     let count = (seconds * 5.0) as u32;
     let all = (0..=count).map(|number| f64::from(number) / 5.0).map(|s| valid(s, pressure(s)));
-    let mut thinner = crate::recorder::thin::Thinner::default();
+    let mut thinner = profivac_recorder::thin::Thinner::default();
     let mut kept: Vec<_> = all.flat_map(|sample| thinner.push(&Band::default(), sample)).collect();
     kept.extend(thinner.flush());
     kept

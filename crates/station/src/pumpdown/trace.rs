@@ -4,7 +4,7 @@
 //! time in which it has nothing although it keeps a sample a minute.
 
 use super::find::Span;
-use crate::recorder::{Band, Micros, Quality, Sample};
+use profivac_recorder::{Band, Micros, Quality, Sample};
 
 /// So many values in a row, of which the middle one counts: single outliers go, slopes and steps stay. free choice.
 const MEDIAN: usize = 5;

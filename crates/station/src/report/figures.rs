@@ -5,11 +5,11 @@ use super::words::{Unit, asked, timestamp};
 use crate::config::Config;
 use crate::pumpdown::trace::seconds;
 use crate::pumpdown::{Climb, Fall, Passage, Span, Tail, Trace, climbs, falls, passage, quickest, tail};
-use crate::recorder::{Band, Event, Micros, Quality, Reader, StoreError};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use profivac_host::instrument::entry;
+use profivac_recorder::{Band, Event, Micros, Quality, Reader, StoreError};
 use profivac_vacuum::Gas;
+use profivac_virtual::factory::entry;
 use serde::Serialize;
 use std::time::Duration;
 

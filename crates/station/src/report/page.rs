@@ -6,8 +6,8 @@ use super::pictures::{over_log_time, over_time, speeds};
 use super::plot::{lane_swatch, swatch};
 use super::tables;
 use super::words::{duration, escape, moment, number, time_of_day, with_unit};
-use crate::recorder::{Micros, Quality};
 use jiff::tz::TimeZone;
+use profivac_recorder::{Micros, Quality};
 use std::fmt::Write;
 
 const STYLE: &str = include_str!("style.css");

@@ -4,7 +4,7 @@ use super::figures::{Gauge, Report, since};
 use super::plot::{Axis, Curve, Plot};
 use super::words::{decade, time_of_day};
 use crate::pumpdown::Trace;
-use crate::recorder::Quality;
+use profivac_recorder::Quality;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 

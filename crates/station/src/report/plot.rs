@@ -2,7 +2,7 @@
 //! dark where the page is dark.
 
 use super::words::escape;
-use crate::recorder::Quality;
+use profivac_recorder::Quality;
 use std::fmt::Write;
 
 const WIDTH: f64 = 820.0;

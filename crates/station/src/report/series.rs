@@ -4,9 +4,9 @@
 //! longer and longer spans where there is too much of it, as the eye on a logarithm of time wants it anyway.
 
 use crate::pumpdown::{Chosen, Span, chosen, find};
-use crate::recorder::reader::Bin;
-use crate::recorder::rollup::{LEVELS, Level};
-use crate::recorder::{Micros, Qualities, Quality, Reader, Sample, StoreError};
+use profivac_recorder::reader::Bin;
+use profivac_recorder::rollup::{LEVELS, Level};
+use profivac_recorder::{Micros, Qualities, Quality, Reader, Sample, StoreError};
 use std::time::Duration;
 
 /// So many samples are read for each part of a span. free choice: some megabytes, some tenths of a second.

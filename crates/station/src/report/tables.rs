@@ -5,7 +5,7 @@ use super::page::{columns, reached};
 use super::plot::swatch;
 use super::words::{Unit, asked, duration, escape, number, pressure, time_of_day, with_unit};
 use crate::pumpdown::trace::seconds;
-use crate::recorder::Micros;
+use profivac_recorder::Micros;
 
 /// A table that may be wider than the screen.
 fn table(caption: &str, head: &str, rows: &[String]) -> String {

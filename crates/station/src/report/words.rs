@@ -1,8 +1,8 @@
 //! Numbers, times and names as people read them. Nothing that comes from a file gets into a page but through [`escape`].
 
-use crate::recorder::Micros;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
+use profivac_recorder::Micros;
 use serde::Serialize;
 use std::fmt::Write;
 use std::str::FromStr;

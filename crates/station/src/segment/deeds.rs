@@ -3,9 +3,9 @@
 use crate::act::allowed;
 use crate::act::draft::{Choice, Done, Draft, Refusal};
 use crate::act::orders::Order;
-use profivac_host::client::records::Records;
-use profivac_host::client::{self, ClientError, Doing, Gauge, Severity};
-use profivac_host::watch::Watched;
+use profivac_client::records::Records;
+use profivac_client::watch::Watched;
+use profivac_client::{self, ClientError, Doing, Gauge, Severity};
 
 /// What the gauge says to what somebody wants. Nothing is changed.
 pub fn draft<R: Records>(name: &str, watched: &Watched, records: R, choice: &Choice) -> Result<Draft, Refusal> {
@@ -44,7 +44,7 @@ fn open<R: Records>(name: &str, watched: &Watched, records: R) -> Result<Gauge<R
     Ok(Gauge::known(records, watched.address, watched.model).in_unit(watched.unit))
 }
 
-fn drafted<R: Records>(gauge: &mut Gauge<R>, choice: &Choice) -> Result<(client::Order, Draft), Refusal> {
+fn drafted<R: Records>(gauge: &mut Gauge<R>, choice: &Choice) -> Result<(profivac_client::Order, Draft), Refusal> {
     let order = gauge.draft(&choice.named, &choice.text).map_err(|error| before_sending(&error))?;
     let conditions = gauge.conditions(&order).map_err(|error| before_sending(&error))?;
     let draft = Draft {

@@ -2,18 +2,18 @@
 
 use crate::config;
 use crate::plant::Plant;
-use crate::recorder::{EventKind, Micros, Quality, Sample};
 use crate::view::{self, Standing};
+use profivac_client::watch::{Reading, Value, WatchError, Watched};
 use profivac_devices::Principle;
 use profivac_devices::profile::StatusExtension;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::State;
-use profivac_host::instrument::entry;
-use profivac_host::live;
 use profivac_host::port::PortError;
-use profivac_host::tool::{BusMaster, Tool, ToolError};
-use profivac_host::watch::{Reading, Value, WatchError, Watched};
+use profivac_host::scan;
+use profivac_host::session::{BusMaster, Tool, ToolError};
+use profivac_recorder::{EventKind, Micros, Quality, Sample};
 use profivac_vacuum::Gas;
+use profivac_virtual::factory::entry;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -269,7 +269,7 @@ impl Member {
 /// Looks for the gauge at its address, and finds it if it is there, free, and what the file says; or else says why not.
 pub fn meet(tool: &mut Tool, gauge: &config::Gauge, master: u8) -> Result<Result<Watched, String>, PortError> {
     // Quickly: to find somebody takes patience.
-    match live::look(tool, gauge.address) {
+    match scan::look(tool, gauge.address) {
         Ok(Some(seen)) if seen.slave.is_some() => {}
         Ok(_) => return Ok(Err("nobody answers".to_owned())),
         Err(ToolError::Port(error)) => return Err(error),

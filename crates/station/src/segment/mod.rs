@@ -15,15 +15,15 @@ pub use exhibit::Exhibit;
 
 use crate::config;
 use crate::plant::{Plant, Question, Scenery};
-use crate::recorder::EventKind;
 use crate::view;
 use member::Member;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Standing;
 use profivac_dp::master::Mode;
-use profivac_host::open;
 use profivac_host::port::PortError;
-use profivac_host::tool::{BusMaster, Tool, ToolError, bus_parameters};
+use profivac_host::session::{BusMaster, Tool, ToolError, bus_parameters};
+use profivac_recorder::EventKind;
+use profivac_virtual::open;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -3,8 +3,8 @@
 use super::client::{Client, certificates};
 use crate::config::{Secret, Webhook};
 use crate::plant::Plant;
-use crate::recorder::alarms::{Batch, Letter};
-use crate::recorder::{EventKind, Micros, StoreError};
+use profivac_recorder::alarms::{Batch, Letter};
+use profivac_recorder::{EventKind, Micros, StoreError};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::thread::JoinHandle;

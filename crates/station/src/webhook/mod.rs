@@ -20,8 +20,8 @@ pub mod courier;
 pub use client::certificates;
 pub use courier::{Courier, Patience};
 
-use crate::recorder::{Micros, Reader, StoreError};
 use crate::view::milliseconds;
+use profivac_recorder::{Micros, Reader, StoreError};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};

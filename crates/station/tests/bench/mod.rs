@@ -5,20 +5,20 @@
 
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
+use profivac_client::pressure::Pressure;
+use profivac_client::watch::Watched;
 use profivac_dp::link::Baud;
-use profivac_host::bench::{Conditions, VirtualDevice};
-use profivac_host::instrument::{Spec, entry};
-use profivac_host::memory::Memory;
-use profivac_host::pressure::Pressure;
-use profivac_host::scene::Scene;
-use profivac_host::watch::Watched;
+use profivac_recorder::{Recorder, Settings};
 use profivac_station::api::router;
 use profivac_station::people::{Person, Role};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{Recorder, Settings};
 use profivac_station::segment::Exhibit;
 use profivac_station::view::{Gauge, Standing};
 use profivac_vacuum::Gas;
+use profivac_virtual::device::{Conditions, VirtualDevice};
+use profivac_virtual::factory::{Spec, entry};
+use profivac_virtual::memory::Memory;
+use profivac_virtual::scene::Scene;
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::Arc;

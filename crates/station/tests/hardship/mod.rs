@@ -4,13 +4,13 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_host::bench::{Conditions, VirtualDevice};
-use profivac_host::instrument::Spec;
-use profivac_host::memory::Memory;
 use profivac_host::port::TcpServer;
 use profivac_host::segment::Segment;
 use profivac_station::config::Config;
 use profivac_vacuum::Gas;
+use profivac_virtual::device::{Conditions, VirtualDevice};
+use profivac_virtual::factory::Spec;
+use profivac_virtual::memory::Memory;
 use profivac_wire::Telegram;
 use std::io::Write;
 use std::net::TcpStream;

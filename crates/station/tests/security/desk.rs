@@ -1,10 +1,10 @@
 //! A station with users on loopback, and whoever asks it: by hand, so that nothing is sent that a test does not say.
 
+use profivac_recorder::{Micros, Recorder, Settings};
 use profivac_station::people::password::Hash;
 use profivac_station::people::users::Users;
 use profivac_station::people::{Access, Role};
 use profivac_station::plant::Plant;
-use profivac_station::recorder::{Micros, Recorder, Settings};
 use profivac_station::server::{Server, Setup, TlsFiles};
 use rcgen::{CertifiedKey, generate_simple_self_signed};
 use serde_json::Value;

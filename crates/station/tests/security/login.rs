@@ -165,10 +165,10 @@ fn a_users_file_that_others_can_read_or_that_is_wrong_changes_nothing() {
 /// Whoever would be reached by others has both, or does not begin.
 #[test]
 fn others_reach_only_what_has_tls_and_users() {
+    use profivac_recorder::{Recorder, Settings};
     use profivac_station::people::Access;
     use profivac_station::people::users::Users;
     use profivac_station::plant::Plant;
-    use profivac_station::recorder::{Recorder, Settings};
     use profivac_station::server::{Server, Setup};
     let folder = tempfile::tempdir().unwrap();
     let users = folder.path().join("users.toml");

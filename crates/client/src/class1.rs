@@ -1,0 +1,286 @@
+//! Records of a slave that this master owns: by MS1, and in the parameter channel. profibus-wire 4.2 to 4.5 and 6.1.
+//!
+//! Owning a slave means Set_Prm: it is parameterised with the unit it has, exchanges data, and is unlocked at the end.
+
+use super::records::{RecordError, Records, Refused};
+use crate::ms2;
+use crate::watch::Watched;
+use profivac_devices::model::{Configuration, Field, Instruction, Model, NumberType, Telegram, Via};
+use profivac_dp::link::Baud;
+use profivac_dp::master::{
+    Handle, Mode, Ms1Parameters, NotTaken, Outcome, PkwParameters, SlaveParameters, State, Trouble, pkw,
+};
+use profivac_host::session::{Tool, ToolError, take};
+use profivac_wire::acyclic::record::MAX_RECORD;
+use std::time::{Duration, Instant};
+
+/// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
+const DPV1_ENABLE: u8 = 0x80;
+
+/// How often a record is asked for when the slave leaves data exchange meanwhile: reading changes nothing.
+const ATTEMPTS: usize = 3;
+
+/// How long a slave is given to be unlocked.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// How long the line is served at a time.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// A slave in data exchange with this master, until it is dropped.
+pub struct Owned<'a> {
+    tool: &'a mut Tool,
+    address: u8,
+    way: Way,
+}
+
+/// How its records are asked for.
+enum Way {
+    Ms1(Ms1Parameters),
+    Channel(PkwParameters),
+}
+
+impl Drop for Owned<'_> {
+    fn drop(&mut self) {
+        self.release().ok();
+    }
+}
+
+impl<'a> Owned<'a> {
+    /// Takes a slave that was found free, and waits until it exchanges data.
+    ///
+    /// # Errors
+    /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
+    pub fn take(tool: &'a mut Tool, watched: &Watched, via: Via) -> Result<Self, RecordError> {
+        Self::take_unless(tool, watched, via, &|| false)
+    }
+
+    /// The same, until `is_stopped`: then the slave is unlocked at once.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub fn take_unless(
+        tool: &'a mut Tool,
+        watched: &Watched,
+        via: Via,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Self, RecordError> {
+        let model = watched.model;
+        let number = present_number(tool, watched);
+        let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
+        let usual = watched.parameters(tool.baud());
+        let mut user_prm = usual.user_prm.to_vec();
+        if let (Way::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
+            *first |= DPV1_ENABLE;
+        }
+        let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..usual };
+        let mut owned = Self { tool, address: watched.address, way };
+        take(owned.tool.master(), &parameters).map_err(|error| RecordError::NoWay(error.to_string()))?;
+        owned.tool.master().set_mode(Mode::Operate);
+        owned.wait_for_data(is_stopped)?;
+        Ok(owned)
+    }
+
+    fn wait_for_data(&mut self, is_stopped: &dyn Fn() -> bool) -> Result<(), RecordError> {
+        let begun = Instant::now();
+        while !self.exchanges() {
+            self.serve()?;
+            if is_stopped() {
+                return Err(RecordError::Lost("interrupted by a signal".to_owned()));
+            }
+            if begun.elapsed() >= self.tool.patience() {
+                let trouble = self.tool.master().trouble(self.address);
+                let reason = trouble.map_or_else(|| "it was not asked long enough".to_owned(), |it| it.to_string());
+                let sentence = format!("no data are exchanged: {reason}");
+                return Err(match trouble {
+                    None | Some(Trouble::Lost(_)) => RecordError::Lost(sentence),
+                    Some(_) => RecordError::NoWay(sentence),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether there are inputs: the first exchange is done.
+    fn exchanges(&mut self) -> bool {
+        let master = self.tool.master();
+        matches!(master.state(self.address), Some(State::Data { .. })) && master.exchanged_at(self.address).is_some()
+    }
+
+    fn serve(&mut self) -> Result<(), RecordError> {
+        self.tool.serve(&[], SLICE).map_err(ToolError::from)?;
+        while self.tool.master().next_event().is_some() {}
+        Ok(())
+    }
+
+    fn read_once(&mut self, slot: u8, index: u8) -> Result<Option<Vec<u8>>, RecordError> {
+        let address = self.address;
+        self.request(|owned| match owned.way {
+            Way::Ms1(parameters) => {
+                let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
+                owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
+            }
+            Way::Channel(parameters) => owned.tool.master().pkw_read(address, slot, index, None, &parameters),
+        })
+    }
+
+    /// Gives the slave back.
+    fn release(&mut self) -> Result<(), RecordError> {
+        let begun = Instant::now();
+        self.tool.master().release(self.address);
+        while self.tool.master().state(self.address) != Some(State::Inactive) && begun.elapsed() < FAREWELL {
+            self.serve()?;
+        }
+        Ok(())
+    }
+
+    /// Hands a request in, when the slave exchanges data, and waits for what becomes of it.
+    fn request(
+        &mut self,
+        hand_in: impl Fn(&mut Self) -> Result<Handle, NotTaken>,
+    ) -> Result<Option<Vec<u8>>, RecordError> {
+        if !self.exchanges() {
+            self.wait_for_data(&|| false)?;
+        }
+        let handle = hand_in(self).map_err(|error| RecordError::Lost(error.to_string()))?;
+        self.tool.outcome(handle, |outcome| match outcome {
+            Outcome::Read(record) => Ok(Some(record.to_vec())),
+            Outcome::Written => Ok(None),
+            Outcome::Value(value) => Ok(Some(octets(value))),
+            Outcome::Refused(negative) => Err(RecordError::Refused(negative.into())),
+            Outcome::Denied(pkw::Error(code)) => {
+                Err(RecordError::Refused(Refused { code_1: None, code: u8::try_from(code).unwrap_or(u8::MAX) }))
+            }
+            Outcome::Failed(cause) => Err(RecordError::Lost(cause.to_string())),
+            Outcome::Opened(_) | Outcome::Transported(_) | Outcome::Acknowledged | Outcome::Ended(_) => {
+                Err(RecordError::Lost("the answer belongs to something else".to_owned()))
+            }
+        })?
+    }
+}
+
+/// The octets of a value in the parameter channel.
+fn octets(value: pkw::Value) -> Vec<u8> {
+    value.octets().iter().skip(4_usize.saturating_sub(value.width())).copied().collect()
+}
+
+/// Data Type, as a class 2 master reads it: a configuration with another number would change it.
+fn present_number(tool: &mut Tool, watched: &Watched) -> Option<NumberType> {
+    let places = watched.model.places.iter().filter(|_| watched.model.features.dpv1);
+    let (slot, index) = places
+        .filter_map(|place| {
+            let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
+            Some((place.addresses.first()?.slot, row.id))
+        })
+        .next()?;
+    let record = ms2::read(tool, watched.address, slot, index).ok()?;
+    NumberType::of(*record.first()?)
+}
+
+/// The configuration for a way, and its parameters: the present one, or else one with the number type the device has.
+fn way_of(
+    model: &'static Model,
+    present: &'static Configuration,
+    number: Option<NumberType>,
+    via: Via,
+    baud: Baud,
+) -> Result<(&'static Configuration, Way), RecordError> {
+    let way = |it: &'static Configuration| match via {
+        Via::Class1 => Some((it, Way::Ms1(Ms1Parameters::new(baud)))),
+        Via::Channel => Some((it, Way::Channel(channel(it, model)?))),
+        Via::Class2 => None,
+    };
+    let keeps = |it: &&Configuration| number.is_none() || it.number() == number;
+    let all = || std::iter::once(present).chain(model.configurations.iter());
+    let found = all().filter(keeps).find_map(way).or_else(|| all().find_map(way));
+    match (via, found) {
+        (Via::Class1, _) if !model.features.ms1 => Err(RecordError::NoWay("it has no MS1; say --via pkw".to_owned())),
+        (_, Some(found)) => Ok(found),
+        (_, None) => Err(RecordError::NoWay("no configuration of it has a parameter channel".to_owned())),
+    }
+}
+
+/// Where a configuration has the parameter channel, and how the device speaks in it.
+fn channel(configuration: &Configuration, model: &Model) -> Option<PkwParameters> {
+    let at = |telegram: Option<&'static Telegram>| {
+        telegram?.layout().find(|(_, field)| *field == Field::ParameterChannel).map(|(start, _)| start)
+    };
+    let writes_octets =
+        |(ak, it): &(u8, Instruction)| matches!(it, Instruction::Write(lengths) if lengths.contains(&1)).then_some(*ak);
+    let byte_ak = model.dialect.instructions.iter().find_map(writes_octets)?;
+    let (outputs_at, inputs_at) = (at(configuration.outputs)?, at(configuration.inputs)?);
+    Some(PkwParameters { outputs_at, inputs_at, byte_ak, ..PkwParameters::GAUGE })
+}
+
+impl Records for Owned<'_> {
+    fn via(&self) -> Via {
+        match self.way {
+            Way::Ms1(_) => Via::Class1,
+            Way::Channel(_) => Via::Channel,
+        }
+    }
+
+    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+        let mut read = self.read_once(slot, index);
+        for _ in 1..ATTEMPTS {
+            if !matches!(read, Err(RecordError::Lost(_))) {
+                break;
+            }
+            read = self.read_once(slot, index);
+        }
+        read?.ok_or_else(|| RecordError::Lost("the answer belongs to something else".to_owned()))
+    }
+
+    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+        let address = self.address;
+        let value = match self.way {
+            Way::Ms1(_) => None,
+            Way::Channel(_) => {
+                let too_long =
+                    || RecordError::NoWay("the parameter channel carries 1, 2 or 4 octets; say --via ms2".to_owned());
+                Some(pkw::Value::from_octets(octets).ok_or_else(too_long)?)
+            }
+        };
+        self.request(|owned| match (&owned.way, value) {
+            (Way::Channel(parameters), Some(value)) => {
+                let parameters = *parameters;
+                owned.tool.master().pkw_write(address, slot, index, value, &parameters)
+            }
+            (Way::Ms1(parameters), _) => {
+                let parameters = *parameters;
+                owned.tool.master().ms1_write(address, slot, index, octets, &parameters)
+            }
+            (Way::Channel(_), None) => Err(NotTaken::NoChannel),
+        })?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::catalog::MODELS;
+
+    #[test]
+    fn every_device_has_a_parameter_channel_where_its_manual_says() {
+        for model in MODELS {
+            let found = way_of(model, model.default_configuration, None, Via::Channel, Baud::B19200);
+            let Ok((configuration, Way::Channel(parameters))) = found else { panic!("{}", model.name) };
+            let byte_ak = if model.ident == 0x05D9 { 2 } else { 10 };
+            assert_eq!((parameters.outputs_at, parameters.inputs_at, parameters.byte_ak), (0, 0, byte_ak));
+            assert!(configuration.output_octets() >= 8 && configuration.input_octets() >= 8);
+            for number in [NumberType::Integer, NumberType::Float] {
+                let model = model;
+                let found = way_of(model, model.default_configuration, Some(number), Via::Channel, Baud::B19200);
+                let Ok((configuration, _)) = found else { panic!("{}", model.name) };
+                assert!(!model.features.dpv1 || configuration.number() == Some(number), "{}", model.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_value_has_as_many_octets_as_it_is_wide() {
+        assert_eq!(octets(pkw::Value::Byte(4)), [4]);
+        assert_eq!(octets(pkw::Value::Word(0x1308)), [0x13, 0x08]);
+        assert_eq!(octets(pkw::Value::DoubleWord(1)), [0, 0, 0, 1]);
+    }
+}

@@ -1,0 +1,491 @@
+//! Parameters by the manual's words or its numbers, for every device from its tables.
+//!
+//! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks and
+//! hyphens do not count, a word that only one parameter has is enough, and so is the beginning of a name.
+
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::{Address, Block, Code, Model, Row};
+use std::fmt;
+use std::sync::LazyLock;
+
+/// A parameter, and where it stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Slot and instance.
+    pub place: &'static Address,
+    /// Its block.
+    pub block: &'static Block,
+    /// Its row in the table.
+    pub row: &'static Row,
+}
+
+/// How many words of a name are looked at before those that are alike are given up.
+const SUGGESTIONS: usize = 3;
+
+/// From this likeness on a name is a suggestion.
+const ALIKE: f64 = 0.75;
+
+/// The parameters of a device with their names.
+#[derive(Clone, Debug)]
+pub struct Names {
+    list: Vec<Named>,
+}
+
+/// A parameter with its name.
+#[derive(Clone, Debug)]
+pub struct Named {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// What it is called: `pirani.process-value`.
+    pub name: String,
+    /// Letters and digits of everything it may be called.
+    keys: Vec<String>,
+}
+
+/// What somebody asks for.
+#[derive(Clone, Copy, Debug)]
+pub enum Target<'a> {
+    /// One parameter.
+    Named(&'a Named),
+    /// What stands at this slot and index, whatever instance is shown.
+    Shown {
+        /// The slot.
+        slot: u8,
+        /// The index.
+        index: u8,
+    },
+    /// Numbers that stand in no table.
+    Raw {
+        /// The slot.
+        slot: u8,
+        /// The index.
+        index: u8,
+    },
+}
+
+/// Why a target is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TargetError {
+    /// No parameter is called so.
+    #[error("{device} has no parameter or command {text:?}{}", suggestion(.alike))]
+    Unknown {
+        /// The device.
+        device: &'static str,
+        /// What was asked for.
+        text: String,
+        /// What is called alike.
+        alike: Vec<String>,
+    },
+    /// Several are called so.
+    #[error("{text:?} is ambiguous: it may be {}", candidates.join(", "))]
+    Ambiguous {
+        /// What was asked for.
+        text: String,
+        /// What it may be.
+        candidates: Vec<String>,
+    },
+    /// Not a slot, an instance or an index.
+    #[error("expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got {0:?}")]
+    Numbers(String),
+}
+
+fn suggestion(alike: &[String]) -> String {
+    if alike.is_empty() {
+        "; `profivac list` shows all".to_owned()
+    } else {
+        format!("; did you mean {}?", alike.join(" or "))
+    }
+}
+
+impl fmt::Display for Named {
+    /// Name and numbers.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.name, self.parameter.numbers())
+    }
+}
+
+impl Named {
+    /// Whether both are about the same part: slot and instance.
+    #[must_use]
+    pub fn is_beside(&self, other: &Self) -> bool {
+        let (place, other) = (self.parameter.place, other.parameter.place);
+        (place.slot, place.instance) == (other.slot, other.instance)
+    }
+}
+
+impl Parameter {
+    /// `1/19`, or `1:2/19` where several instances share the slot.
+    #[must_use]
+    pub fn numbers(&self) -> String {
+        let Address { slot, instance, .. } = self.place;
+        match instance {
+            0 => format!("{slot}/{}", self.row.id),
+            _ => format!("{slot}:{instance}/{}", self.row.id),
+        }
+    }
+
+    /// Whether both stand at the same slot, instance and index.
+    fn is_at(&self, other: &Self) -> bool {
+        (self.place.slot, self.place.instance, self.row.id) == (other.place.slot, other.place.instance, other.row.id)
+    }
+}
+
+impl Names {
+    /// The names of a device.
+    #[must_use]
+    pub fn of(model: &'static Model) -> Self {
+        let mut all: Vec<Parameter> = Vec::new();
+        for place in model.places {
+            for (address, row) in
+                place.addresses.iter().flat_map(|it| place.block.rows.iter().map(move |row| (it, row)))
+            {
+                let parameter = Parameter { place: address, block: place.block, row };
+                // Two blocks with the same rows may stand at one place: the device decides which of them it is.
+                if !all.iter().any(|other| other.is_at(&parameter)) {
+                    all.push(parameter);
+                }
+            }
+        }
+        all.sort_by_key(|parameter| (parameter.place.slot, parameter.place.instance));
+        let words: Vec<Words> = all.into_iter().map(Words::of).collect();
+        Self { list: words.iter().map(|it| Named::among(it, &words)).collect() }
+    }
+
+    /// The names of a device of [`MODELS`], made once for whoever asks often.
+    #[must_use]
+    pub fn known(model: &Model) -> Option<&'static Self> {
+        static KNOWN: LazyLock<Vec<Names>> = LazyLock::new(|| MODELS.iter().map(|model| Names::of(model)).collect());
+        let place = MODELS.iter().position(|known| known.name == model.name)?;
+        KNOWN.get(place)
+    }
+
+    /// All of them, by slot, instance and table.
+    #[must_use]
+    pub fn all(&self) -> &[Named] {
+        &self.list
+    }
+
+    /// The parameter at these numbers.
+    #[must_use]
+    pub fn at(&self, slot: u8, instance: u8, index: u8) -> Option<&Named> {
+        self.list.iter().find(|named| {
+            let Parameter { place, row, .. } = named.parameter;
+            (place.slot, place.instance, row.id) == (slot, instance, index)
+        })
+    }
+
+    /// Everything at this slot and index, one for each instance.
+    pub fn at_index(&self, slot: u8, index: u8) -> impl Iterator<Item = &Named> {
+        self.list.iter().filter(move |named| (named.parameter.place.slot, named.parameter.row.id) == (slot, index))
+    }
+
+    /// What `text` stands for.
+    ///
+    /// # Errors
+    /// [`TargetError`] with what was expected, and with what is called alike.
+    pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
+        if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
+            return self.by_numbers(text).ok_or_else(|| TargetError::Numbers(text.to_owned()));
+        }
+        let wanted = key(text);
+        let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&Named> {
+            self.list.iter().filter(|named| !wanted.is_empty() && named.keys.iter().any(|key| fits(key))).collect()
+        };
+        let rows = || {
+            self.list
+                .iter()
+                .filter(|named| row_keys(named.parameter.row, named.parameter.block).contains(&wanted))
+                .collect()
+        };
+        let steps = [by(&|key| key == wanted), rows(), by(&|key| key.starts_with(&wanted))];
+        match steps.iter().find(|found| !found.is_empty()).map(Vec::as_slice) {
+            Some([only]) => Ok(Target::Named(only)),
+            Some(several) => {
+                let candidates = several.iter().map(ToString::to_string).collect();
+                Err(TargetError::Ambiguous { text: text.to_owned(), candidates })
+            }
+            None => Err(TargetError::Unknown { device, text: text.to_owned(), alike: self.alike(text) }),
+        }
+    }
+
+    fn by_numbers(&self, text: &str) -> Option<Target<'_>> {
+        let (slot, instance, index) = numbers(text)?;
+        let raw = Target::Raw { slot, index };
+        let mut found = self.at_index(slot, index);
+        Some(match (instance, found.next(), found.next()) {
+            (Some(instance), ..) => self.at(slot, instance, index).map_or(raw, Target::Named),
+            (None, None, _) => raw,
+            (None, Some(only), None) => Target::Named(only),
+            (None, Some(_), Some(_)) => Target::Shown { slot, index },
+        })
+    }
+
+    /// The names that look most like `text`.
+    fn alike(&self, text: &str) -> Vec<String> {
+        let wanted = slug(text);
+        let likeness = |name: &str| {
+            let row = name.rsplit(['.', '/']).next().unwrap_or(name);
+            strsim::normalized_damerau_levenshtein(&wanted, &slug(name))
+                .max(strsim::normalized_damerau_levenshtein(&wanted, row))
+        };
+        let parameters = self.list.iter().map(|named| named.name.clone());
+        let commands = self.commands().map(|(named, code)| command_name(named, code));
+        let mut alike: Vec<_> = parameters.chain(commands).map(|name| (likeness(&name), name)).collect();
+        alike.retain(|(likeness, _)| *likeness >= ALIKE);
+        alike.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name).collect()
+    }
+
+    /// The commands called `text`: `execute`, `degas on`, `channel.1/degas on`.
+    ///
+    /// # Errors
+    /// [`TargetError::Ambiguous`] when several parts have the command.
+    pub fn command(&self, text: &str) -> Result<Option<(&Named, &'static Code)>, TargetError> {
+        let wanted = key(text);
+        let is_called = |named: &Named, code: &Code| {
+            let command = key(code.name);
+            let places = named.keys.iter().cloned().chain([key(named.parameter.place.name)]);
+            wanted == command || places.into_iter().any(|place| wanted == place + &command)
+        };
+        let found: Vec<_> = self.commands().filter(|(named, code)| is_called(named, code)).collect();
+        match found[..] {
+            [] => Ok(None),
+            [only] => Ok(Some(only)),
+            _ => {
+                let candidates = found.iter().map(|(named, code)| command_name(named, code)).collect();
+                Err(TargetError::Ambiguous { text: text.to_owned(), candidates })
+            }
+        }
+    }
+
+    /// Every command of the device.
+    pub fn commands(&self) -> impl Iterator<Item = (&Named, &'static Code)> {
+        let orders = self.list.iter().filter(|named| named.parameter.row.codes.is_command());
+        orders.flat_map(|named| named.parameter.row.codes.list().iter().map(move |code| (named, code)))
+    }
+}
+
+/// `cdg.zero-adjust`
+#[must_use]
+pub fn command_name(named: &Named, code: &Code) -> String {
+    let place = named.parameter.place;
+    format!("{}{}{}", place_slug(place), separator(place), code.name)
+}
+
+/// `1/19` and `1:2/19`.
+fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
+    let number = |text: &str| text.parse().ok().filter(|number| *number < u8::MAX);
+    let (place, index) = text.split_once('/')?;
+    let (slot, instance) = match place.split_once(':') {
+        Some((slot, instance)) => (slot, Some(number(instance)?)),
+        None => (place, None),
+    };
+    Some((number(slot)?, instance, number(index)?))
+}
+
+/// The words of a parameter.
+struct Words {
+    parameter: Parameter,
+    /// Of its place, its block and its row.
+    place: String,
+    block: String,
+    row: String,
+}
+
+impl Words {
+    fn of(parameter: Parameter) -> Self {
+        let Parameter { place, block, row } = parameter;
+        Self { parameter, place: place_slug(place), block: slug(block.name), row: row_slug(row, block) }
+    }
+
+    /// Whether another place with the same name has a parameter with the same name.
+    fn is_like(&self, other: &Self) -> bool {
+        self.place == other.place && self.row == other.row
+    }
+}
+
+impl Named {
+    fn among(words: &Words, all: &[Words]) -> Self {
+        let Words { parameter, place, block, row } = words;
+        let short = format!("{place}{}{row}", separator(parameter.place));
+        let long = format!("{place}.{block}/{row}");
+        // The same words in two blocks at one place: the first has them, and the block tells the others apart.
+        let is_first = all.iter().find(|other| words.is_like(other)).is_some_and(|it| it.parameter.is_at(parameter));
+        let mut keys = vec![key(&long), key(place) + &key(block) + &key(parameter.row.name)];
+        for row in row_keys(parameter.row, parameter.block) {
+            keys.push(key(block) + &row);
+            if is_first {
+                keys.push(key(place) + &row);
+            }
+        }
+        keys.sort();
+        keys.dedup();
+        Self { parameter: *parameter, name: if is_first { short } else { long }, keys }
+    }
+}
+
+/// `trip-point.1` of "Trip Point 1".
+fn place_slug(place: &Address) -> String {
+    let words = slug(place.name);
+    match words.rsplit_once('-') {
+        Some((word, number)) if number.bytes().all(|octet| octet.is_ascii_digit()) => format!("{word}.{number}"),
+        _ => words,
+    }
+}
+
+/// What stands between place and parameter: a second dot would look like a third level.
+fn separator(place: &Address) -> char {
+    if place_slug(place).contains('.') { '/' } else { '.' }
+}
+
+/// The words of a row; what stands in brackets only where another row of the block has the same words before it.
+fn row_slug(row: &Row, block: &Block) -> String {
+    let short = slug(before_brackets(row.name));
+    let same = block.rows.iter().take_while(|other| other.id != row.id);
+    if same.map(|other| slug(before_brackets(other.name))).any(|other| other == short) { slug(row.name) } else { short }
+}
+
+fn before_brackets(name: &str) -> &str {
+    name.split_once(" (").map_or(name, |(name, _)| name)
+}
+
+/// With what stands in brackets, and without where that is enough.
+fn row_keys(row: &Row, block: &Block) -> Vec<String> {
+    let mut keys = vec![key(row.name), key(&row_slug(row, block))];
+    keys.dedup();
+    keys
+}
+
+/// Letters and digits in lower case.
+pub(super) fn key(text: &str) -> String {
+    text.chars().filter(char::is_ascii_alphanumeric).map(|letter| letter.to_ascii_lowercase()).collect()
+}
+
+/// Words in lower case with hyphens: `process-value` of "ProcessValue".
+#[must_use]
+pub fn slug(text: &str) -> String {
+    let mut slug = String::new();
+    let mut before = ' ';
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        // "ProcessValue", and "AIBlock": the last capital before a small letter.
+        let small_follows = letters.peek().is_some_and(char::is_ascii_lowercase);
+        let begins = letter.is_ascii_uppercase()
+            && (before.is_ascii_lowercase() || (before.is_ascii_uppercase() && small_follows));
+        if (begins || !letter.is_ascii_alphanumeric()) && !slug.is_empty() && !slug.ends_with('-') {
+            slug.push('-');
+        }
+        if letter.is_ascii_alphanumeric() {
+            slug.push(letter.to_ascii_lowercase());
+        }
+        before = letter;
+    }
+    slug.trim_end_matches('-').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::catalog::model_named;
+
+    fn names(device: &str) -> Names {
+        Names::of(model_named(device).unwrap())
+    }
+
+    fn numbers_of(device: &'static str, text: &str) -> String {
+        match names(device).find(device, text) {
+            Ok(Target::Named(named)) => named.parameter.numbers(),
+            Ok(Target::Shown { slot, index }) => format!("shown {slot}/{index}"),
+            Ok(Target::Raw { slot, index }) => format!("raw {slot}/{index}"),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn the_manuals_words_and_numbers_find_a_parameter() {
+        for (device, text, numbers) in [
+            ("bcg450", "pirani.process-value", "1:1/19"),
+            ("bcg450", "Pirani/Process Value (PV)", "1:1/19"),
+            ("bcg450", "ba.degas-status", "1:2/109"),
+            ("bcg450", "degas status", "1:2/109"),
+            ("bcg450", "1:2/19", "1:2/19"),
+            ("bcg450", "1/19", "shown 1/19"),
+            ("bcg450", "0/25", "0/25"),
+            ("bcg450", "device.serial", "0/23"),
+            ("pcg550", "trip-point.1/high-trip-point", "2/17"),
+            ("pcg550", "trip-point.2.high-trip-point", "3/17"),
+            ("pcg550", "cdg.process-value", "1:1/19"),
+            ("pcg550", "run-hours", "0/36"),
+            ("pcg550", "device.run-hours-4", "0/212"),
+            ("img400", "channel.3/process-value", "3/19"),
+            ("img400", "relay.7/hysteresis", "11/24"),
+            ("tpg300", "a2.pressure-unit", "2/22"),
+            ("tpg500", "cold-cathode-b.upper-threshold", "10/21"),
+            ("hpg400", "emission-on-switch", "0/202"),
+        ] {
+            assert_eq!(numbers_of(device, text), numbers, "{device} {text}");
+        }
+    }
+
+    #[test]
+    fn every_parameter_is_found_under_its_name_and_its_numbers() {
+        for model in MODELS {
+            let device = model.name;
+            let names = names(device);
+            assert!(names.all().len() > 40, "{device}");
+            for named in names.all() {
+                let Ok(Target::Named(found)) = names.find(device, &named.name) else { panic!("{device} {named}") };
+                assert_eq!(found.to_string(), named.to_string(), "{device}");
+                let shown = names.find(device, &named.parameter.numbers());
+                assert!(matches!(shown, Ok(Target::Named(_) | Target::Shown { .. })), "{device} {named}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_parameter_is_answered_with_what_is() {
+        let unknown = "bcg450 has no parameter or command \"pirani.proces-valeu\"; did you mean pirani.process-value?";
+        assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
+        assert_eq!(
+            numbers_of("bcg450", "xyz"),
+            "bcg450 has no parameter or command \"xyz\"; `profivac list` shows all"
+        );
+        assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
+        let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
+        assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);
+        let numbers = "expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got \"1/300\"";
+        assert_eq!(numbers_of("bcg450", "1/300"), numbers);
+        assert!(numbers_of("bcg450", "").starts_with("bcg450 has no parameter"));
+    }
+
+    #[test]
+    fn a_command_is_found_by_its_name_and_told_apart_by_its_part() {
+        let command = |device: &str, text: &str| match names(device).command(text) {
+            Ok(Some((named, code))) => format!("{} {}", named.parameter.numbers(), code.number),
+            Ok(None) => "none".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        assert_eq!(command("bcg450", "degas on"), "1:2/14 257");
+        assert_eq!(command("bcg450", "execute"), "0/15 4");
+        assert_eq!(command("bcg450", "explode"), "none");
+        assert_eq!(command("pcg550", "cdg.zero-adjust"), "1:1/15 0");
+        let ambiguous = "\"zero-adjust\" is ambiguous: it may be cdg.zero-adjust, pirani.zero-adjust";
+        assert_eq!(command("pcg550", "zero-adjust"), ambiguous);
+        assert_eq!(command("img400", "channel.2/degas on"), "2/14 257");
+        assert_eq!(command("psg550", "zero adjust"), "1:1/15 0");
+    }
+
+    #[test]
+    fn names_are_words_in_lower_case() {
+        for (text, expected) in [
+            ("ProcessValue (PV)", "process-value-pv"),
+            ("Device Exception Detail Alarm 0 ... 3", "device-exception-detail-alarm-0-3"),
+            ("Sensor On_Off", "sensor-on-off"),
+            ("AIBlockAdjust Command", "ai-block-adjust-command"),
+            ("OneOfN PV Selector", "one-of-n-pv-selector"),
+            ("Run hours (*4)", "run-hours-4"),
+        ] {
+            assert_eq!(slug(text), expected);
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! A station address is given to nobody who would share it.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_client::address::{AddressError, check};
+use profivac_dp::link::Baud;
+use profivac_host::port::{Character, Port, PortError};
+use profivac_host::session::{Tool, bus_parameters};
+use profivac_virtual::segment_file::SegmentFile;
+use rustix::fd::BorrowedFd;
+use std::path::Path;
+use std::time::Duration;
+
+const BAUD: Baud = Baud::B19200;
+
+/// SD1 to address 6.
+const TO_SIX: [u8; 2] = [0x10, 0x06];
+
+/// A line on which the first requests to address 6 get lost.
+struct Lossy {
+    port: Box<dyn Port>,
+    lost: u8,
+}
+
+impl Port for Lossy {
+    fn name(&self) -> &str {
+        self.port.name()
+    }
+
+    fn watched(&self) -> Vec<BorrowedFd<'_>> {
+        self.port.watched()
+    }
+
+    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+        self.port.receive(heard)
+    }
+
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        if self.lost > 0 && octets.starts_with(&TO_SIX) {
+            self.lost -= 1;
+            return Ok(());
+        }
+        self.port.send(octets)
+    }
+}
+
+fn tool(lost: u8) -> Tool {
+    let file = SegmentFile::parse("devices = [\"bcg450@126\", \"pcg550@6\"]", Path::new("bench.toml")).unwrap();
+    let port = Box::new(Lossy { port: Box::new(file.run().unwrap()), lost });
+    Tool::new(port, BAUD, bus_parameters(0, BAUD), Duration::from_secs(5)).unwrap()
+}
+
+#[test]
+fn a_lost_answer_does_not_make_a_taken_address_free() {
+    for lost in 0..3 {
+        let answer = check(&mut tool(lost), 126, 6);
+        assert!(matches!(answer, Err(AddressError::Taken(6))), "{lost} lost: {answer:?}");
+    }
+}

@@ -1,0 +1,88 @@
+//! `docs/devices` is printed from the tables: each device has its page, and a page that differs from the tables is an error.
+//! `cargo xtask goldens` writes the pages anew.
+
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+mod index;
+mod page;
+mod words;
+
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::Model;
+use profivac_devices::pxg55x::table::VERSIONS;
+use profivac_devices::{bcg450, img400, tpg, xpg400};
+use std::{env, fs, path::Path};
+
+/// One page, for one device or for several with the same tables.
+struct Page {
+    /// The file, without `.md`.
+    file: &'static str,
+    /// The folder of the tables, in `crates/devices/src`.
+    source: &'static str,
+    /// What else tells the devices of this page from others.
+    remark: &'static str,
+    models: &'static [&'static Model],
+}
+
+const WITH_ATM: &str = "With the atmosphere sensor (`pcg550@5`, `pcg550@5:atm=on`). Without it: [pcg55x](pcg55x.md).";
+const WITHOUT_ATM: &str = "Without the atmosphere sensor (`pcg550@5:atm=off`). With it: [pcg55x-atm](pcg55x-atm.md).";
+
+const fn page(file: &'static str, source: &'static str, models: &'static [&'static Model]) -> Page {
+    Page { file, source, remark: "", models }
+}
+
+const fn pxg(file: &'static str, remark: &'static str, models: &'static [&'static Model]) -> Page {
+    Page { file, source: "pxg55x", remark, models }
+}
+
+/// All pages, in the order of the manuals.
+static PAGES: [Page; 8] = [
+    pxg("pcg55x-atm", WITH_ATM, &[&VERSIONS[0].model, &VERSIONS[1].model, &VERSIONS[2].model]),
+    pxg("pcg55x", WITHOUT_ATM, &[&VERSIONS[3].model, &VERSIONS[4].model, &VERSIONS[5].model]),
+    pxg("psg55x", "", &[&VERSIONS[6].model, &VERSIONS[7].model, &VERSIONS[8].model]),
+    page("bpg400", "xpg400", &[&xpg400::table::BPG400.model]),
+    page("hpg400", "xpg400", &[&xpg400::table::HPG400.model]),
+    page("bcg450", "bcg450", &[&bcg450::table::MODEL]),
+    page("tpg", "tpg", &[&tpg::table::TPG300, &tpg::table::TPG500]),
+    page("img400", "img400", &[&img400::table::MODEL]),
+];
+
+#[test]
+fn every_page_is_what_the_tables_say() {
+    for page in &PAGES {
+        check(page.file, &page::print(page));
+    }
+    check("README", &index::print(&PAGES));
+}
+
+#[test]
+fn every_device_has_a_page() {
+    for model in MODELS {
+        let has = |page: &&Page| page.models.iter().any(|model| std::ptr::eq(*model, model));
+        assert_eq!(PAGES.iter().filter(has).count(), 1, "{}", model.name);
+    }
+}
+
+#[test]
+fn devices_that_share_a_page_have_the_same_tables() {
+    for page in &PAGES {
+        let (first, others) = page.models.split_first().unwrap();
+        for other in others {
+            assert_eq!(page::tables(first), page::tables(other), "{} and {}", first.name, other.name);
+        }
+    }
+}
+
+/// Compares with the page of this name, or writes it when `PROFIVAC_BLESS` is 1.
+fn check(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/devices").join(format!("{name}.md"));
+    if env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, text).unwrap();
+    }
+    let written = fs::read_to_string(&path).unwrap_or_default();
+    for (number, (now, written)) in (1..).zip(text.lines().zip(written.lines())) {
+        assert_eq!(now, written, "{name}.md, line {number}: cargo xtask goldens writes it anew");
+    }
+    assert_eq!(text.lines().count(), written.lines().count(), "{name}.md: the number of lines");
+}

@@ -1,0 +1,46 @@
+//! The twelve device models, in the order of their manuals, and how to find one.
+
+use crate::model::Model;
+use crate::pxg55x::table::VERSIONS;
+use crate::{bcg450, img400, tpg, xpg400};
+
+/// All device models.
+pub static MODELS: [&Model; 12] = [
+    &VERSIONS[0].model,
+    &VERSIONS[1].model,
+    &VERSIONS[2].model,
+    &VERSIONS[6].model,
+    &VERSIONS[7].model,
+    &VERSIONS[8].model,
+    &xpg400::table::BPG400.model,
+    &xpg400::table::HPG400.model,
+    &bcg450::table::MODEL,
+    &tpg::table::TPG300,
+    &tpg::table::TPG500,
+    &img400::table::MODEL,
+];
+
+/// The model with this name, such as `bcg450`.
+#[must_use]
+pub fn model_named(name: &str) -> Option<&'static Model> {
+    MODELS.into_iter().find(|model| model.name == name)
+}
+
+/// The models with this Ident_Number. Related devices share one.
+pub fn models_with_ident(ident: u16) -> impl Iterator<Item = &'static Model> {
+    MODELS.into_iter().filter(move |model| model.ident == ident)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_model_is_found_by_its_name_and_by_its_ident_number() {
+        for model in MODELS {
+            assert!(model_named(model.name).is_some_and(|found| core::ptr::eq(found, model)), "{}", model.name);
+            assert!(models_with_ident(model.ident).any(|found| core::ptr::eq(found, model)), "{}", model.name);
+        }
+        assert!(model_named("bcg451").is_none());
+    }
+}

@@ -1,0 +1,207 @@
+//! What Data_Exchange carries: pressures, states, and the parameter channel.
+
+use super::cycle::{Answer, Request};
+use super::names::Tables;
+use super::note::{Kind, Notes};
+use super::refusal::channel_code;
+use profivac_client::watch::{exception_words, extension_words};
+use profivac_devices::model::{Configuration, Field, Instruction, Telegram};
+use profivac_devices::profile::{ExceptionStatus, StatusExtension};
+use profivac_sim::describe::Hex;
+use profivac_wire::control::Status;
+
+/// AK of an answer in the parameter channel. errata-bpg-bcg-tpg 24
+const NOTHING: u8 = 0;
+const WORD: u8 = 1;
+const REFUSED: u8 = 7;
+const BYTE: u8 = 11;
+
+/// The cyclic side of a slave.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cyclic {
+    configuration: Option<&'static Configuration>,
+    exchanging: bool,
+    refusing: bool,
+    /// What was told of the inputs, without the pressures.
+    told: String,
+    instruction: [u8; 8],
+    answered: bool,
+}
+
+impl Cyclic {
+    /// Another configuration, one that the tables have or not.
+    pub(super) fn configure(&mut self, configuration: Option<&'static Configuration>) {
+        *self = Self { configuration, ..Self::default() };
+    }
+
+    /// Data are not exchanged any more.
+    pub(super) fn end(&mut self) {
+        self.exchanging = false;
+        self.told.clear();
+    }
+
+    /// Data were refused. Whether that is news.
+    pub(super) fn refuse(&mut self) -> bool {
+        let news = !self.refusing;
+        (self.refusing, self.exchanging) = (true, false);
+        news
+    }
+
+    /// Whether data are exchanged for the first time.
+    pub(super) const fn begins(&self) -> bool {
+        !self.exchanging
+    }
+
+    /// What outputs mean.
+    pub(super) fn outputs(&mut self, tables: &Tables, du: &[u8]) -> String {
+        let Some(telegram) = self.configuration.and_then(|configuration| configuration.outputs) else {
+            return String::new();
+        };
+        let mut words = Vec::new();
+        for (field, octets) in fields(telegram, du) {
+            match (field, <[u8; 8]>::try_from(octets)) {
+                (Field::ParameterChannel, Ok(channel)) => {
+                    if channel != self.instruction {
+                        (self.instruction, self.answered) = (channel, false);
+                    }
+                    words.extend(instruction(tables, channel).map(|(what, _)| what));
+                }
+                (Field::Ignored(_), _) => {}
+                _ => words.push(format!("{} {}", field.name(), Hex(octets))),
+            }
+        }
+        words.join(", ")
+    }
+
+    /// What inputs mean; tells what has changed.
+    pub(super) fn inputs(
+        &mut self,
+        address: u8,
+        tables: &Tables,
+        request: &Request,
+        answer: Answer<'_>,
+        notes: &mut Notes<'_>,
+    ) -> String {
+        let telegram = self.configuration.and_then(|configuration| configuration.inputs);
+        let (mut all, mut states) = (Vec::new(), Vec::new());
+        let selected = telegram.and_then(|telegram| octet_of(telegram, answer.du, Field::PvSelector));
+        for (field, octets) in telegram.into_iter().flat_map(|telegram| fields(telegram, answer.du)) {
+            if field == Field::ParameterChannel {
+                all.extend(self.channel(address, tables, octets, notes));
+                continue;
+            }
+            let words = in_words(field, octets, tables, selected);
+            if !is_measured(field) && !words.is_empty() {
+                states.push(words.clone());
+            }
+            all.push(words);
+        }
+        all.retain(|words| !words.is_empty());
+        let all = all.join(", ");
+        self.tell(address, request, answer, [&states.join(", "), &all], notes);
+        all
+    }
+
+    fn tell(
+        &mut self,
+        address: u8,
+        request: &Request,
+        answer: Answer<'_>,
+        [states, all]: [&str; 2],
+        notes: &mut Notes<'_>,
+    ) {
+        let what = if all.is_empty() { String::new() } else { format!(": {all}") };
+        if self.begins() {
+            let octets = format!("{} octets out, {} in", request.du.len(), answer.du.len());
+            notes.say(
+                address,
+                Kind::Exchange,
+                format!("exchanges data with master {}, {octets}{what}", request.master),
+            );
+        } else if self.told != states {
+            notes.say(address, Kind::Exchange, format!("its inputs say{what}"));
+        }
+        if answer.status == Status::DataHigh {
+            notes.say(address, Kind::Diagnosis, "asks its master to fetch its diagnosis (DH)");
+        }
+        (self.exchanging, self.refusing, self.told) = (true, false, states.to_owned());
+    }
+
+    /// The parameter channel of the inputs.
+    fn channel(&mut self, address: u8, tables: &Tables, octets: &[u8], notes: &mut Notes<'_>) -> Option<String> {
+        let (what, reads) = instruction(tables, self.instruction)?;
+        let [pke, slot, index, _, value @ ..] = octets else { return None };
+        let [_, asked_slot, asked_index, ..] = self.instruction;
+        // An answer to something else is one from before.
+        let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING && (*slot, *index) == (asked_slot, asked_index))?;
+        let result = match (ak, tables.model, value) {
+            (REFUSED, Some(model), [.., code]) => format!(" is refused: {} (code {code})", channel_code(model, *code)),
+            (REFUSED, None, [.., code]) => format!(" is refused: code {code}"),
+            _ if !reads => " is done".to_owned(),
+            (BYTE, _, [.., low]) => format!(" = {}", tables.value(*slot, *index, &[*low])),
+            (WORD, _, [.., high, low]) => format!(" = {}", tables.value(*slot, *index, &[*high, *low])),
+            _ => format!(" = {}", tables.value(*slot, *index, value)),
+        };
+        let text = format!("parameter channel: {what}{result}");
+        if !self.answered {
+            let kind = if ak == REFUSED { Kind::Refused } else { Kind::Parameter };
+            notes.say(address, kind, text.clone());
+        }
+        self.answered = true;
+        Some(text)
+    }
+}
+
+/// What an instruction of the parameter channel asks for, and whether it reads.
+fn instruction(tables: &Tables, [pke, slot, index, _, value @ ..]: [u8; 8]) -> Option<(String, bool)> {
+    let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING)?;
+    let name = tables.name(slot, index);
+    Some(match tables.model.and_then(|model| model.dialect.instruction(ak)) {
+        Some(Instruction::Read) => (format!("read {name}"), true),
+        Some(Instruction::Write(lengths)) => {
+            let length = lengths.iter().copied().max().unwrap_or(4).min(4);
+            let octets = value.get(4usize.saturating_sub(length)..).unwrap_or_default();
+            (format!("write {name} = {}", tables.value(slot, index, octets)), false)
+        }
+        None => (format!("instruction {ak} for {name}"), true),
+    })
+}
+
+fn fields<'a>(telegram: &'static Telegram, du: &'a [u8]) -> impl Iterator<Item = (Field, &'a [u8])> {
+    telegram.layout().filter_map(move |(start, field)| Some((field, du.get(start..)?.get(..field.octets())?)))
+}
+
+fn octet_of(telegram: &'static Telegram, du: &[u8], wanted: Field) -> Option<u8> {
+    fields(telegram, du).find(|(field, _)| *field == wanted).and_then(|(_, octets)| octets.first().copied())
+}
+
+/// Whether a field changes all the time.
+const fn is_measured(field: Field) -> bool {
+    matches!(field, Field::ProcessValue(_) | Field::ChannelValue(..) | Field::ChannelMantissa(_) | Field::TtrValue)
+}
+
+fn in_words(field: Field, octets: &[u8], tables: &Tables, selected: Option<u8>) -> String {
+    let [first, ..] = octets else { return String::new() };
+    match field {
+        Field::ProcessValue(_) => {
+            let part = selected.map(|instance| part(tables, instance)).unwrap_or_default();
+            format!("{part}{}", tables.pressure(octets).unwrap_or_default())
+        }
+        Field::ChannelValue(channel, _) => format!("channel {channel} {}", tables.pressure(octets).unwrap_or_default()),
+        Field::ExceptionStatus => exception_words(ExceptionStatus::from_bits_retain(*first)).join(", "),
+        Field::StatusExtension => extension_words(StatusExtension::from_bits_retain(*first)).join(", "),
+        Field::PvSelector | Field::ParameterChannel => String::new(),
+        Field::MeasurementStatus(channel) => format!("channel {channel} status {}", Hex(octets)),
+        Field::ChannelMantissa(channel) => format!("channel {channel} {}", Hex(octets)),
+        _ if octets.iter().all(|octet| *octet == 0) => String::new(),
+        _ => format!("{} {}", field.name(), Hex(octets)),
+    }
+}
+
+/// The name of the measuring part that shows its value.
+fn part(tables: &Tables, instance: u8) -> String {
+    let places = tables.model.into_iter().flat_map(|model| model.places).flat_map(|place| place.addresses);
+    let name =
+        places.into_iter().find(|address| address.instance == instance && instance > 0).map(|address| address.name);
+    name.map(|name| format!("{name} ")).unwrap_or_default()
+}

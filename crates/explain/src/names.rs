@@ -1,0 +1,229 @@
+//! Parameters by name, and their values in words: `ba.process-value = 1.2e-3 mbar`.
+
+use profivac_client::names::{Named, Names};
+use profivac_client::values::{Meaning, Value};
+use profivac_devices::model::{Codes, DataType, Model, Unit};
+use profivac_sim::describe::Hex;
+
+/// What a telegram says about a device, in the device's own terms.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tables {
+    /// The device, the first of those that share an ident number.
+    pub model: Option<&'static Model>,
+    /// The unit it shows, once a telegram has told it.
+    pub unit: Option<&'static Unit>,
+    /// The instance that the selector of a slot with several shows, once a telegram has told it.
+    pub instance: Option<u8>,
+}
+
+/// Parameters that choose which instance a slot shows.
+const SELECTORS: [&str; 2] = ["Channel Instance Selector", "Analog Input Sensor Function Block Instance"];
+
+impl Tables {
+    /// The name of a parameter as [`Names`] has it, with its numbers. Instances that share a slot are all named:
+    /// `pirani/ba.safe-value`.
+    #[must_use]
+    pub fn name(&self, slot: u8, index: u8) -> String {
+        let mut names: Vec<(String, &str)> = Vec::new();
+        for named in self.named(slot, index) {
+            let at = named.name.rfind(['.', '/']).unwrap_or_default();
+            let (place, row) = named.name.split_at(at);
+            match names.iter_mut().find(|(_, known)| *known == row) {
+                Some((places, _)) => *places = format!("{places}/{place}"),
+                None => names.push((place.to_owned(), row)),
+            }
+        }
+        let numbers = format!("slot {slot} index {index}");
+        if names.is_empty() {
+            return numbers;
+        }
+        let names: Vec<String> = names.into_iter().map(|(places, row)| places + row).collect();
+        format!("{} ({numbers})", names.join(" or "))
+    }
+
+    /// The value of a parameter in the words of [`Meaning`], as far as the octets and the unit tell. A code keeps its number.
+    #[must_use]
+    pub fn value(&self, slot: u8, index: u8, octets: &[u8]) -> String {
+        self.meaning(slot, index, octets).unwrap_or_else(|| Hex(octets).to_string())
+    }
+
+    fn meaning(&self, slot: u8, index: u8, octets: &[u8]) -> Option<String> {
+        let mut all = self.named(slot, index);
+        let named = all.next()?;
+        let row = named.parameter.row;
+        // Nobody has said whose it is, and it is not the same everywhere.
+        if all.any(|other| other.parameter.row.codes != row.codes || other.parameter.row.data_type != row.data_type) {
+            return None;
+        }
+        match row.data_type {
+            DataType::ByType => return self.pressure(octets),
+            DataType::Visible(_) => return Some(format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end())),
+            _ if row.name == "Block Type" => return self.block(octets),
+            _ if !fits(row.data_type, octets) => return None,
+            _ => {}
+        }
+        let meaning = Meaning { named, model: self.model?, unit: self.unit };
+        let value = Value::of(row, octets);
+        let text = meaning.show(&value);
+        Some(match value {
+            Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {
+                format!("{text} ({number})")
+            }
+            _ => text,
+        })
+    }
+
+    /// The parameters at a place, of the instance that is shown if that is known.
+    fn named(&self, slot: u8, index: u8) -> impl Iterator<Item = &'static Named> + '_ {
+        let names = self.model.and_then(Names::known);
+        let here = names.into_iter().flat_map(move |names| names.at_index(slot, index));
+        here.filter(|named| {
+            let instance = named.parameter.place.instance;
+            instance == 0 || self.instance.is_none_or(|selected| selected == instance)
+        })
+    }
+
+    /// A parameter was read or written: unit and selector change what others mean.
+    pub fn learn(&mut self, slot: u8, index: u8, octets: &[u8]) {
+        let Some(row) = self.named(slot, index).next().map(|named| named.parameter.row) else { return };
+        if row.name == DATA_UNITS {
+            self.unit = self.unit_of(octets).or(self.unit);
+        }
+        if let (true, [instance]) = (SELECTORS.contains(&row.name), octets) {
+            self.instance = Some(*instance);
+        }
+    }
+
+    /// The unit with the code in these octets.
+    fn unit_of(&self, octets: &[u8]) -> Option<&'static Unit> {
+        self.model?.unit(u16::from_be_bytes(octets.try_into().ok()?))
+    }
+
+    /// A block by its number.
+    fn block(&self, octets: &[u8]) -> Option<String> {
+        let [high, low, ..] = octets else { return None };
+        let number = u16::from_be_bytes([*high, *low]);
+        let mut blocks = self.model?.places.iter().map(|place| place.block);
+        let block = blocks.find(|block| block.block_type == Some(number))?;
+        Some(format!("{} ({})", block.name, Hex(octets)))
+    }
+
+    /// A pressure as a number in the unit of the device: two octets are an integer, four a float.
+    #[must_use]
+    pub fn pressure(&self, octets: &[u8]) -> Option<String> {
+        let number = match octets {
+            [high, low] => u16::from_be_bytes([*high, *low]).to_string(),
+            _ => short(float(octets)?),
+        };
+        let unit = self.unit.map_or("in a unit that was not told", |unit| unit.name);
+        Some(format!("{number} {unit}"))
+    }
+}
+
+const DATA_UNITS: &str = "Data Units";
+
+/// A number with four digits, as short as possible.
+#[must_use]
+pub fn short(number: f32) -> String {
+    let size = number.abs();
+    if number == 0.0 || (0.01..10_000.0).contains(&size) {
+        let digits = if size < 1.0 {
+            4
+        } else if size < 100.0 {
+            2
+        } else {
+            1
+        };
+        let text = format!("{number:.digits$}");
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    format!("{number:.3e}")
+}
+
+fn float(octets: &[u8]) -> Option<f32> {
+    octets.try_into().ok().map(f32::from_be_bytes)
+}
+
+/// Whether octets are as many as the type has, and a Boolean is one.
+const fn fits(data_type: DataType, octets: &[u8]) -> bool {
+    match data_type {
+        DataType::Boolean => matches!(octets, [0 | 1]),
+        DataType::Uint8 | DataType::Int8 => octets.len() == 1,
+        DataType::Uint16 | DataType::Int16 => octets.len() == 2,
+        DataType::Uint32 | DataType::Int32 | DataType::Float => octets.len() == 4,
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_client::names::Parameter;
+    use profivac_devices::bcg450::table::MODEL;
+    use profivac_devices::catalog::MODELS;
+
+    fn tables() -> Tables {
+        Tables { model: Some(&MODEL), unit: MODEL.unit_named("mbar"), instance: None }
+    }
+
+    #[test]
+    fn parameters_have_the_names_of_the_manual() {
+        assert_eq!(tables().name(0, 17), "device.device-type (slot 0 index 17)");
+        assert_eq!(
+            tables().name(1, 201),
+            "ba.emission-user-mode-state or setpoint-a/setpoint-b.setpoint-function (slot 1 index 201)"
+        );
+        // The selector says whose row it is.
+        let mut selected = tables();
+        selected.learn(1, 46, &[6]);
+        assert_eq!(selected.name(1, 201), "setpoint-b.setpoint-function (slot 1 index 201)");
+        assert_eq!(tables().name(7, 7), "slot 7 index 7");
+        assert_eq!(Tables::default().name(1, 19), "slot 1 index 19");
+    }
+
+    #[test]
+    fn values_have_type_and_unit() {
+        let (tables, float) = (tables(), 1.5e-3_f32.to_be_bytes());
+        assert_eq!(tables.value(1, 22, &[0x05, 0x1C]), "mbar (1308)");
+        assert_eq!(tables.pressure(&float), Some("1.500e-3 mbar".to_owned()));
+        assert_eq!(
+            Tables { unit: None, ..tables }.pressure(&[0x03, 0xE8]),
+            Some("1000 in a unit that was not told".to_owned())
+        );
+        assert_eq!(tables.value(1, 23, &[1]), "true");
+        assert_eq!(tables.value(0, 17, b"BCG450  "), "\"BCG450\"");
+        assert_eq!(tables.value(1, 23, &[9]), "09", "no Boolean");
+        assert_eq!(tables.value(7, 7, &[1, 2]), "01 02");
+    }
+
+    /// One implementation of names and of the words for numbers: what `read` says, a recording says.
+    #[test]
+    fn names_and_codes_are_those_of_the_client() {
+        let tables = tables();
+        assert_eq!(tables.value(0, 25, &[4]), "EXECUTING (4)");
+        assert_eq!(tables.value(1, 39, &[3]), "use-safe-value (3)");
+        // Set point function of one instance, emission user mode of another: whose it is must be known.
+        assert_eq!(tables.value(1, 201, &[1]), "01");
+        let second = Tables { instance: Some(2), ..tables };
+        assert_eq!(
+            (second.value(1, 201, &[1]), second.value(1, 14, &[1, 1])),
+            ("true".to_owned(), "degas-on".to_owned())
+        );
+        for model in MODELS {
+            for named in Names::of(model).all() {
+                let Parameter { place, row, .. } = named.parameter;
+                let mut shown = Tables { model: Some(model), ..Tables::default() };
+                shown.instance = Some(place.instance);
+                let name = shown.name(place.slot, row.id);
+                assert_eq!(name, format!("{} (slot {} index {})", named.name, place.slot, row.id));
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        for (number, text) in [(0.0, "0"), (1.5, "1.5"), (1013.25, "1013.2"), (0.012, "0.012"), (5e-9, "5.000e-9")] {
+            assert_eq!(short(number), text);
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Who is there: one address after the other, with nothing but FDL status and Slave_Diag.
+
+use crate::session::{Reply, Tool, ToolError};
+use profivac_devices::catalog::MODELS;
+use profivac_dp::link::active::Failure;
+use profivac_dp::master::services;
+use profivac_wire::control::StationType;
+use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+
+/// A station that answered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seen {
+    /// Its address.
+    pub address: u8,
+    /// What kind of station it is.
+    pub station: StationType,
+    /// What its diagnosis says, if it is a slave and gave one.
+    pub slave: Option<SlaveSeen>,
+}
+
+/// The fixed part of a diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlaveSeen {
+    /// Ident_Number.
+    pub ident: u16,
+    /// Station_Status.
+    pub status: StationStatus,
+    /// The master that parameterised it.
+    pub owner: Option<u8>,
+}
+
+impl SlaveSeen {
+    /// Parses a Slave_Diag data unit. `None` when it is too short.
+    #[must_use]
+    pub fn parse(du: &[u8]) -> Option<Self> {
+        let diag = SlaveDiag::parse(du).ok()?;
+        let owner = Some(diag.master_add).filter(|master| *master != NO_MASTER);
+        Some(Self { ident: diag.ident, status: diag.status, owner })
+    }
+
+    /// The names of the devices with this ident number that profivac knows.
+    #[must_use]
+    pub fn devices(&self) -> Vec<&'static str> {
+        let same = MODELS.iter().filter(|model| model.ident == self.ident);
+        same.map(|model| model.name).collect()
+    }
+
+    /// What the slave is doing, in words.
+    #[must_use]
+    pub fn state(&self) -> String {
+        let words: Vec<_> =
+            STATES.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word).collect();
+        if words.is_empty() { "exchanges data".to_owned() } else { words.join(", ") }
+    }
+}
+
+/// Bits of Station_Status that keep a slave from exchanging data or report something, the telling ones first.
+/// profibus-wire 2.3
+const STATES: [(StationStatus, &str); 6] = [
+    (StationStatus::PRM_FAULT, "refused its parameters"),
+    (StationStatus::CFG_FAULT, "refused its configuration"),
+    (StationStatus::PRM_REQ, "waits for parameters"),
+    (StationStatus::STATION_NOT_READY, "not ready"),
+    (StationStatus::STAT_DIAG, "no valid data yet"),
+    (StationStatus::EXT_DIAG, "reports a fault"),
+];
+
+/// Asks whether somebody is at `address`, and a slave what it is.
+///
+/// # Errors
+/// [`ToolError`] when nothing could be asked.
+pub fn look(tool: &mut Tool, address: u8) -> Result<Option<Seen>, ToolError> {
+    let station = match tool.ask(&services::fdl_status(address))? {
+        Reply::Answer { station, .. } => station,
+        Reply::Nothing(Failure::Silence | Failure::Impossible) => return Ok(None),
+        // Somebody is there: once more.
+        Reply::Nothing(_) => match tool.ask(&services::fdl_status(address))? {
+            Reply::Answer { station, .. } => station,
+            Reply::Nothing(_) => return Ok(None),
+        },
+    };
+    let slave = if station == StationType::Slave { diagnose(tool, address)? } else { None };
+    Ok(Some(Seen { address, station, slave }))
+}
+
+/// Slave_Diag, asked twice: what a slave that was never spoken to is asked first is not repeated by itself.
+fn diagnose(tool: &mut Tool, address: u8) -> Result<Option<SlaveSeen>, ToolError> {
+    for _ in 0..2 {
+        if let Reply::Answer { du, .. } = tool.ask(&services::slave_diag(address))? {
+            return Ok(SlaveSeen::parse(&du));
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_diagnosis_is_told_in_words() {
+        for (du, state, owner) in [
+            ([0x02, 0x05, 0x00, 0xFF, 0x08, 0xE6], "waits for parameters, not ready", None),
+            ([0x42, 0x05, 0x00, 0xFF, 0x08, 0xE6], "refused its parameters, waits for parameters, not ready", None),
+            ([0x02, 0x0C, 0x00, 0x02, 0x08, 0xE6], "not ready", Some(2)),
+            ([0x00, 0x0C, 0x00, 0x02, 0x08, 0xE6], "exchanges data", Some(2)),
+            ([0x08, 0x0C, 0x00, 0x02, 0x08, 0xE6], "reports a fault", Some(2)),
+        ] {
+            let seen = SlaveSeen::parse(&du).unwrap();
+            assert_eq!((seen.state().as_str(), seen.owner, seen.ident), (state, owner, 0x08E6), "{du:02X?}");
+        }
+        assert_eq!(SlaveSeen::parse(&[0x02, 0x05]), None);
+    }
+
+    #[test]
+    fn an_ident_number_names_its_devices() {
+        let seen = |ident| SlaveSeen { ident, status: StationStatus::empty(), owner: None };
+        assert_eq!(seen(0x08E6).devices(), ["bcg450"]);
+        assert!(seen(0xFFFF).devices().is_empty());
+    }
+}

@@ -1,0 +1,389 @@
+//! Virtual devices on the bench: a slave and its instrument, a power switch, and the vacuum around them.
+
+use profivac_client::pressure::Pressure;
+use profivac_devices::{Action, Drive, Instrument, Principle, Report, Unknown};
+use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
+use profivac_dp::slave::{Slave, State};
+use profivac_vacuum::sensor::{self, REFERENCE_K, Range, Sensor, Surroundings};
+use profivac_vacuum::{Gas, Mixture};
+use profivac_wire::Telegram;
+
+/// The longest a device is left without time, in milliseconds: the fastest thing a device does by itself (the refresh of a
+/// controller's values) happens this often.
+const TICK_MS: u64 = 100;
+
+/// Time is handed out in pieces no shorter than this, in milliseconds: nothing in a device is quicker.
+const GRAIN_MS: u64 = 10;
+
+/// A device answers to what its sensors indicate, and mostly soon after something has changed. Longer times pass in steps
+/// that begin like this and double up to this, in s.
+const SHORTEST_S: f64 = 0.01;
+const LONGEST_S: f64 = 10.0;
+
+/// What surrounds the devices, as people say it: one gas, at the temperature at which gauges are calibrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions {
+    /// The true pressure in the chamber.
+    pub pressure: Pressure,
+    /// The pressure outside.
+    pub atmosphere: Pressure,
+    /// What the chamber is filled with.
+    pub gas: Gas,
+}
+
+impl From<Conditions> for Surroundings {
+    fn from(conditions: Conditions) -> Self {
+        Self {
+            gas: Mixture::pure(conditions.gas, conditions.pressure.pa()),
+            atmosphere_pa: conditions.atmosphere.pa(),
+            temperature_k: REFERENCE_K,
+        }
+    }
+}
+
+/// A slave with an instrument behind it, whichever it is.
+pub trait Unit: Station + Send {
+    /// The instrument.
+    fn instrument(&self) -> &dyn Instrument;
+
+    /// The instrument, to do something to it.
+    fn instrument_mut(&mut self) -> &mut dyn Instrument;
+
+    /// The station address the slave answers at.
+    fn station_address(&self) -> u8;
+
+    /// Whether it exchanges data with a master.
+    fn is_exchanging(&self) -> bool;
+
+    /// The slave forgets everything and answers at the address its instrument has now.
+    fn power_up(&mut self);
+}
+
+impl<I: Instrument + Send> Unit for Slave<I> {
+    fn instrument(&self) -> &dyn Instrument {
+        self.device()
+    }
+
+    fn instrument_mut(&mut self) -> &mut dyn Instrument {
+        self.device_mut()
+    }
+
+    fn station_address(&self) -> u8 {
+        self.address()
+    }
+
+    fn is_exchanging(&self) -> bool {
+        matches!(self.state(), State::DataExch(..))
+    }
+
+    fn power_up(&mut self) {
+        let address = self.device().station_address();
+        Self::power_up(self, address);
+    }
+}
+
+/// A device that can be switched off, at a place on the bench, with a sensor for each of its measuring parts.
+///
+/// As it is made its sensors are ideal and everything settles at once, as a test wants it. With
+/// [real sensors](Self::with_real_sensors) nothing does: they lag, drift and are noisy, filaments burn, and a self test takes
+/// its time.
+pub struct VirtualDevice {
+    place: u8,
+    unit: Box<dyn Unit>,
+    powered: bool,
+    /// The sensor of each measuring part, and what it indicates in Pa.
+    sensors: Vec<(Sensor, f64)>,
+    real: bool,
+    around: Surroundings,
+    /// What surrounds the measuring parts that sit elsewhere, by their instances.
+    elsewhere: Vec<(u8, Surroundings)>,
+    baud: Baud,
+    /// Its time passes when somebody says so, and not with that of the bus.
+    driven: bool,
+    /// It is connected to the bus.
+    plugged: bool,
+    /// Up to when the device has lived through bus time.
+    lived: BitTime,
+}
+
+impl VirtualDevice {
+    /// Puts a device on the bench and lets it settle. `place` is the address its switch is set to.
+    #[must_use]
+    pub fn new(unit: Box<dyn Unit>, place: u8, baud: Baud, around: impl Into<Surroundings>) -> Self {
+        let around = around.into();
+        let sensors = sensors(unit.instrument(), Sensor::ideal);
+        let mut device = Self {
+            place,
+            unit,
+            powered: true,
+            sensors,
+            real: false,
+            around,
+            elsewhere: Vec::new(),
+            baud,
+            driven: false,
+            plugged: true,
+            lived: BitTime(0),
+        };
+        device.settle();
+        device
+    }
+
+    /// The same device with sensors as they are bought. The seed says which; sensors of one device differ from each other,
+    /// and so do those of devices at two places.
+    #[must_use]
+    pub fn with_real_sensors(mut self, seed: u64) -> Self {
+        let mut seeds = (0..).map(|part: u64| seed ^ part << 40 ^ u64::from(self.place) << 32);
+        let bought = |principle, range| Sensor::real(principle, range, seeds.next().unwrap_or_default());
+        self.sensors = sensors(self.unit.instrument(), bought);
+        self.real = true;
+        self.sense(0.0);
+        self
+    }
+
+    /// The same device, whose time passes by [`follow`](Self::follow) and not with that of the bus: so a scenario goes the
+    /// same way at any speed and on any bus.
+    #[must_use]
+    pub fn driven(mut self) -> Self {
+        self.driven = true;
+        self
+    }
+
+    /// The vacuum around the device has changed, and so much time passes for it.
+    pub fn follow(&mut self, around: impl Into<Surroundings>, seconds: f64) {
+        self.around = around.into();
+        if !self.real && self.powered {
+            self.sense(0.0);
+        }
+        self.pass(seconds);
+    }
+
+    /// The bus connector is pulled (`false`) or plugged again.
+    pub fn plug(&mut self, plugged: bool) {
+        self.plugged = plugged;
+    }
+
+    /// Whether it exchanges data with a master.
+    #[must_use]
+    pub fn is_exchanging(&self) -> bool {
+        self.powered && self.unit.is_exchanging()
+    }
+
+    /// The sensor of the measuring part with this instance, to do something to it.
+    pub fn sensor_mut(&mut self, instance: u8) -> Option<&mut Sensor> {
+        let parts = self.unit.instrument().parts();
+        parts.iter().zip(&mut self.sensors).find(|(part, _)| part.instance == instance).map(|(_, (sensor, _))| sensor)
+    }
+
+    /// The address by which people name the device: the setting of its switch.
+    #[must_use]
+    pub const fn place(&self) -> u8 {
+        self.place
+    }
+
+    /// The station address it answers at.
+    #[must_use]
+    pub fn station_address(&self) -> u8 {
+        self.unit.station_address()
+    }
+
+    /// The instrument.
+    #[must_use]
+    pub fn instrument(&self) -> &dyn Instrument {
+        self.unit.instrument()
+    }
+
+    /// The instrument, to do something to it that no bus and no line can.
+    pub fn instrument_mut(&mut self) -> &mut dyn Instrument {
+        self.unit.instrument_mut()
+    }
+
+    /// What the instrument shows.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        self.unit.instrument().report()
+    }
+
+    /// What surrounds it.
+    #[must_use]
+    pub const fn around(&self) -> &Surroundings {
+        &self.around
+    }
+
+    /// The vacuum around the device changes, and everything that follows by itself has followed. With real sensors this is
+    /// [`surround`](Self::surround).
+    pub fn expose(&mut self, around: impl Into<Surroundings>) {
+        self.around = around.into();
+        self.settle();
+    }
+
+    /// The vacuum around the device changes. What follows takes its time.
+    pub fn surround(&mut self, around: impl Into<Surroundings>) {
+        self.around = around.into();
+        if self.powered {
+            self.sense(0.0);
+        }
+    }
+
+    /// From now on the measuring part of this instance sits elsewhere, or what is there changes: the sensor of a channel has a cable
+    /// of its own. What follows comes with the next time that passes.
+    pub fn surround_part(&mut self, instance: u8, around: impl Into<Surroundings>) {
+        let around = around.into();
+        match self.elsewhere.iter_mut().find(|(known, _)| *known == instance) {
+            Some((_, known)) => *known = around,
+            None => self.elsewhere.push((instance, around)),
+        }
+    }
+
+    /// Power is switched off, or on again. Nothing happens to a device that is off already, or on.
+    pub fn power(&mut self, on: bool) {
+        if self.powered == on {
+            return;
+        }
+        self.powered = on;
+        self.unit.instrument_mut().power(on);
+        if on {
+            self.unit.power_up();
+            self.settle();
+        }
+    }
+
+    /// Time passes for the device alone, as many seconds as there are: not infinitely many.
+    pub fn advance(&mut self, seconds: f64) {
+        self.pass(seconds);
+        self.settle();
+    }
+
+    /// Somebody does something to the device.
+    ///
+    /// # Errors
+    /// [`Unknown`] when the device has nothing of that name.
+    pub fn operate(&mut self, action: Action<'_>) -> Result<(), Unknown> {
+        self.unit.instrument_mut().operate(action)?;
+        self.settle();
+        Ok(())
+    }
+
+    /// The sensors take the pressure around them, and with ideal ones everything that follows by itself follows.
+    fn settle(&mut self) {
+        if self.powered {
+            self.sense(0.0);
+            if !self.real {
+                self.unit.instrument_mut().settle();
+            }
+        }
+    }
+
+    /// Time passes for sensors and device; without power for the sensors alone.
+    fn pass(&mut self, seconds: f64) {
+        if !self.real {
+            self.live_on(seconds);
+            return;
+        }
+        let (mut left, mut step) = (seconds, SHORTEST_S);
+        while left > 0.0 {
+            let now = left.min(step);
+            self.sense(now);
+            self.live_on(now);
+            left -= now;
+            step = (2.0 * step).min(LONGEST_S);
+        }
+    }
+
+    fn live_on(&mut self, seconds: f64) {
+        if self.powered {
+            self.unit.instrument_mut().advance(seconds);
+        }
+    }
+
+    /// Time passes for the sensors as the device drives them, and then it is told what they indicate.
+    fn sense(&mut self, seconds: f64) {
+        let instrument = self.unit.instrument_mut();
+        for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
+            let own = instrument.parts().get(part).map(|part| part.instance);
+            let elsewhere = self.elsewhere.iter().find(|(instance, _)| Some(*instance) == own);
+            let around = elsewhere.map_or(&self.around, |(_, around)| around);
+            *pa = sensor.read(around, drive(instrument.drive(part)), seconds);
+        }
+        for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
+            if self.powered {
+                instrument.sense(part, *pa);
+            }
+            if sensor.filament_mut().is_some_and(sensor::Filament::has_just_broken) {
+                break_sensor(instrument, part);
+            }
+        }
+    }
+
+    /// The device lives through bus time up to `now`.
+    fn live(&mut self, now: BitTime) {
+        let tbit = now - self.lived;
+        if tbit < self.baud.tbit_of_ms(GRAIN_MS) {
+            return;
+        }
+        self.lived = now;
+        if !self.driven {
+            self.pass(tbit as f64 / f64::from(self.baud.bits_per_second()));
+        }
+    }
+}
+
+/// A sensor for each measuring part.
+fn sensors(
+    instrument: &dyn Instrument,
+    mut make: impl FnMut(sensor::Principle, Range) -> Sensor,
+) -> Vec<(Sensor, f64)> {
+    let sensor = |(part, of): (usize, &profivac_devices::Part)| {
+        let span = instrument.span(part);
+        (make(principle(of.principle), Range { lowest_pa: span.lowest_pa, highest_pa: span.highest_pa }), 0.0)
+    };
+    instrument.parts().iter().enumerate().map(sensor).collect()
+}
+
+/// A sensor has come to its end: the fault that the device has for it.
+fn break_sensor(instrument: &mut dyn Instrument, part: usize) {
+    let Some(instance) = instrument.parts().get(part).map(|part| part.instance) else { return };
+    // Every device with a cathode has this fault; without one nobody could be told.
+    let _ = instrument.operate(Action::Fault { name: &format!("sensor{instance}"), present: true });
+}
+
+/// Devices and sensors are of one rank and know nothing of each other.
+const fn principle(principle: Principle) -> sensor::Principle {
+    match principle {
+        Principle::Pirani => sensor::Principle::Pirani,
+        Principle::HotCathode => sensor::Principle::HotCathode,
+        Principle::ColdCathode => sensor::Principle::ColdCathode,
+        Principle::Diaphragm => sensor::Principle::Diaphragm,
+        Principle::Atmosphere => sensor::Principle::Atmosphere,
+    }
+}
+
+const fn drive(drive: Drive) -> sensor::Drive {
+    match drive {
+        Drive::Off => sensor::Drive::Off,
+        Drive::On => sensor::Drive::On,
+        Drive::Emission { milliamperes, degas } => sensor::Drive::Emission { milliamperes, degas },
+    }
+}
+
+impl Station for VirtualDevice {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.live(end);
+        if self.powered && self.plugged { self.unit.telegram(end, telegram) } else { None }
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.live(now);
+        if self.powered { self.unit.poll(now).filter(|_| self.plugged) } else { None }
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        let tick = self.lived + self.baud.tbit_of_ms(TICK_MS);
+        let own = self.unit.wake_at().filter(|_| self.powered);
+        Some(own.map_or(tick, |own| own.min(tick)))
+    }
+
+    fn listening(&self) -> Listening {
+        self.unit.listening()
+    }
+}

@@ -1,0 +1,347 @@
+//! What happens when: the timeline of a file, with everything in it looked up.
+
+use super::file::{Entry, Expect, File, Flow};
+use super::plant::{Part, Plant, air};
+use super::words::{self, PART, TIME, Text, Wrong, flow, pressure, temperature};
+use crate::factory::Spec;
+use crate::memory::Memory;
+use profivac_devices::Action;
+use profivac_dp::link::Baud;
+use profivac_vacuum::Atmosphere;
+use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, TurboPump, Volume, Wall};
+use toml::Spanned;
+
+/// What a regulated inlet lets in when it is open, in Pa m^3/s: 200 sccm. free choice
+const MOST: f64 = 0.36;
+
+/// What a potentiometer may be turned to, either way, in V: its supply.
+const VOLTS: f64 = 24.0;
+
+/// How near `near` is unless `within` says it.
+const NEAR: f64 = 0.1;
+
+/// What happens at one time: first what is expected is looked at, then what is done is done.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// After so many steps.
+    pub step: u64,
+    /// What to tell people.
+    pub say: Option<String>,
+    /// What is done.
+    pub acts: Vec<Act>,
+    /// What has to be so.
+    pub expectations: Vec<Expectation>,
+}
+
+/// Something is done.
+#[derive(Clone, Debug)]
+pub enum Act {
+    /// A tube or a valve is opened as far as 0 to 1.
+    Joint(Joint, f64),
+    /// A leak or a vent is.
+    Opening(Opening, f64),
+    /// A roughing pump is started or stopped.
+    Roughing(RoughingPump, bool),
+    /// A turbomolecular pump is.
+    Turbo(TurboPump, bool),
+    /// A gas inlet is set.
+    Feed(Inlet, Supply),
+    /// A wall is brought to so many K.
+    Heat(Wall, f64),
+    /// The air outside changes.
+    Air(Atmosphere),
+    /// Noise damages this part of the octets on the bus, 0 to 1.
+    Noise(f64),
+    /// Something happens to the device at this place.
+    Device(u8, DeviceAct),
+}
+
+/// Something happens to a device.
+#[derive(Clone, Debug)]
+pub enum DeviceAct {
+    /// A fault begins or ends.
+    Fault(String, bool),
+    /// Its power is switched.
+    Power(bool),
+    /// Its bus connector is plugged, or pulled.
+    Plug(bool),
+    /// A push button is pressed.
+    Button(u8),
+    /// A switch is set.
+    Switch(String, String),
+    /// A potentiometer is turned.
+    Pot(char, f64),
+    /// A class 2 master writes a record.
+    Write(u8, u8, Vec<u8>),
+}
+
+impl DeviceAct {
+    /// As the instrument knows it, if it is something people do to it.
+    #[must_use]
+    pub fn action(&self) -> Option<Action<'_>> {
+        match self {
+            Self::Fault(name, present) => Some(Action::Fault { name, present: *present }),
+            Self::Button(number) => Some(Action::Button(*number)),
+            Self::Switch(name, value) => Some(Action::Switch { name, value }),
+            Self::Pot(which, volts) => Some(Action::Pot { which: *which, volts: *volts }),
+            Self::Power(_) | Self::Plug(_) | Self::Write(..) => None,
+        }
+    }
+}
+
+/// Something has to be so.
+#[derive(Clone, Debug)]
+pub struct Expectation {
+    /// The line of the file.
+    pub line: usize,
+    /// Of what.
+    pub of: Subject,
+    /// What has to be so.
+    pub checks: Vec<Check>,
+}
+
+/// What is looked at.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// The true pressure in a volume.
+    Volume(String, Volume),
+    /// The device at this place, and an instance of it, or the one it shows.
+    Device(u8, Option<u8>),
+}
+
+/// What has to be so.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Check {
+    /// The pressure is within these bounds, in Pa.
+    Pressure(f64, f64),
+    /// The value is valid.
+    Valid(bool),
+    /// The state of the device.
+    State(String),
+    /// Some cathode emits.
+    Emission(bool),
+    /// Some cathode is degassed.
+    Degas(bool),
+    /// The relay of this number, from 1, is closed.
+    Relay(u8, bool),
+    /// The device reports an exception.
+    Fault(bool),
+    /// It exchanges data with a master.
+    Exchanging(bool),
+}
+
+/// Looks everything up.
+pub struct Reader<'a> {
+    /// The plant.
+    pub plant: &'a Plant,
+    /// The devices.
+    pub specs: &'a [Spec],
+    /// The text of the file.
+    pub text: &'a str,
+    /// In s.
+    pub step_s: f64,
+    /// In s.
+    pub until_s: f64,
+}
+
+impl Reader<'_> {
+    /// The timeline in the order of time.
+    pub fn events(&self, file: &File) -> Result<Vec<Event>, Wrong> {
+        let mut atmosphere = self.plant.network.atmosphere();
+        let events = file.timeline.iter().map(|entry| self.event(entry.get_ref(), &mut atmosphere));
+        let mut events = events.collect::<Result<Vec<_>, _>>()?;
+        events.sort_by_key(|event| event.step);
+        Ok(events)
+    }
+
+    fn event(&self, entry: &Entry, atmosphere: &mut Atmosphere) -> Result<Event, Wrong> {
+        let seconds = TIME.parse(&entry.at)?;
+        if seconds > self.until_s {
+            let what = format!("expected a time before the end of the scenario, got {:?}", entry.at.get_ref());
+            return Err(Wrong::at(&entry.at.span(), what));
+        }
+        let mut acts = self.plant_acts(entry)?;
+        if entry.atmosphere.is_some() {
+            *atmosphere = air(entry.atmosphere.as_ref(), *atmosphere)?;
+            acts.push(Act::Air(*atmosphere));
+        }
+        if let Some(part) = &entry.noise {
+            acts.push(Act::Noise(PART.parse(part)?));
+        }
+        self.device_acts(entry, &mut acts)?;
+        let expectations = entry.expect.iter().map(|expect| self.expectation(expect)).collect::<Result<_, _>>()?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
+        let step = (seconds / self.step_s).round() as u64;
+        Ok(Event { step, say: entry.say.clone(), acts, expectations })
+    }
+
+    fn plant_acts(&self, entry: &Entry) -> Result<Vec<Act>, Wrong> {
+        let mut acts = Vec::new();
+        let opened = entry.open.iter().map(|name| (name, 1.0)).chain(entry.close.iter().map(|name| (name, 0.0)));
+        for (name, how_far) in opened {
+            acts.push(self.plant.part("a valve, tube, leak or vent", name, |part| match part {
+                Part::Joint(joint) => Some(Act::Joint(joint, how_far)),
+                Part::Opening(opening) => Some(Act::Opening(opening, how_far)),
+                _ => None,
+            })?);
+        }
+        let started = entry.start.iter().map(|name| (name, true)).chain(entry.stop.iter().map(|name| (name, false)));
+        for (name, running) in started {
+            acts.push(self.plant.part("a pump", name, |part| match part {
+                Part::Roughing(pump) => Some(Act::Roughing(pump, running)),
+                Part::Turbo(pump) => Some(Act::Turbo(pump, running)),
+                _ => None,
+            })?);
+        }
+        for flow in &entry.flow {
+            acts.push(self.feed(flow)?);
+        }
+        for heat in &entry.heat {
+            let kelvin = temperature(&heat.to)?;
+            acts.push(self.plant.part("a wall", &heat.wall, |part| match part {
+                Part::Wall(wall) => Some(Act::Heat(wall, kelvin)),
+                _ => None,
+            })?);
+        }
+        Ok(acts)
+    }
+
+    fn feed(&self, set: &Flow) -> Result<Act, Wrong> {
+        let supply = match (&set.flow, &set.pressure) {
+            (Some(text), None) => match flow(text)? {
+                0.0 => Supply::Closed,
+                flow => Supply::Flow(flow),
+            },
+            (None, Some(text)) => match pressure(text)? {
+                0.0 => Supply::Closed,
+                pa => Supply::Pressure { pa, most: MOST },
+            },
+            _ => return Err(Wrong::at(&set.inlet.span(), "expected a flow or a pressure")),
+        };
+        self.plant.part("a gas inlet", &set.inlet, |part| match part {
+            Part::Inlet(inlet) => Some(Act::Feed(inlet, supply)),
+            _ => None,
+        })
+    }
+
+    fn device_acts(&self, entry: &Entry, acts: &mut Vec<Act>) -> Result<(), Wrong> {
+        let mut add = |device: &Spanned<u8>, at: std::ops::Range<usize>, act| {
+            acts.push(Act::Device(self.possible(device, &at, &act)?, act));
+            Ok::<(), Wrong>(())
+        };
+        for (faults, present) in [(&entry.fault, true), (&entry.clear, false)] {
+            for fault in faults {
+                add(&fault.device, fault.name.span(), DeviceAct::Fault(fault.name.get_ref().clone(), present))?;
+            }
+        }
+        for (places, on) in [(&entry.power_off, false), (&entry.power_on, true)] {
+            places.iter().try_for_each(|place| add(place, place.span(), DeviceAct::Power(on)))?;
+        }
+        for (places, on) in [(&entry.unplug, false), (&entry.plug, true)] {
+            places.iter().try_for_each(|place| add(place, place.span(), DeviceAct::Plug(on)))?;
+        }
+        for button in &entry.button {
+            add(&button.device, button.number.span(), DeviceAct::Button(*button.number.get_ref()))?;
+        }
+        for switch in &entry.switch {
+            let act = DeviceAct::Switch(switch.name.get_ref().clone(), switch.value.get_ref().clone());
+            add(&switch.device, switch.name.span(), act)?;
+        }
+        for pot in &entry.pot {
+            let volts = *pot.volts.get_ref();
+            if !(-VOLTS..=VOLTS).contains(&volts) {
+                let what = format!("expected volts from -{VOLTS} to {VOLTS}, got {volts}");
+                return Err(Wrong::at(&pot.volts.span(), what));
+            }
+            add(&pot.device, pot.which.span(), DeviceAct::Pot(*pot.which.get_ref(), volts))?;
+        }
+        for write in &entry.write {
+            let act = DeviceAct::Write(write.slot, write.index, write.octets.clone());
+            add(&write.device, write.device.span(), act)?;
+        }
+        Ok(())
+    }
+
+    /// Tries it on a device that nobody needs.
+    fn possible(&self, device: &Spanned<u8>, at: &std::ops::Range<usize>, act: &DeviceAct) -> Result<u8, Wrong> {
+        let spec = self.spec(device)?;
+        let Some(action) = act.action() else { return Ok(spec.place) };
+        let mut unit = spec.build(Memory::volatile(), Baud::B19200).map_err(|error| Wrong::at(at, error))?;
+        let name = unit.instrument().name();
+        unit.instrument_mut().operate(action).map_err(|unknown| {
+            let has = if unknown.expected.is_empty() { "nothing".to_owned() } else { unknown.expected.join(", ") };
+            let given = match act {
+                DeviceAct::Fault(fault, _) => fault.clone(),
+                DeviceAct::Switch(name, value) => format!("{name} = {value}"),
+                DeviceAct::Button(number) => number.to_string(),
+                DeviceAct::Pot(which, _) => which.to_string(),
+                DeviceAct::Power(_) | DeviceAct::Plug(_) | DeviceAct::Write(..) => String::new(),
+            };
+            let near = words::nearest(&given, unknown.expected.iter().copied());
+            let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
+            Wrong::at(at, format!("expected something {name} has, got {given:?}; it has {has}{near}"))
+        })?;
+        Ok(spec.place)
+    }
+
+    fn spec(&self, device: &Spanned<u8>) -> Result<&Spec, Wrong> {
+        let place = *device.get_ref();
+        self.specs.iter().find(|spec| spec.place == place).ok_or_else(|| {
+            let there = self.specs.iter().map(|spec| spec.place.to_string()).collect::<Vec<_>>().join(", ");
+            Wrong::at(&device.span(), format!("expected the address of a gauge, got {place}; there are {there}"))
+        })
+    }
+
+    fn expectation(&self, written: &Spanned<Expect>) -> Result<Expectation, Wrong> {
+        let expect = written.get_ref();
+        let wrong = |what: &str| Wrong::at(&written.span(), what);
+        let of = match (&expect.volume, &expect.device) {
+            (Some(volume), None) => Subject::Volume(volume.get_ref().clone(), self.plant.at(volume)?),
+            (None, Some(device)) => Subject::Device(self.spec(device)?.place, expect.instance),
+            _ => return Err(wrong("expected a volume or a device to look at")),
+        };
+        let checks = checks(expect, &wrong)?;
+        if checks.is_empty() {
+            return Err(wrong("expected something that has to be so, like below = \"1e-6 mbar\""));
+        }
+        if matches!(of, Subject::Volume(..)) && checks.iter().any(|check| !matches!(check, Check::Pressure(..))) {
+            return Err(wrong("expected of a volume nothing but its pressure: above, below, or near"));
+        }
+        let (line, _) = profivac_host::text_file::place_of(self.text, written.span().start);
+        Ok(Expectation { line, of, checks })
+    }
+}
+
+fn checks(expect: &Expect, wrong: &impl Fn(&str) -> Wrong) -> Result<Vec<Check>, Wrong> {
+    let mut checks = Vec::new();
+    if let Some(bounds) = bounds(expect, wrong)? {
+        checks.push(bounds);
+    }
+    checks.extend(expect.valid.map(Check::Valid));
+    checks.extend(expect.state.clone().map(Check::State));
+    checks.extend(expect.emission.map(Check::Emission));
+    checks.extend(expect.degas.map(Check::Degas));
+    checks.extend(expect.fault.map(Check::Fault));
+    checks.extend(expect.exchanging.map(Check::Exchanging));
+    match (expect.relay, expect.closed) {
+        (None, None) => {}
+        (Some(relay), Some(closed)) => checks.push(Check::Relay(relay, closed)),
+        _ => return Err(wrong("expected relay and closed together")),
+    }
+    Ok(checks)
+}
+
+fn bounds(expect: &Expect, wrong: &impl Fn(&str) -> Wrong) -> Result<Option<Check>, Wrong> {
+    let pa = |text: &Option<Text>| text.as_ref().map(pressure).transpose();
+    let within = expect.within.as_ref().map(|text| PART.parse(text)).transpose()?;
+    match (pa(&expect.above)?, pa(&expect.below)?, pa(&expect.near)?) {
+        (None, None, Some(near)) => {
+            let part = within.unwrap_or(NEAR);
+            Ok(Some(Check::Pressure(near * (1.0 - part), near * (1.0 + part))))
+        }
+        _ if within.is_some() => Err(wrong("expected near where within is")),
+        (None, None, None) => Ok(None),
+        (above, below, None) => Ok(Some(Check::Pressure(above.unwrap_or(0.0), below.unwrap_or(f64::INFINITY)))),
+        _ => Err(wrong("expected near, or above and below")),
+    }
+}

@@ -1,0 +1,325 @@
+//! A scenario as it happens, step by step.
+
+use super::event::{Act, Check, DeviceAct, Event, Expectation, Subject};
+use super::plant::{Part, Plant};
+use super::{Gauge, Scenario, around};
+use crate::device::VirtualDevice;
+use crate::scene::Scene;
+use profivac_devices::Report;
+use profivac_dp::slave::Relation;
+use profivac_vacuum::{Gas, Mixture};
+use std::fmt;
+
+/// What a grid that is degassed gives off, in Pa m^3/s. free choice: 1e-5 mbar l/s
+const DEGAS: f64 = 1e-6;
+
+/// Whether a master exchanges data with the devices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bus {
+    /// There is one, or may be: devices measure when it does.
+    There,
+    /// There is none, and devices measure as if there were.
+    None,
+}
+
+/// Something was not so as the file expects it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The file.
+    pub file: String,
+    /// The line of the expectation; 0 for a record that was refused.
+    pub line: usize,
+    /// When, in s.
+    pub seconds: f64,
+    /// What was expected, and what was.
+    pub what: String,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, line, seconds, what } = self;
+        write!(f, "{file}:{line}: after {seconds} s: {what}")
+    }
+}
+
+/// A run of a scenario.
+#[derive(Clone, Debug)]
+pub struct Run {
+    file: String,
+    plant: Plant,
+    /// Which device sits where.
+    gauges: Vec<Gauge>,
+    /// What is still to come, the last first.
+    events: Vec<Event>,
+    step_s: f64,
+    steps: u64,
+    last: u64,
+    bus: Bus,
+    noise: f64,
+    said: Option<String>,
+    findings: Vec<Finding>,
+}
+
+impl Run {
+    pub(super) fn new(scenario: &Scenario, bus: Bus) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
+        let last = (scenario.until_s / scenario.step_s).round() as u64;
+        Self {
+            file: scenario.name.clone(),
+            plant: scenario.plant.clone(),
+            gauges: scenario.gauges.clone(),
+            events: scenario.events.iter().rev().cloned().collect(),
+            step_s: scenario.step_s,
+            steps: 0,
+            last,
+            bus,
+            noise: 0.0,
+            said: None,
+            findings: Vec::new(),
+        }
+    }
+
+    /// How long it has been running, in s.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.steps as f64 * self.step_s
+    }
+
+    /// How long a step is, in s.
+    #[must_use]
+    pub const fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// Whether it is over.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        self.steps > self.last
+    }
+
+    /// What was said last.
+    #[must_use]
+    pub fn said(&self) -> Option<&str> {
+        self.said.as_deref()
+    }
+
+    /// Which part of the octets on the bus is damaged, 0 to 1.
+    #[must_use]
+    pub const fn noise(&self) -> f64 {
+        self.noise
+    }
+
+    /// What was not as expected so far.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// The plant.
+    #[must_use]
+    pub const fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// What is due happens, and then a step's time passes for the plant and the devices. When the scenario is over, plant and
+    /// devices live on without it.
+    pub fn step<'d>(&mut self, devices: impl IntoIterator<Item = &'d mut VirtualDevice>) {
+        let mut devices: Vec<&mut VirtualDevice> = devices.into_iter().collect();
+        if self.steps == 0 && self.bus == Bus::None {
+            devices.iter_mut().for_each(|device| device.instrument_mut().exchanging(true));
+        }
+        while self.events.last().is_some_and(|event| event.step <= self.steps)
+            && let Some(event) = self.events.pop()
+        {
+            self.happen(event, &mut devices);
+        }
+        self.degas(&devices);
+        self.plant.network.advance(self.step_s);
+        self.steps = self.steps.saturating_add(1);
+        for device in devices {
+            let place = device.place();
+            if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.place == place) {
+                for (instance, volume) in &gauge.elsewhere {
+                    device.surround_part(*instance, around(&self.plant, *volume));
+                }
+                device.follow(around(&self.plant, gauge.volume), self.step_s);
+            }
+        }
+    }
+
+    /// Steps on with a segment in memory, to `seconds`. Where its line is ahead, because somebody has asked a gauge on it and
+    /// waited for the answer, it stays ahead: it never stands still until the plant is there.
+    pub fn step_scene(&mut self, scene: &mut Scene, seconds: f64) {
+        let ahead = scene.seconds() - self.seconds();
+        let ahead = if ahead > self.step_s { ahead } else { 0.0 };
+        while self.seconds() + self.step_s <= seconds {
+            self.step(scene.devices_mut());
+            scene.disturb(self.noise);
+            scene.run_until(self.seconds() + ahead);
+        }
+    }
+
+    /// What is driven out of hot grids goes into the chamber.
+    fn degas(&mut self, devices: &[&mut VirtualDevice]) {
+        for volume in self.plant.volumes.values() {
+            let here = |device: &&&mut VirtualDevice| {
+                self.gauges.iter().any(|gauge| gauge.spec.place == device.place() && gauge.volume == *volume)
+            };
+            let hot = devices.iter().filter(here).filter(|device| any(device.report().degas.iter())).count();
+            self.plant.network.load(*volume, &Mixture::pure(Gas::Co, DEGAS * hot as f64));
+        }
+    }
+
+    fn happen(&mut self, event: Event, devices: &mut [&mut VirtualDevice]) {
+        for expectation in &event.expectations {
+            let failed = expectation.checks.iter().filter_map(|check| self.failed(expectation, check, devices));
+            let failed: Vec<_> = failed.collect();
+            failed.into_iter().for_each(|what| self.find(expectation.line, what));
+        }
+        self.said = event.say.or(self.said.take());
+        event.acts.into_iter().for_each(|act| self.act(act, devices));
+    }
+
+    fn find(&mut self, line: usize, what: String) {
+        self.findings.push(Finding { file: self.file.clone(), line, seconds: self.seconds(), what });
+    }
+
+    fn act(&mut self, act: Act, devices: &mut [&mut VirtualDevice]) {
+        let network = &mut self.plant.network;
+        match act {
+            Act::Joint(joint, how_far) => network.open(joint, how_far),
+            Act::Opening(opening, how_far) => network.vent(opening, how_far),
+            Act::Roughing(pump, running) => network.run_roughing(pump, running),
+            Act::Turbo(pump, running) => network.run_turbo(pump, running),
+            Act::Feed(inlet, supply) => network.feed(inlet, supply),
+            Act::Heat(wall, kelvin) => network.heat(wall, kelvin),
+            Act::Noise(part) => self.noise = part,
+            Act::Air(atmosphere) => network.surround(atmosphere),
+            Act::Device(place, act) => {
+                let device = devices.iter_mut().find(|device| device.place() == place);
+                let refused = device.and_then(|device| self.operate(device, &act));
+                refused.into_iter().for_each(|what| self.find(0, what));
+            }
+        }
+    }
+
+    /// Does something to a device. What it refuses is told.
+    fn operate(&self, device: &mut VirtualDevice, act: &DeviceAct) -> Option<String> {
+        match act {
+            DeviceAct::Power(on) => {
+                device.power(*on);
+                if self.bus == Bus::None && *on {
+                    device.instrument_mut().exchanging(true);
+                }
+            }
+            DeviceAct::Plug(plugged) => device.plug(*plugged),
+            DeviceAct::Write(slot, index, octets) => {
+                let written = device.instrument_mut().write(Relation::Ms2(0), *slot, *index, octets);
+                let name = title(device);
+                return written.err().map(|refusal| {
+                    format!("expected {name} to take {octets:?} in slot {slot} index {index}, it refused: {refusal:?}")
+                });
+            }
+            _ => {
+                // Tried before anything started.
+                let _ = act.action().map(|action| device.operate(action));
+            }
+        }
+        None
+    }
+
+    /// What is not as expected, if something is not.
+    fn failed(&self, expectation: &Expectation, check: &Check, devices: &[&mut VirtualDevice]) -> Option<String> {
+        match (&expectation.of, check) {
+            (Subject::Volume(name, volume), Check::Pressure(above, below)) => {
+                outside(name, "have", self.plant.network.mixture(*volume).total(), *above, *below)
+            }
+            (Subject::Volume(..), _) => None,
+            (Subject::Device(place, instance), check) => {
+                let device = devices.iter().find(|device| device.place() == *place)?;
+                shown_otherwise(device, *instance, check)
+            }
+        }
+    }
+
+    /// What the parts of the plant are doing, in words.
+    #[must_use]
+    pub fn states(&self) -> Vec<(&str, String)> {
+        let network = &self.plant.network;
+        let open = |opening: f64| if opening > 0.0 { "open" } else { "closed" }.to_owned();
+        let state = |part: &Part| match part {
+            Part::Joint(joint) => Some(open(network.opening_of(*joint))),
+            Part::Opening(opening) => Some(open(network.vent_of(*opening))),
+            Part::Roughing(pump) => Some(if network.roughs(*pump) { "runs" } else { "stands" }.to_owned()),
+            Part::Turbo(pump) => Some(format!("{:.0} %", network.rotor(*pump) * 100.0)),
+            Part::Inlet(inlet) => Some(if network.feeds(*inlet) { "open" } else { "closed" }.to_owned()),
+            Part::Wall(wall) => Some(format!("{:.0} C", network.kelvin(*wall) - 273.15)),
+        };
+        let states = self.plant.parts.iter().filter_map(|(name, part)| Some((name.as_str(), state(part)?)));
+        states.collect()
+    }
+
+    /// The true pressures of the volumes, in Pa.
+    pub fn pressures(&self) -> impl Iterator<Item = (&str, f64)> {
+        let volumes = self.plant.volumes.iter();
+        volumes.map(|(name, volume)| (name.as_str(), self.plant.network.mixture(*volume).total()))
+    }
+}
+
+fn title(device: &VirtualDevice) -> String {
+    format!("{}@{}", device.instrument().name(), device.place())
+}
+
+/// A pressure in Pa that is not between two.
+fn outside(name: &str, verb: &str, pa: f64, above: f64, below: f64) -> Option<String> {
+    if pa > above && pa < below {
+        return None;
+    }
+    let expected = match (above > 0.0, below.is_finite()) {
+        (true, true) => format!("between {:.3e} and {:.3e} mbar", above / 100.0, below / 100.0),
+        (true, false) => format!("above {:.3e} mbar", above / 100.0),
+        _ => format!("below {:.3e} mbar", below / 100.0),
+    };
+    Some(format!("expected {name} to {verb} {expected}, got {:.3e} mbar", pa / 100.0))
+}
+
+/// What a device does not show as expected.
+fn shown_otherwise(device: &VirtualDevice, instance: Option<u8>, check: &Check) -> Option<String> {
+    let (name, report) = (title(device), device.report());
+    let instance = instance.unwrap_or(report.active_instance);
+    let shown = report.indicated.iter().find(|shown| shown.instance == instance);
+    let differs = |what: &str, expected: &dyn fmt::Display, found: &dyn fmt::Display| {
+        Some(format!("expected {what} of {name} to be {expected}, got {found}"))
+    };
+    let flag = |what: &str, expected: bool, found: bool| {
+        if expected == found { None } else { differs(what, &expected, &found) }
+    };
+    match check {
+        Check::Pressure(above, below) => match shown {
+            Some(shown) => outside(&name, "show", shown.value_mbar * 100.0, *above, *below),
+            None => Some(format!("expected {name} to have an instance {instance}")),
+        },
+        Check::Valid(expected) => flag("the validity of the value", *expected, shown.is_some_and(|shown| shown.valid)),
+        Check::State(expected) if expected == report.device_state => None,
+        Check::State(expected) => differs("the state", expected, &report.device_state),
+        Check::Emission(expected) => flag("the emission", *expected, any(report.emission.iter())),
+        Check::Degas(expected) => flag("the degas", *expected, any(report.degas.iter())),
+        Check::Relay(number, closed) => relay(&report, *number).map_or_else(
+            || Some(format!("expected {name} to have a relay {number}")),
+            |found| flag("the relay", *closed, found),
+        ),
+        Check::Fault(expected) => flag("the exception", *expected, report.exception_status & EXCEPTION != 0),
+        Check::Exchanging(expected) => flag("the data exchange", *expected, device.is_exchanging()),
+    }
+}
+
+/// Alarm and warning bits of Exception Status: all but the toggle and the expanded format, E54.
+const EXCEPTION: u8 = 0x7F;
+
+fn relay(report: &Report, number: u8) -> Option<bool> {
+    report.relays.iter().nth(usize::from(number).checked_sub(1)?).copied()
+}
+
+fn any<'a>(mut states: impl Iterator<Item = &'a bool>) -> bool {
+    states.any(|state| *state)
+}

@@ -1,0 +1,251 @@
+//! A segment in memory, described by a file: the port `sim:FILE.toml`.
+//!
+//! ```toml
+//! devices = ["bcg450@5:unit=torr", "pcg550@6"]    # as on the command line of `simulate`
+//! baud = 19200                                    # delays of the devices count in its bit times
+//! pressure = "5e-6 mbar"
+//! atmosphere = "1013.25 mbar"
+//! gas = "n2"
+//! state = "gauges"                                # their nonvolatile memory, in this folder beside the file
+//! ```
+//!
+//! Only `devices` has to be there. The devices live in a thread and in real time, at the other end of a socket, so that whoever
+//! has the port treats it like any other; they end with the port.
+
+use crate::device::{Conditions, VirtualDevice};
+use crate::factory::{Spec, check_places};
+use crate::memory::Memory;
+use profivac_client::pressure::Pressure;
+use profivac_dp::link::Baud;
+use profivac_host::port::{PortError, Remark, Stream};
+use profivac_host::segment::Segment;
+use profivac_host::text_file::{self, Parsed, baud, place_of, usual_baud};
+use profivac_vacuum::Gas;
+use serde::Deserialize;
+use std::fmt::Display;
+use std::ops::Range;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use toml::Spanned;
+
+/// What the file says.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Described {
+    devices: Spanned<Vec<Spanned<String>>>,
+    #[serde(default = "usual_baud", deserialize_with = "baud")]
+    baud: Baud,
+    pressure: Option<Parsed<Pressure>>,
+    atmosphere: Option<Parsed<Pressure>>,
+    gas: Option<Parsed<Gas>>,
+    state: Option<Spanned<PathBuf>>,
+}
+
+impl Described {
+    /// The devices, each with its place in the text.
+    fn specs(&self) -> Result<Vec<(Range<usize>, Spec)>, Wrong> {
+        let mut specs = Vec::new();
+        for text in self.devices.get_ref() {
+            specs.push(text.get_ref().parse::<Spec>().map_err(|error| Wrong::at(&text.span(), error))?);
+        }
+        check_places(&specs).map_err(|error| Wrong::at(&self.devices.span(), error))?;
+        Ok(self.devices.get_ref().iter().map(Spanned::span).zip(specs).collect())
+    }
+
+    /// The same conditions as `simulate` has unless it is told otherwise.
+    fn conditions(&self) -> Conditions {
+        let or =
+            |given: &Option<Parsed<Pressure>>, mbar| given.as_ref().map_or(Pressure::from_mbar(mbar), |given| given.0);
+        Conditions {
+            pressure: or(&self.pressure, 1e-3),
+            atmosphere: or(&self.atmosphere, 1013.25),
+            gas: self.gas.as_ref().map_or(Gas::N2, |gas| gas.0),
+        }
+    }
+}
+
+/// What is wrong, and where: an octet of the text.
+struct Wrong {
+    at: usize,
+    what: String,
+}
+
+impl Wrong {
+    fn at(span: &Range<usize>, what: impl Display) -> Self {
+        Self { at: span.start, what: what.to_string() }
+    }
+}
+
+/// The devices of a file, switched on.
+pub struct SegmentFile {
+    name: String,
+    baud: Baud,
+    devices: Vec<VirtualDevice>,
+    remarks: Vec<Remark>,
+}
+
+impl SegmentFile {
+    /// Reads the file at `path` and makes its devices.
+    ///
+    /// # Errors
+    /// [`PortError::File`] with the place in the file, and what was expected there.
+    pub fn read(path: &Path) -> Result<Self, PortError> {
+        let name = path.display().to_string();
+        let text = text_file::read(path).map_err(|error| PortError::File(format!("{name}: {error}")))?;
+        Self::parse(&text, path)
+    }
+
+    /// Makes the devices `text` describes, as if it stood at `path`.
+    ///
+    /// # Errors
+    /// [`PortError::File`] with the place in the file, and what was expected there.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, PortError> {
+        Self::make(text, path).map_err(|Wrong { at, what }| {
+            let (line, column) = place_of(text, at);
+            PortError::File(format!("{}:{line}:{column}: {what}", path.display()))
+        })
+    }
+
+    fn make(text: &str, path: &Path) -> Result<Self, Wrong> {
+        let described: Described =
+            toml::from_str(text).map_err(|error| Wrong::at(&error.span().unwrap_or_default(), error.message()))?;
+        let (conditions, baud) = (described.conditions(), described.baud);
+        let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), remarks: Vec::new() };
+        for (span, spec) in described.specs()? {
+            let memory = file.memory(&described, path, &spec)?;
+            let unit = spec.build(memory, baud).map_err(|error| Wrong::at(&span, error))?;
+            file.devices.push(VirtualDevice::new(unit, spec.place, baud, conditions));
+        }
+        Ok(file)
+    }
+
+    /// The memory of a device: as it was left in the folder, or as from the box.
+    fn memory(&mut self, described: &Described, path: &Path, spec: &Spec) -> Result<Memory, Wrong> {
+        let Some(folder) = &described.state else { return Ok(Memory::volatile()) };
+        let opened = Memory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.place)
+            .map_err(|error| Wrong::at(&folder.span(), error))?;
+        let (device, place) = (spec.device.clone(), spec.place);
+        self.remarks.extend(opened.aside.map(|aside| Remark::Memory { device, place, aside }));
+        Ok(opened.memory)
+    }
+
+    /// Lets the devices live until the port is dropped.
+    ///
+    /// # Errors
+    /// [`PortError::System`] when the system gives neither a socket nor a thread.
+    pub fn run(self) -> Result<Stream<UnixStream>, PortError> {
+        let Self { name, baud, devices, remarks } = self;
+        let failed = |source| PortError::System { name: name.clone(), source };
+        let (ours, theirs) = UnixStream::pair().map_err(failed)?;
+        for socket in [&ours, &theirs] {
+            socket.set_nonblocking(true).map_err(failed)?;
+        }
+        let mut segment = Segment::new(Box::new(Stream::new(name.clone(), theirs, Vec::new())), baud, false, devices);
+        let live = move || while segment.serve(&[], Duration::MAX).is_ok() {};
+        // A thread may have any name without zeros.
+        std::thread::Builder::new().name(name.replace('\0', "")).spawn(live).map_err(failed)?;
+        Ok(Stream::new(name, ours, remarks))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_host::scan::look;
+    use profivac_host::session::{Tool, bus_parameters};
+    use std::fs;
+    use std::time::Instant;
+
+    const FILE: &str = "\
+devices = [\"bcg450@5:unit=torr\", \"pcg550@6\"]
+pressure = \"5e-6 mbar\"
+gas = \"ar\"
+baud = 93750
+";
+
+    fn parse(text: &str) -> Result<SegmentFile, PortError> {
+        SegmentFile::parse(text, Path::new("bench.toml"))
+    }
+
+    #[test]
+    fn a_file_describes_what_a_command_line_does() {
+        let file = parse(FILE).unwrap();
+        let devices: Vec<_> = file.devices.iter().map(|device| (device.instrument().name(), device.place())).collect();
+        assert_eq!((devices.as_slice(), file.baud), (&[("bcg450", 5), ("pcg550", 6)][..], Baud::B93750));
+        assert_eq!(file.name, "sim:bench.toml");
+        let usual = toml::from_str::<Described>("devices = []").unwrap();
+        assert_eq!((usual.baud, usual.conditions().pressure.mbar()), (Baud::B19200, 1e-3));
+        let described = toml::from_str::<Described>(FILE).unwrap().conditions();
+        assert_eq!((described.pressure.mbar(), described.gas), (5e-6, Gas::Ar));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_place() {
+        for (text, sentence) in [
+            ("devices = [", "bench.toml:1:12: "),
+            ("gas = \"n2\"", "missing field `devices`"),
+            ("devices = []\nbaud = 115200", "bench.toml:2:8: expected a PROFIBUS rate out of 9600, "),
+            ("devices = []\nbaud = \"fast\"", "bench.toml:2:8: invalid type: string \"fast\", expected u32"),
+            ("devices = []\n\npressure = \"1 psi\"", "bench.toml:3:12: expected a unit out of mbar, "),
+            ("devices = []\ngas = \"beer\"", "bench.toml:2:7: "),
+            ("devices = []\ncolour = 1", "bench.toml:2:1: unknown field `colour`, expected one of `devices`, `baud`, "),
+            (
+                "devices = [\n  \"bcg450@5\",\n  \"bcg451@6\",\n]",
+                "bench.toml:3:3: unknown device \"bcg451\"; there are ",
+            ),
+            ("devices = [\"bcg450@5\", \"pcg550@6:atm=x\"]", "bench.toml:1:24: pcg550: expected atm=on|off, got \"x\""),
+            ("devices = [\"bcg450@5\", \"pcg550@5\"]", "bench.toml:1:11: two devices at address 5"),
+        ] {
+            let Err(error) = parse(text) else { panic!("{text}") };
+            assert!(error.to_string().contains(sentence), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_master_finds_the_devices() {
+        let port = parse(FILE).unwrap().run().unwrap();
+        let bus = bus_parameters(2, Baud::B19200);
+        let patience = Duration::from_secs(30);
+        let mut tool = Tool::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
+        let mut seen = |address| look(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
+        assert_eq!((seen(5), seen(6)), (Some(0x08E6), Some(0x0C85)));
+    }
+
+    /// How many threads have this name.
+    fn threads(name: &str) -> usize {
+        let tasks = fs::read_dir("/proc/self/task").unwrap();
+        let names = tasks.filter_map(|task| fs::read_to_string(task.ok()?.path().join("comm")).ok());
+        names.filter(|comm| comm.trim() == name).count()
+    }
+
+    #[test]
+    fn the_devices_end_with_the_port() {
+        let file = SegmentFile::parse(FILE, Path::new("ends.toml")).unwrap();
+        let port = file.run().unwrap();
+        let deadline = Instant::now() + Duration::from_secs(30);
+        while threads("sim:ends.toml") == 0 {
+            assert!(Instant::now() < deadline, "nobody began");
+            std::thread::yield_now();
+        }
+        drop(port);
+        while threads("sim:ends.toml") > 0 {
+            assert!(Instant::now() < deadline, "somebody goes on");
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn values_are_kept_in_a_folder_beside_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bench.toml");
+        fs::write(&path, "devices = [\"bcg450@5\"]\nstate = \"gauges\"").unwrap();
+        drop(SegmentFile::read(&path).unwrap());
+        assert!(folder.path().join("gauges").is_dir());
+        fs::write(folder.path().join("gauges/bcg450-5.state"), "damaged").unwrap();
+        let remarks = SegmentFile::read(&path).unwrap().remarks;
+        assert!(matches!(&remarks[..], [Remark::Memory { place: 5, .. }]), "{remarks:?}");
+        let missing = SegmentFile::read(&folder.path().join("nothing.toml"));
+        assert!(matches!(missing, Err(PortError::File(_))));
+    }
+}

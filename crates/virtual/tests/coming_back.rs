@@ -1,0 +1,320 @@
+//! Ports that go and come back, and those that are in the way: what is told, what is kept, what is cut.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_dp::link::Baud;
+use profivac_dp::master::services;
+use profivac_host::port::{Character, Port, PortError, Pty, Remark, Reopening, Serial, TcpClient, TcpServer};
+use profivac_host::segment::Segment;
+use profivac_host::session::{Reply, Tool, bus_parameters};
+use profivac_virtual::open;
+use profivac_virtual::segment_file::SegmentFile;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::net::sockopt::{socket_keepalive, tcp_keepidle, tcp_nodelay, tcp_user_timeout};
+use rustix::net::{AddressFamily, SocketType};
+use std::net::{SocketAddr, TcpStream};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const BAUD: Baud = Baud::B19200;
+
+/// How long a test waits before it gives up. It never waits for time to pass, only for events.
+const DEADLINE: Timespec = Timespec { tv_sec: 30, tv_nsec: 0 };
+
+fn folder() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("line");
+    (folder, path)
+}
+
+/// Waits until the port has something to do, and lets it.
+fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) {
+    let mut events: Vec<_> = port.watched().into_iter().map(|fd| PollFd::from_borrowed_fd(fd, PollFlags::IN)).collect();
+    assert!(poll(&mut events, Some(&DEADLINE)).unwrap() > 0, "nothing came");
+    drop(events);
+    port.receive(heard).unwrap();
+}
+
+/// Serves the port until it remarks something.
+fn remarked(port: &mut dyn Port) -> Remark {
+    loop {
+        if let Some(remark) = port.next_remark() {
+            return remark;
+        }
+        turn(port, &mut Vec::new());
+    }
+}
+
+fn hear(port: &mut dyn Port, octets: &[u8]) {
+    let mut heard = Vec::new();
+    while heard.len() < octets.len() {
+        turn(port, &mut heard);
+    }
+    assert_eq!(heard, octets.iter().map(|octet| Character::Octet(*octet)).collect::<Vec<_>>());
+}
+
+fn reopening(name: &str) -> Reopening {
+    Reopening::new(open::port(name, BAUD).unwrap(), open::again(name, BAUD))
+}
+
+/// A port is lost with one server and found with the next, twice.
+fn goes_and_comes_back<S: Port>(name: &str, first: S, serve: impl Fn() -> S) {
+    let mut port = reopening(name);
+    let mut server = Some(first);
+    for round in 1..=2 {
+        drop(server.take());
+        assert_eq!(remarked(&mut port), Remark::Lost(name.to_owned()));
+        port.send(b"to nobody").unwrap();
+        let server = server.insert(serve());
+        assert_eq!(remarked(&mut port), Remark::Back(name.to_owned()));
+        assert_eq!(port.generation(), round);
+        port.send(b"here again").unwrap();
+        hear(server, b"here again");
+        server.send(b"so am I").unwrap();
+        hear(&mut port, b"so am I");
+    }
+}
+
+#[test]
+fn a_pty_goes_and_comes_back() {
+    let (_folder, path) = folder();
+    let serve = || Pty::create(&path).unwrap();
+    goes_and_comes_back(path.to_str().unwrap(), serve(), serve);
+}
+
+#[test]
+fn a_tcp_server_goes_and_comes_back() {
+    let first = TcpServer::listen("127.0.0.1:0").unwrap();
+    let address = first.name().to_owned();
+    goes_and_comes_back(&format!("tcp://{address}"), first, || TcpServer::listen(&address).unwrap());
+}
+
+#[test]
+fn nobody_looks_for_a_port_that_nobody_wants() {
+    let (_folder, path) = folder();
+    let (name, server) = (path.to_str().unwrap(), Pty::create(&path).unwrap());
+    let opener = open::again(name, BAUD);
+    let mut port = Reopening::new(open::port(name, BAUD).unwrap(), Arc::clone(&opener));
+    drop(server);
+    assert_eq!(remarked(&mut port), Remark::Lost(name.to_owned()));
+    assert!(Arc::strong_count(&opener) > 2, "it is looked for");
+    drop(port);
+    let begun = Instant::now();
+    while Arc::strong_count(&opener) > 1 {
+        assert!(begun.elapsed() < Duration::from_secs(30), "it is still looked for");
+        std::thread::yield_now();
+    }
+}
+
+/// The virtual gauge at address 5 behind a pty at `path`, served by a thread until `stop` says so.
+fn gauge(path: &Path, stop: Receiver<()>) -> JoinHandle<()> {
+    let mut pty = Pty::create(path).unwrap();
+    std::thread::spawn(move || {
+        let file = SegmentFile::parse("devices = [\"bcg450@5\"]", Path::new("bench.toml")).unwrap();
+        let mut devices = file.run().unwrap();
+        let mut characters = Vec::new();
+        while stop.try_recv() == Err(TryRecvError::Empty) {
+            let watched = [pty.watched(), devices.watched()].concat();
+            profivac_host::port::wait(&watched, Duration::from_millis(50)).unwrap();
+            pass(&mut pty, &mut devices, &mut characters);
+            pass(&mut devices, &mut pty, &mut characters);
+        }
+    })
+}
+
+fn pass(from: &mut dyn Port, to: &mut dyn Port, characters: &mut Vec<Character>) {
+    characters.clear();
+    from.receive(characters).unwrap();
+    let octets: Vec<_> = characters
+        .iter()
+        .filter_map(|character| match character {
+            Character::Octet(octet) => Some(*octet),
+            Character::Broken => None,
+        })
+        .collect();
+    if !octets.is_empty() {
+        to.send(&octets).unwrap();
+    }
+}
+
+#[test]
+fn a_master_begins_anew_when_its_port_is_back() {
+    let (_folder, path) = folder();
+    let name = path.to_str().unwrap();
+    let (stop, stopped) = channel();
+    let server = gauge(&path, stopped);
+    let bus = bus_parameters(2, BAUD);
+    let tool = Tool::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
+    let mut tool = tool.lasting(open::again(name, BAUD));
+    let answers = |tool: &mut Tool| matches!(tool.ask(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
+    let insist = |tool: &mut Tool| {
+        let begun = Instant::now();
+        while !answers(tool) {
+            assert!(begun.elapsed() < Duration::from_secs(30), "no answer");
+        }
+    };
+    insist(&mut tool);
+    drop(stop);
+    server.join().unwrap();
+    assert!(!answers(&mut tool), "nobody is there");
+    assert_eq!(tool.next_remark(), Some(Remark::Lost(name.to_owned())));
+    let (_stop, stopped) = channel();
+    let _server = gauge(&path, stopped);
+    insist(&mut tool);
+    assert_eq!(tool.next_remark(), Some(Remark::Back(name.to_owned())));
+}
+
+#[test]
+fn without_an_opener_a_lost_port_ends_it() {
+    let (_folder, path) = folder();
+    let server = Pty::create(&path).unwrap();
+    let port = open::port(path.to_str().unwrap(), BAUD).unwrap();
+    let mut segment = Segment::new(port, BAUD, false, Vec::<profivac_virtual::device::VirtualDevice>::new());
+    drop(server);
+    let lost = segment.serve(&[], Duration::from_secs(30)).unwrap_err();
+    assert_eq!(lost.to_string(), format!("lost {}: it was unplugged, or its other side was closed", path.display()));
+}
+
+#[test]
+fn a_locked_device_is_in_use_and_says_how_to_find_by_whom() {
+    let (_folder, path) = folder();
+    let _server = Pty::create(&path).unwrap();
+    let name = path.to_str().unwrap();
+    // flock, as profivac and picocom take it.
+    let first = Serial::open(name, BAUD).unwrap();
+    let refused = Serial::open(name, BAUD).unwrap_err();
+    let sentence = format!("{name} is in use by another program: end that first (fuser -v tells which it is)");
+    assert_eq!(refused.to_string(), sentence);
+    drop(first);
+    // TIOCEXCL, as minicom and pyserial take it. It does not hold off who may administer the system.
+    let other = rustix::fs::open(&path, rustix::fs::OFlags::RDWR | rustix::fs::OFlags::NOCTTY, 0.into()).unwrap();
+    rustix::termios::ioctl_tiocexcl(&other).unwrap();
+    match (Serial::open(name, BAUD), administers()) {
+        (Err(refused), false) => assert_eq!(refused.to_string(), sentence),
+        (opened, administers) => assert!(administers && opened.is_ok(), "{opened:?}"),
+    }
+}
+
+/// Whether this process has CAP_SYS_ADMIN.
+fn administers() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:")).unwrap();
+    u64::from_str_radix(effective.trim(), 16).unwrap() & (1 << 21) != 0
+}
+
+#[test]
+fn a_client_that_does_not_read_holds_up_nobody_and_is_told() {
+    let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
+    let deaf = TcpStream::connect(server.name()).unwrap();
+    let mut client = TcpClient::connect(server.name()).unwrap();
+    client.send(b"I read").unwrap();
+    hear(&mut server, b"I read");
+    let telegram = [0x55; 249];
+    let mut told = None;
+    for _ in 0..100_000 {
+        server.send(&telegram).unwrap();
+        hear(&mut client, &telegram);
+        told = server.next_remark();
+        if told.is_some() {
+            break;
+        }
+    }
+    let Some(Remark::Cut { name, octets: 1..=249 }) = told else { panic!("{told:?}") };
+    assert_eq!(name, format!("tcp://{}", deaf.local_addr().unwrap()));
+    server.send(&telegram).unwrap();
+    hear(&mut client, &telegram);
+    assert_eq!(server.next_remark(), None, "told once");
+}
+
+#[test]
+fn a_server_that_does_not_read_does_not_block_and_is_told() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let mut client = TcpClient::connect(&listener.local_addr().unwrap().to_string()).unwrap();
+    let _deaf = listener.accept().unwrap();
+    let mut told = None;
+    for _ in 0..100_000 {
+        client.send(&[0x55; 249]).unwrap();
+        told = client.next_remark();
+        if told.is_some() {
+            break;
+        }
+    }
+    assert!(matches!(told, Some(Remark::Cut { octets: 1..=249, .. })), "{told:?}");
+}
+
+#[test]
+fn octets_that_nobody_reads_from_a_pty_are_told() {
+    let (_folder, path) = folder();
+    let mut server = Pty::create(&path).unwrap();
+    let _deaf = Serial::open(path.to_str().unwrap(), BAUD).unwrap();
+    server.receive(&mut Vec::new()).unwrap();
+    let told = (0..10_000).find_map(|_| {
+        server.send(&[0x55; 249]).unwrap();
+        server.next_remark()
+    });
+    assert!(matches!(told, Some(Remark::Cut { .. })), "{told:?}");
+}
+
+#[test]
+fn a_connection_sends_at_once_and_asks_whether_the_other_side_is_there() {
+    let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
+    let client = TcpClient::connect(server.name()).unwrap();
+    turn(&mut server, &mut Vec::new());
+    for socket in [client.watched()[0], server.watched()[1]] {
+        assert!(tcp_nodelay(socket).unwrap() && socket_keepalive(socket).unwrap());
+        assert!(tcp_keepidle(socket).unwrap() < Duration::from_secs(60), "the system waits for two hours");
+        assert!(
+            (1..60_000).contains(&tcp_user_timeout(socket).unwrap()),
+            "the system repeats for a quarter of an hour"
+        );
+    }
+}
+
+#[test]
+fn a_host_that_does_not_answer_is_given_up_in_seconds() {
+    // A listener whose queue is full lets further connections hang.
+    let listener = rustix::net::socket(AddressFamily::INET, SocketType::STREAM, None).unwrap();
+    rustix::net::bind(&listener, &SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
+    rustix::net::listen(&listener, 0).unwrap();
+    let address = SocketAddr::try_from(rustix::net::getsockname(&listener).unwrap()).unwrap();
+    let _first = TcpStream::connect(address).unwrap();
+    let refused = TcpClient::connect(&address.to_string()).unwrap_err().to_string();
+    assert!(refused.starts_with(&format!("tcp://{address} does not answer within 3 s")), "{refused}");
+}
+
+#[test]
+fn a_host_without_an_address_is_named() {
+    // Longer than a name may be: nobody in the network is asked.
+    let address = format!("{}:4000", "h".repeat(300));
+    let refused = TcpClient::connect(&address).unwrap_err();
+    assert!(matches!(refused, PortError::Host { .. }), "{refused:?}");
+    assert!(refused.to_string().starts_with(&format!("tcp://{address}: the name of the host cannot be resolved")));
+}
+
+#[test]
+fn an_ipv6_address_stands_in_brackets() {
+    for address in ["::1:4000", "[::1:4000", "fe80::1:4000"] {
+        let refused = TcpClient::connect(address).unwrap_err().to_string();
+        assert!(refused.ends_with("(an IPv6 address in brackets: [::1]:4000)"), "{refused}");
+    }
+    let mut server = TcpServer::listen("[::1]:0").unwrap();
+    assert!(server.name().starts_with("[::1]:"));
+    let mut client = open::port(&format!("tcp://{}", server.name()), BAUD).unwrap();
+    client.send(b"six").unwrap();
+    hear(&mut server, b"six");
+}
+
+#[test]
+fn only_what_runs_at_a_rate_has_one_to_be_found() {
+    let (_folder, path) = folder();
+    let _pty = Pty::create(&path).unwrap();
+    let server = TcpServer::listen("127.0.0.1:0").unwrap();
+    for name in [path.to_str().unwrap(), &format!("tcp://{}", server.name())] {
+        let refused = profivac_host::rate::search(&mut *open::port(name, BAUD).unwrap()).unwrap_err();
+        assert!(matches!(refused, PortError::NoRate(_)), "{refused:?}");
+    }
+}

@@ -1,0 +1,169 @@
+//! The scenarios that are shipped, each as fast as possible: every assertion in the file holds.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod curves;
+mod picture;
+mod wrong;
+
+use profivac_dp::link::Baud;
+use profivac_virtual::device::VirtualDevice;
+use profivac_virtual::factory::SpecError;
+use profivac_virtual::memory::Memory;
+use profivac_virtual::scenario::{Bus, Run, Scenario};
+use std::path::{Path, PathBuf};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenarios/{name}.toml"))
+}
+
+fn scenario(name: &str) -> Scenario {
+    Scenario::read(&file(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn devices(scenario: &Scenario) -> Vec<VirtualDevice> {
+    scenario.devices::<SpecError>(Baud::B1500000, |_| Ok(Memory::volatile())).unwrap()
+}
+
+/// The whole scenario without a bus; looks at it every so many seconds.
+fn run(name: &str, every_s: f64, mut look: impl FnMut(&Run, &[VirtualDevice])) -> Run {
+    let scenario = scenario(name);
+    let mut devices = devices(&scenario);
+    let mut run = scenario.start(Bus::None);
+    let mut next = 0.0;
+    while !run.is_over() {
+        run.step(&mut devices);
+        if run.seconds() >= next {
+            look(&run, &devices);
+            next += every_s;
+        }
+    }
+    run
+}
+
+fn holds(name: &str) {
+    let run = run(name, f64::INFINITY, |_, _| {});
+    let findings: Vec<_> = run.findings().iter().map(ToString::to_string).collect();
+    assert!(findings.is_empty(), "\n{}", findings.join("\n"));
+}
+
+#[test]
+fn a_clean_chamber_is_pumped_down() {
+    holds("pump-down");
+}
+
+#[test]
+fn a_leak_holds_the_pressure_and_lets_it_rise_in_a_straight_line() {
+    holds("leak");
+}
+
+#[test]
+fn a_vent_switches_the_emission_off_and_wets_the_wall() {
+    holds("vent");
+}
+
+#[test]
+fn argon_is_shown_by_the_factors_of_the_manuals() {
+    holds("argon");
+}
+
+#[test]
+fn degas_is_refused_done_and_over() {
+    holds("degas");
+}
+
+#[test]
+fn a_broken_filament_is_told_until_it_is_replaced() {
+    holds("filament");
+}
+
+#[test]
+fn two_days_of_baking_leave_hydrogen() {
+    holds("bake-out");
+}
+
+/// Address, instance, and the bits of what it shows, for everybody.
+type Shown = Vec<(u8, u8, u64)>;
+
+/// What everybody shows, as its bits: noise and all.
+fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
+    let shown = devices.flat_map(|device| {
+        let report = device.report();
+        let values: Vec<_> = report.indicated.iter().map(|it| (it.instance, it.value_mbar.to_bits())).collect();
+        values.into_iter().map(|(instance, value)| (device.place(), instance, value))
+    });
+    shown.collect()
+}
+
+/// On a segment in memory that is served in pieces of so many seconds; what is shown every ten seconds.
+fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
+    let scenario = scenario(name);
+    let mut scene = scenario.scene(1, baud).unwrap();
+    let mut run = scenario.start(Bus::There);
+    let mut trajectory = Vec::new();
+    let mut served = 0.0;
+    while !run.is_over() {
+        served += piece_s;
+        let until = served.min((trajectory.len() + 1) as f64 * 10.0);
+        run.step_scene(&mut scene, until + 1e-6);
+        if until < served {
+            trajectory.push(shown(scene.devices()));
+        }
+    }
+    (run, trajectory)
+}
+
+#[test]
+fn a_master_finds_again_what_was_unplugged_or_without_power() {
+    let (run, _) = on_a_bus("bus", Baud::B187500, 1.0);
+    let findings: Vec<_> = run.findings().iter().map(ToString::to_string).collect();
+    assert!(findings.is_empty(), "\n{}", findings.join("\n"));
+}
+
+#[test]
+fn the_trajectory_is_the_same_however_fast_it_is_run() {
+    let (_, slow) = on_a_bus("bus", Baud::B187500, 0.0371);
+    let (_, fast) = on_a_bus("bus", Baud::B187500, 3.0);
+    assert!(slow.len() >= 5 && slow.iter().all(|shown| shown.len() >= 5), "{slow:?}");
+    assert_eq!(slow, fast);
+}
+
+/// Only where a device measures as soon as it has power: what the master does comes at other times at another rate.
+#[test]
+fn the_trajectory_is_the_same_at_any_rate_and_without_a_bus() {
+    let pcg = |trajectory: Vec<Shown>| -> Vec<Shown> {
+        let of_pcg = |shown: Shown| shown.into_iter().filter(|(place, ..)| *place == 3).collect();
+        trajectory.into_iter().map(of_pcg).collect()
+    };
+    let [slow, fast] = [Baud::B19200, Baud::B93750].map(|baud| pcg(on_a_bus("bus", baud, 10.0).1));
+    let mut alone = Vec::new();
+    run("bus", 10.0, |run, devices| {
+        if run.seconds() > 1.0 {
+            alone.push(shown(devices.iter()));
+        }
+    });
+    assert_eq!(slow, fast);
+    let alone = pcg(alone);
+    assert!(alone.len() >= 5 && alone.iter().zip(&slow).all(|(alone, bus)| alone == bus), "{alone:?}\n{slow:?}");
+}
+
+#[test]
+fn what_is_not_as_expected_is_told_with_its_line() {
+    let text = std::fs::read_to_string(file("filament")).unwrap();
+    let text = text
+        .replace("above", "below")
+        .replace("below = \"1e-7 mbar\", valid = true, fault = false, emission = true", "above = \"1 mbar\"");
+    let scenario = Scenario::parse(&text, "x.toml").unwrap();
+    let mut devices = devices(&scenario);
+    let mut run = scenario.start(Bus::None);
+    while run.seconds() < 301.0 {
+        run.step(&mut devices);
+    }
+    let told = run.findings().first().unwrap().to_string();
+    assert!(told.starts_with("x.toml:32: after 300 s: expected bpg400@5 to show above 1.000e0 mbar, got "), "{told}");
+}
+
+#[test]
+fn the_demo_holds_what_it_expects() {
+    holds("demo");
+}

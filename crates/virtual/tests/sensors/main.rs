@@ -1,0 +1,69 @@
+//! Virtual devices with the sensors behind them: what gauges show in which gas, what adjustments are good for, and what takes
+//! its time.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod adjust;
+mod curves;
+mod drive;
+mod picture;
+mod time;
+
+use profivac_dp::link::Baud;
+use profivac_dp::slave::{Outputs, Refusal, Relation};
+use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
+use profivac_vacuum::{Gas, Mixture};
+use profivac_virtual::device::VirtualDevice;
+use profivac_virtual::factory::Spec;
+use profivac_virtual::memory::Memory;
+
+const ATMOSPHERE_PA: f64 = 101_325.0;
+
+fn around(gas: Gas, mbar: f64) -> Surroundings {
+    Surroundings { gas: Mixture::pure(gas, mbar * 100.0), atmosphere_pa: ATMOSPHERE_PA, temperature_k: REFERENCE_K }
+}
+
+/// A device as the command line names it, in nitrogen, not measuring yet.
+fn device(spec: &str, mbar: f64) -> VirtualDevice {
+    let spec: Spec = format!("{spec}@5").parse().unwrap();
+    let unit = spec.build(Memory::volatile(), Baud::B1500000).unwrap();
+    VirtualDevice::new(unit, 5, Baud::B1500000, around(Gas::N2, mbar))
+}
+
+/// A master exchanges data with it, and so it measures; on a controller every gauge is switched on.
+fn start(device: &mut VirtualDevice) {
+    device.instrument_mut().exchanging(true);
+    device.advance(1.0);
+    let instrument = device.instrument_mut();
+    match instrument.name() {
+        // The parameter channel, then Sensor On_Off of four channels.
+        "tpg500" => instrument.outputs(Outputs::Data(&[0, 0, 0, 0, 0, 0, 0, 0, 0xFF])),
+        "img400" => [1, 2].iter().for_each(|slot| instrument.write(Relation::Ms2(0), *slot, 14, &[3, 1]).unwrap()),
+        _ => {}
+    }
+}
+
+/// A class 2 master writes.
+fn write(device: &mut VirtualDevice, slot: u8, index: u8, octets: &[u8]) -> Result<(), Refusal> {
+    device.instrument_mut().write(Relation::Ms2(0), slot, index, octets)
+}
+
+/// What an instance indicates, in mbar.
+fn indicated(device: &VirtualDevice, instance: u8) -> f64 {
+    let report = device.report();
+    report.indicated.iter().find(|it| it.instance == instance).unwrap().value_mbar
+}
+
+/// What the gauge shows: its active instance, in mbar.
+fn shown(device: &VirtualDevice) -> f64 {
+    indicated(device, device.report().active_instance)
+}
+
+/// The mean of what an instance indicates in the next second.
+fn mean(device: &mut VirtualDevice, instance: u8) -> f64 {
+    let values = (0..100).map(|_| {
+        device.advance(0.01);
+        indicated(device, instance)
+    });
+    values.sum::<f64>() / 100.0
+}

@@ -1,0 +1,143 @@
+//! What takes its time: lag, ignition, degas, a filament that burns; and that it is the same every time.
+
+use super::{around, device, indicated, shown, start};
+use profivac_devices::Action;
+use profivac_vacuum::Gas;
+use profivac_virtual::device::VirtualDevice;
+
+const FOUR: &str = "img400";
+
+fn real(name: &str, mbar: f64, seed: u64) -> VirtualDevice {
+    let mut device = device(name, mbar).with_real_sensors(seed);
+    start(&mut device);
+    device
+}
+
+#[test]
+fn one_seed_is_one_gauge_and_another_seed_another() {
+    let run = |name: &str, seed| {
+        let mut device = real(name, 1e-3, seed);
+        (0..200).map(|_| (device.advance(0.01), device.report()).1).collect::<Vec<_>>()
+    };
+    for name in ["pcg550", "bpg400", "bcg450", FOUR, "tpg500"] {
+        assert_eq!(run(name, 7), run(name, 7), "{name}");
+        assert_ne!(run(name, 7), run(name, 8), "{name}");
+    }
+}
+
+#[test]
+fn a_real_gauge_is_noisy_and_near_the_truth() {
+    for (name, mbar, within) in [("bcg450", 1e-6, 0.2), ("bpg400", 0.1, 0.1), ("pcg550", 100.0, 0.02)] {
+        let mut gauge = real(name, mbar, 3);
+        gauge.advance(20.0 * 3600.0);
+        let values: Vec<f64> = (0..50).map(|_| (gauge.advance(0.01), shown(&gauge)).1).collect();
+        let mean = values.iter().sum::<f64>() / 50.0;
+        assert!((mean / mbar - 1.0).abs() < within, "{name}: {mean} at {mbar} mbar");
+        assert!(values.windows(2).all(|pair| pair[0] != pair[1]), "{name} is not noisy");
+    }
+}
+
+#[test]
+fn a_real_gauge_lags_and_an_ideal_one_does_not() {
+    let mut ideal = device("psg550", 1.0);
+    start(&mut ideal);
+    ideal.surround(around(Gas::N2, 10.0));
+    assert_eq!(shown(&ideal), 10.0);
+    let mut gauge = real("psg550", 0.1, 1);
+    gauge.surround(around(Gas::N2, 1.0));
+    assert!(shown(&gauge) < 0.2);
+    gauge.advance(0.08);
+    assert!((0.6..0.75).contains(&shown(&gauge)), "{}", shown(&gauge));
+    gauge.advance(1.0);
+    assert!((0.95..1.05).contains(&shown(&gauge)), "{}", shown(&gauge));
+}
+
+/// Until its discharge burns, a cold cathode shows its lower limit, and nothing tells that from a good vacuum.
+#[test]
+fn a_cold_cathode_has_to_ignite() {
+    let seconds = |mbar: f64| {
+        // As it comes on, the Pirani of its board switches the high voltage on.
+        let mut controller = device("tpg500", mbar).with_real_sensors(5);
+        controller.power(false);
+        controller.power(true);
+        let lit = |controller: &VirtualDevice| indicated(controller, 3) > 0.5 * mbar;
+        f64::from((1..10_000).find(|_| (controller.advance(0.1), lit(&controller)).1).unwrap()) / 10.0
+    };
+    // The filter of the controller is in it with a second or two.
+    let (poor, good) = (seconds(1e-6), seconds(1e-8));
+    assert!((1.0..6.0).contains(&poor), "{poor} s");
+    assert!((100.0..310.0).contains(&good), "{good} s");
+}
+
+#[test]
+fn a_degas_is_seen_while_it_lasts() {
+    let mut gauge = real("bcg450", 1e-8, 2);
+    gauge.advance(60.0);
+    let before = shown(&gauge);
+    gauge.operate(Action::Switch { name: "degas", value: "on" }).unwrap();
+    gauge.advance(2.0);
+    assert!(shown(&gauge) > 50.0 * before, "{} after {before}", shown(&gauge));
+    gauge.advance(179.0);
+    gauge.advance(1.0);
+    assert_eq!(gauge.report().degas.iter().collect::<Vec<_>>(), [&false]);
+    assert!(shown(&gauge) < before, "{} after {before}", shown(&gauge));
+}
+
+/// A BCG450 switches off by its Pirani before harm is done; what cannot see the pressure come burns.
+#[test]
+fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it() {
+    let mut gauge = real("bcg450", 1e-6, 4);
+    let vent = |gauge: &mut VirtualDevice| {
+        for _ in 0..1000 {
+            gauge.surround(around(Gas::Air, 1000.0));
+            gauge.advance(0.01);
+        }
+    };
+    vent(&mut gauge);
+    let wear = gauge.sensor_mut(2).unwrap().filament().unwrap().wear();
+    assert!((1e-4..0.1).contains(&wear), "{wear}");
+    assert_eq!(gauge.report().emission.iter().collect::<Vec<_>>(), [&false]);
+    assert_eq!(gauge.report().exception_status & 0x0F, 0, "no alarm");
+}
+
+/// A Pirani that sees nothing keeps the emission on in air: three seconds later the filament is gone, and the gauge says so.
+#[test]
+fn without_its_protection_a_filament_burns() {
+    let mut gauge = real("bcg450", 1e-6, 4);
+    gauge.sensor_mut(1).unwrap().flaws_mut().unwrap().gain = 0.0;
+    gauge.surround(around(Gas::Air, 1000.0));
+    let seconds = (1..1000).find(|_| (gauge.advance(0.01), gauge.report().exception_status & 0x0F != 0).1);
+    let seconds = f64::from(seconds.unwrap()) / 100.0;
+    assert!((2.0..5.0).contains(&seconds), "{seconds}");
+    assert_eq!(gauge.report().emission.iter().collect::<Vec<_>>(), [&false]);
+    assert!(gauge.sensor_mut(2).unwrap().filament().unwrap().is_broken());
+}
+
+#[test]
+fn a_broken_filament_is_a_fault_of_the_device() {
+    for (name, instance) in [("bcg450", 2), ("bpg400", 2), (FOUR, 1)] {
+        let mut gauge = real(name, 1e-6, 4);
+        assert_eq!(gauge.report().emission.iter().next(), Some(&true), "{name}");
+        gauge.sensor_mut(instance).unwrap().filament_mut().unwrap().break_off();
+        gauge.advance(0.01);
+        let report = gauge.report();
+        assert_eq!(report.emission.iter().next(), Some(&false), "{name}");
+        assert!(!report.indicated.iter().find(|it| it.instance == instance).unwrap().valid, "{name}");
+        // Replaced, and told so.
+        gauge.sensor_mut(instance).unwrap().filament_mut().unwrap().replace();
+        gauge.operate(Action::Fault { name: &format!("sensor{instance}"), present: false }).unwrap();
+        gauge.advance(1.0);
+        assert_eq!(gauge.report().device_state, "EXECUTING", "{name}");
+    }
+}
+
+/// Dirt keeps the Pirani from seeing high vacuum, and the ionisation part from being asked.
+#[test]
+fn a_dirty_pirani_hides_the_ionisation_part() {
+    let mut gauge = real("bpg400", 1e-6, 6);
+    assert_eq!(gauge.report().active_instance, 2);
+    gauge.sensor_mut(1).unwrap().contaminate(0.5);
+    gauge.advance(1.0);
+    assert_eq!(gauge.report().active_instance, 1);
+    assert!((5e-3..2e-2).contains(&shown(&gauge)), "{}", shown(&gauge));
+}

@@ -1,0 +1,100 @@
+//! The line in bit times: telegram after telegram, nothing waits for a clock.
+
+use crate::rig::{BAUD, Line, MASTER};
+use profivac_devices::{Instrument, Principle};
+use profivac_dp::link::active::{Active, BusParameters};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Listening, Station};
+use profivac_dp::master::Settings;
+use profivac_host::clock::duration_of;
+use profivac_host::session::BusMaster;
+use profivac_virtual::device::Unit;
+use profivac_virtual::factory::Spec;
+use profivac_virtual::memory::Memory;
+use profivac_wire::{BROADCAST, Telegram};
+use std::time::Duration;
+
+pub struct InBitTime {
+    station: Box<Active<BusMaster>>,
+    units: Vec<Box<dyn Unit>>,
+    now: BitTime,
+}
+
+impl InBitTime {
+    pub fn new(devices: &[String]) -> Self {
+        // The GAP is small: this is about something else.
+        let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
+        let station = Box::new(BusMaster::on(bus, Settings::new(BAUD), BitTime(0)));
+        let unit = |device: &String| {
+            let mut unit = device.parse::<Spec>().unwrap().build(Memory::volatile(), BAUD).unwrap();
+            evacuate(unit.instrument_mut());
+            unit
+        };
+        Self { station, units: devices.iter().map(unit).collect(), now: BitTime(0) }
+    }
+
+    /// A telegram has left, and the stations that it concerns get it. The answer, if there is one.
+    fn deliver(&mut self, octets: &[u8]) -> Option<(BitTime, Vec<u8>)> {
+        let telegram = Telegram::parse(octets).unwrap();
+        let mut answer = None;
+        for unit in &mut self.units {
+            if unit.wake_at().is_some_and(|due| due <= self.now) {
+                unit.poll(self.now);
+            }
+            if !concerns(&telegram, unit.listening()) {
+                continue;
+            }
+            let sent = unit.telegram(self.now, &telegram).map(|answer| (answer.not_before, answer.octets.to_vec()));
+            if let Some((not_before, octets)) = &sent {
+                unit.sent(self.now.max(*not_before) + octets.len() as u64 * CHARACTER_TBIT);
+            }
+            answer = answer.or(sent);
+        }
+        answer
+    }
+}
+
+/// Whether a station is given a telegram, as on any line.
+fn concerns(telegram: &Telegram<'_>, listening: Listening) -> bool {
+    match (listening, telegram) {
+        (Listening::Everything, _) => true,
+        (Listening::Own(address), Telegram::Frame(frame)) => [address, BROADCAST].contains(&frame.da),
+        (Listening::Own(_), _) => false,
+    }
+}
+
+impl Line for InBitTime {
+    fn master(&mut self) -> &mut BusMaster {
+        &mut self.station.user
+    }
+
+    /// One telegram of the master, and its answer.
+    fn step(&mut self) {
+        self.now = self.now.max(self.station.wake_at().unwrap());
+        let Some(transmit) = self.station.poll(self.now) else { return };
+        let octets = transmit.octets.to_vec();
+        self.now = self.now.max(transmit.not_before) + octets.len() as u64 * CHARACTER_TBIT;
+        self.station.sent(self.now);
+        let Some((not_before, octets)) = self.deliver(&octets) else { return };
+        self.now = self.now.max(not_before) + octets.len() as u64 * CHARACTER_TBIT;
+        self.station.telegram(self.now, &Telegram::parse(&octets).unwrap());
+    }
+
+    fn elapsed(&self) -> Duration {
+        duration_of(BAUD, self.now.0)
+    }
+
+    fn settle(&mut self) {
+        self.units.iter_mut().for_each(|unit| unit.instrument_mut().settle());
+    }
+}
+
+/// Every sensor in a good vacuum, where everything can be switched on.
+fn evacuate(instrument: &mut dyn Instrument) {
+    instrument.settle();
+    for part in 0..instrument.parts().len() {
+        if instrument.parts()[part].principle != Principle::Atmosphere {
+            instrument.sense(part, 1e-4);
+        }
+    }
+    instrument.settle();
+}

@@ -1,0 +1,218 @@
+//! What a user can do to a line while somebody writes: unplug it, switch the device off, write from elsewhere, give away its
+//! address. Each ends with a sentence, and soon.
+
+use crate::FIRST;
+use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
+use crate::rig::{BAUD, patient};
+use profivac_client::address::{self, AddressError};
+use profivac_client::class1::Owned;
+use profivac_client::ms2::{Ms2, Ms2Error};
+use profivac_client::records::Records;
+use profivac_client::watch::Watched;
+use profivac_client::{ClientError, Gauge};
+use profivac_devices::model::Via;
+use profivac_dp::link::active::BusParameters;
+use profivac_dp::master::{Mode, SlaveParameters};
+use profivac_host::port::{Character, Port, PortError};
+use profivac_host::session::{Tool, ToolError};
+use profivac_virtual::open;
+use rustix::fd::BorrowedFd;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+/// Low Trip Enable of the first trip point, tira56e1 11.2.
+const SLOT: u8 = 2;
+const INDEX: u8 = 20;
+const TARGET: &str = "2/20";
+
+/// Longer than anybody sends while one record is written.
+const MOMENTS: usize = 8;
+
+/// SD4
+const TOKEN: u8 = 0xDC;
+
+fn gauges(count: usize) -> Vec<String> {
+    (FIRST..).take(count).map(|address| format!("pcg550@{address}")).collect()
+}
+
+/// Something happens instead of the telegram after so many, once this is set.
+#[derive(Clone)]
+struct Fate(Arc<AtomicUsize>);
+
+const NEVER: usize = usize::MAX;
+
+impl Fate {
+    fn new() -> Self {
+        Self(Arc::new(AtomicUsize::new(NEVER)))
+    }
+
+    fn after(&self, telegrams: usize) {
+        self.0.store(telegrams, Ordering::SeqCst);
+    }
+
+    fn has_come(&self) -> bool {
+        match self.0.load(Ordering::SeqCst) {
+            0 => true,
+            NEVER => false,
+            left => {
+                self.0.store(left - 1, Ordering::SeqCst);
+                false
+            }
+        }
+    }
+}
+
+type Happens = Box<dyn FnMut() -> Result<(), PortError> + Send>;
+
+/// A port with a fate.
+struct Fateful {
+    port: Box<dyn Port>,
+    fate: Fate,
+    happens: Happens,
+}
+
+impl Port for Fateful {
+    fn name(&self) -> &str {
+        self.port.name()
+    }
+
+    fn watched(&self) -> Vec<BorrowedFd<'_>> {
+        self.port.watched()
+    }
+
+    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+        self.port.receive(heard)
+    }
+
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        // Tokens go around in between, as many as there is time for.
+        if octets.first() != Some(&TOKEN) && self.fate.has_come() {
+            (self.happens)()?;
+        }
+        self.port.send(octets)
+    }
+}
+
+/// A tool on a port with a fate.
+fn fateful(name: &str, bus: BusParameters, fate: &Fate, happens: Happens) -> Tool {
+    let port = open::port(name, BAUD).unwrap();
+    Tool::new(Box::new(Fateful { port, fate: fate.clone(), happens }), BAUD, bus, PATIENCE).unwrap()
+}
+
+/// The line is cut at every moment of a write: the sentence says so, at once.
+#[test]
+fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
+    let bench = Bench::on_tcp(&gauges(MOMENTS));
+    // Each round begins with T_TO, and nobody is kept waiting long by a short slot here.
+    let bus = BusParameters { slot_tbit: bus_of(0, 0).slot_tbit / 8, ..bus_of(0, 0) };
+    for (moment, address) in (0..MOMENTS).zip(FIRST..) {
+        let (fate, name) = (Fate::new(), bench.name.clone());
+        let cut = Box::new(move || Err(PortError::Lost(name.clone())));
+        let mut tool = fateful(&bench.name, bus, &fate, cut);
+        let mut records = Ms2::new(&mut tool, address);
+        assert_eq!(records.read(SLOT, INDEX).unwrap(), [1]);
+        fate.after(moment);
+        let begun = Instant::now();
+        let written = records.write(SLOT, INDEX, &[0]);
+        assert!(begun.elapsed() < PATIENCE, "{moment}");
+        match written {
+            Err(Ms2Error::Tool(ToolError::Port(lost @ PortError::Lost(_)))) => {
+                assert!(lost.to_string().contains("unplugged"), "{lost}");
+            }
+            Ok(()) => {
+                assert!(moment > 1, "a request and a poll at least");
+                return;
+            }
+            Err(error) => panic!("{moment}: {error}"),
+        }
+    }
+    panic!("it never came to an end");
+}
+
+/// The device is switched off between request and response: nobody knows whether it was written, and that is what is said.
+#[test]
+fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
+    let bench = Arc::new(Mutex::new(Bench::on_a_pty(&gauges(1))));
+    let (fate, benched) = (Fate::new(), Arc::clone(&bench));
+    let off = Box::new(move || {
+        benched.lock().unwrap().order(|devices| devices[0].power(false));
+        Ok(())
+    });
+    let name = bench.lock().unwrap().name.clone();
+    let mut tool = fateful(&name, bus_of(0, 0), &fate, off);
+    let mut gauge = Gauge::open(&mut tool, FIRST).unwrap();
+    let named = gauge.find(TARGET).unwrap();
+    let order = gauge.prepare(&named, "off").unwrap();
+    // The request goes out; what comes of it is not polled for any more.
+    fate.after(1);
+    let lost = gauge.carry_out(order).unwrap_err();
+    assert!(matches!(lost, ClientError::Lost { .. }), "{lost}");
+    assert!(lost.to_string().contains("it may have been written, read it"), "{lost}");
+    drop(gauge);
+    bench.lock().unwrap().order(|devices| devices[0].power(true));
+    fate.after(NEVER);
+    let is = Ms2::new(&mut tool, FIRST).read(SLOT, INDEX).unwrap();
+    assert!([[0], [1]].iter().any(|value| is == value), "{is:?}");
+}
+
+/// Two tools write one parameter again and again: each write is taken, and at the end one of the two values is there.
+#[test]
+fn two_tools_that_write_the_same_parameter_are_both_served() {
+    let bench = Bench::on_tcp(&gauges(1));
+    let write = |master: u8| {
+        let name = bench.name.clone();
+        std::thread::spawn(move || {
+            let port = open::port(&name, BAUD).unwrap();
+            let mut tool = Tool::new(port, BAUD, bus_of(master, 1), PATIENCE).unwrap();
+            let mut records = Ms2::new(&mut tool, FIRST);
+            for _ in 0..20 {
+                records.write(SLOT, INDEX, &[master]).unwrap();
+                let read = records.read(SLOT, INDEX).unwrap();
+                assert!([[0], [1]].iter().any(|value| read == value), "{read:?}");
+            }
+        })
+    };
+    let tools = [write(0), write(1)];
+    tools.into_iter().for_each(|tool| tool.join().unwrap());
+}
+
+/// A slave in data exchange keeps its address, and goes on.
+#[test]
+fn an_address_is_not_changed_while_data_are_exchanged() {
+    let mut bench = Bench::on_tcp(&gauges(1));
+    bench.order(|devices| devices[0].expose(conditions(1e-2)));
+    let mut tool = bench.tool(bus_of(0, 0));
+    let watched = Watched::find(&mut tool, FIRST, 0).unwrap();
+    let watchdog = patient(FIRST, watched.model, watched.configuration).watchdog;
+    tool.master().add(&SlaveParameters { watchdog, ..watched.parameters(BAUD) }).unwrap();
+    tool.master().set_mode(Mode::Operate);
+    let begun = Instant::now();
+    let exchanges = |tool: &mut Tool| tool.master().counters(FIRST).unwrap().exchanges;
+    while exchanges(&mut tool) == 0 {
+        assert!(begun.elapsed() < PATIENCE, "no data");
+        tool.serve(&[], PATIENCE).unwrap();
+    }
+    let owned = address::check(&mut tool, FIRST, FIRST + 1).unwrap_err();
+    assert!(matches!(owned, AddressError::Owned { address: FIRST, master: 0 }), "{owned}");
+    let before = exchanges(&mut tool);
+    let refused = address::change(&mut tool, FIRST, FIRST + 1, watched.model.ident, false).unwrap_err();
+    assert!(matches!(refused, AddressError::Closed(FIRST, _) | AddressError::Stayed(FIRST)), "{refused}");
+    while exchanges(&mut tool) < before + 3 {
+        assert!(begun.elapsed() < PATIENCE, "no more data");
+        tool.serve(&[], PATIENCE).unwrap();
+    }
+    assert_eq!(tool.master().counters(FIRST).unwrap().starts, 1);
+}
+
+/// The way to a record is changed on one and the same tool: each way has a configuration of its own.
+#[test]
+fn a_slave_that_was_owned_for_one_way_is_taken_for_another() {
+    let bench = Bench::on_tcp(&gauges(1));
+    let mut tool = bench.tool(bus_of(0, 0));
+    let watched = Watched::find(&mut tool, FIRST, 0).unwrap();
+    for via in [Via::Class1, Via::Channel, Via::Class1] {
+        let mut owned = Owned::take(&mut tool, &watched, via).unwrap();
+        assert_eq!(owned.read(SLOT, INDEX).unwrap(), [1], "{via:?}");
+    }
+}

@@ -1,0 +1,217 @@
+//! All twelve devices in data exchange at the same time, each in a vacuum of its own: what else is asked on the line disturbs
+//! nobody, and no value comes from the neighbour.
+
+use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
+use crate::rig::{BAUD, patient, rows};
+use profivac_client::ms2;
+use profivac_client::watch::Watched;
+use profivac_devices::model::{Access, Model};
+use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Outcome, SlaveParameters};
+use profivac_host::session::{Tool, take};
+use std::collections::BTreeMap;
+use std::sync::mpsc::{TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+/// Of the master that exchanges data, and of one that looks.
+const EXCHANGING: u8 = 0;
+const LOOKING: u8 = 1;
+
+/// DPV1_Enable, profibus-wire 2.4.
+const DPV1_ENABLE: u8 = 0x80;
+
+/// The vacuum of each device, in mbar: what it shows is nearer to this than to that of any other.
+fn pressure_mbar(address: u8) -> f64 {
+    2e-3 * 1.2_f64.powi(i32::from(address - crate::FIRST))
+}
+
+/// What it is called: its serial number.
+fn serial(address: u8) -> String {
+    format!("no. {address}")
+}
+
+/// The devices as people name them.
+pub fn named() -> Vec<String> {
+    let all = crate::all();
+    all.into_iter().map(|(address, model)| format!("{}@{address}:serial={}", model.name, serial(address))).collect()
+}
+
+/// A master that exchanges data with all devices of a bench.
+pub struct Plant {
+    pub tool: Tool,
+    pub bench: Bench,
+    watched: Vec<Watched>,
+    begun: Instant,
+}
+
+impl Plant {
+    pub fn new(mut bench: Bench) -> Self {
+        bench.order(|devices| {
+            for device in devices {
+                device.expose(conditions(pressure_mbar(device.place())));
+            }
+        });
+        let mut tool = bench.tool(bus_of(EXCHANGING, LOOKING));
+        let find = |(address, _)| Watched::find(&mut tool, address, EXCHANGING).unwrap();
+        let watched: Vec<_> = crate::all().into_iter().map(find).collect();
+        for slave in &watched {
+            let usual = slave.parameters(BAUD);
+            let mut user_prm = usual.user_prm.to_vec();
+            if let Some(status) = user_prm.first_mut() {
+                *status |= slave.model.dpv1_status & DPV1_ENABLE;
+            }
+            let watchdog = patient(slave.address, slave.model, slave.configuration).watchdog;
+            let parameters = SlaveParameters { user_prm: &user_prm, watchdog, ..usual };
+            take(tool.master(), &parameters).unwrap();
+        }
+        tool.master().set_mode(Mode::Operate);
+        let mut plant = Self { tool, bench, watched, begun: Instant::now() };
+        plant.until("bring-up", |plant| plant.tool.master().exchanging() == crate::all().len());
+        plant
+    }
+
+    /// Serves the line until something is so, and looks at every value meanwhile.
+    pub fn until(&mut self, what: &str, mut is_so: impl FnMut(&mut Self) -> bool) {
+        while !is_so(self) {
+            assert!(self.begun.elapsed() < PATIENCE, "{what} takes too long");
+            self.tool.serve(&[], Duration::from_millis(20)).unwrap();
+            while self.tool.master().next_event().is_some() {}
+            self.look();
+        }
+    }
+
+    /// Every value is that of its device.
+    fn look(&mut self) {
+        for slave in &self.watched {
+            let Some(inputs) = self.tool.master().inputs(slave.address) else { continue };
+            let reading = slave.reading(inputs);
+            let mbar = pressure_mbar(slave.address);
+            let own =
+                reading.values.iter().filter_map(|value| value.pa).any(|pa| (pa / 100.0 / mbar - 1.0).abs() < 0.05);
+            assert!(own, "{} at {}: {mbar} mbar, and it shows {reading:?}", slave.model.name, slave.address);
+        }
+    }
+
+    fn exchanges(&mut self) -> BTreeMap<u8, (u32, u32)> {
+        let master = self.tool.master();
+        let counted = |address: u8| {
+            let counters = master.counters(address).unwrap();
+            (address, (counters.exchanges, counters.starts))
+        };
+        crate::all().into_iter().map(|(address, _)| counted(address)).collect()
+    }
+
+    /// Everybody is exchanged with once more at least, and nobody has had to begin anew.
+    pub fn went_on_since(&mut self, before: &BTreeMap<u8, (u32, u32)>) {
+        let now = self.exchanges();
+        for (address, (exchanges, starts)) in before {
+            assert!(now[address].0 > *exchanges, "{address} is not exchanged with");
+            assert_eq!(now[address].1, *starts, "{address} had to begin anew");
+        }
+    }
+
+    fn record(&mut self, handle: Handle) -> Option<Vec<u8>> {
+        match self.tool.master().outcome(handle)? {
+            Outcome::Read(record) => Some(record.to_vec()),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn ask(&mut self, what: &str, handle: Handle) -> Vec<u8> {
+        let mut record = None;
+        self.until(what, |plant| {
+            record = plant.record(handle);
+            record.is_some()
+        });
+        record.unwrap()
+    }
+}
+
+/// Where a class 2 master reads the serial number.
+fn serial_place(model: &Model) -> Option<(u8, u8)> {
+    let is_serial = |name: &str| name == "Serial Number";
+    let found = rows(model).into_iter().find(|(_, row)| is_serial(row.name) && row.access.contains(Access::READ_2));
+    found.filter(|_| model.features.dpv1).map(|(address, row)| (address.slot, row.id))
+}
+
+fn is_serial_of(record: &[u8], address: u8) -> bool {
+    String::from_utf8_lossy(record).trim_end_matches(['\0', ' ']) == serial(address)
+}
+
+/// Serial numbers by MS2, several connections at a time, and records by MS1 while data are exchanged.
+pub fn requests_beside_the_exchange(bench: Bench) {
+    let mut plant = Plant::new(bench);
+    let before = plant.exchanges();
+    let places: Vec<_> =
+        crate::all().into_iter().filter_map(|(address, model)| Some((address, serial_place(model)?))).collect();
+    assert!(places.len() >= 9, "{places:?}");
+    for few in places.chunks(4) {
+        let open = |(address, _): &(u8, _)| plant.tool.master().ms2_open(*address, &Ms2Parameters::new(BAUD)).unwrap();
+        let connections: Vec<_> = few.iter().map(open).collect();
+        for connection in &connections {
+            plant.until("opening", |plant| match plant.tool.master().outcome(*connection) {
+                None => false,
+                Some(Outcome::Opened(_)) => true,
+                Some(other) => panic!("{other:?}"),
+            });
+        }
+        for (connection, (_, (slot, index))) in connections.iter().zip(few) {
+            plant.tool.master().ms2_read(*connection, *slot, *index, 240).unwrap();
+        }
+        for (connection, (address, _)) in connections.iter().zip(few) {
+            let record = plant.ask("MS2", *connection);
+            assert!(is_serial_of(&record, *address), "{address}: {record:02X?}");
+            plant.tool.master().ms2_close(*connection).unwrap();
+        }
+        for connection in &connections {
+            plant.until("closing", |plant| plant.tool.master().outcome(*connection).is_some());
+        }
+    }
+    for (address, model) in crate::all().into_iter().filter(|(_, model)| model.features.ms1) {
+        let readable = rows(model).into_iter().find(|(_, row)| row.access.contains(Access::READ_1));
+        let (place, row) = readable.unwrap();
+        let parameters = Ms1Parameters::new(BAUD);
+        let handle = plant.tool.master().ms1_read(address, place.slot, row.id, 240, &parameters).unwrap();
+        assert!(!plant.ask("MS1", handle).is_empty(), "{address}");
+    }
+    plant.went_on_since(&before);
+}
+
+/// Another master joins the ring, reads a record of every device that has MS2, and goes.
+pub fn a_second_master_looks(bench: Bench) {
+    let mut plant = Plant::new(bench);
+    let name = plant.bench.name.clone();
+    let (tell, told) = channel();
+    let reader = std::thread::spawn(move || {
+        let port = profivac_virtual::open::port(&name, BAUD).unwrap();
+        let mut tool = Tool::new(port, BAUD, bus_of(LOOKING, LOOKING), PATIENCE).unwrap();
+        for (address, model) in crate::all() {
+            if let Some((slot, index)) = serial_place(model) {
+                let record = ms2::read(&mut tool, address, slot, index).unwrap();
+                tell.send((address, record, tool.masters().collect::<Vec<_>>())).unwrap();
+            }
+        }
+    });
+    let mut read = 0;
+    let before = plant.exchanges();
+    let claimed = plant.tool.ring_counters().claimed;
+    plant.until("reading", |_| match told.try_recv() {
+        Ok((address, record, masters)) => {
+            assert!(is_serial_of(&record, address), "{address}: {record:02X?}");
+            assert_eq!(masters, [EXCHANGING, LOOKING], "both are in the ring");
+            read += 1;
+            false
+        }
+        Err(TryRecvError::Empty) => false,
+        Err(TryRecvError::Disconnected) => true,
+    });
+    reader.join().unwrap();
+    assert!(read >= 9, "{read}");
+    plant.went_on_since(&before);
+    plant.until("the ring without it", |plant| plant.tool.masters().eq([EXCHANGING]));
+    let before = plant.exchanges();
+    plant.until("exchange after it", |plant| {
+        plant.exchanges().iter().all(|(address, (exchanges, _))| *exchanges > before[address].0 + 2)
+    });
+    plant.went_on_since(&before);
+    assert_eq!(plant.tool.ring_counters().claimed, claimed, "the token did not go with it");
+}

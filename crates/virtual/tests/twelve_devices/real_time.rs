@@ -1,0 +1,158 @@
+//! The line in real time: a master on one end of a port, and virtual devices in a thread on the other.
+
+use crate::rig::{BAUD, Line, MASTER};
+use profivac_client::pressure::Pressure;
+use profivac_dp::link::active::BusParameters;
+use profivac_host::clock::tbit_of;
+use profivac_host::port::{Port, Pty, TcpServer};
+use profivac_host::segment::Segment;
+use profivac_host::session::{BusMaster, Tool, bus_parameters};
+use profivac_vacuum::Gas;
+use profivac_virtual::device::{Conditions, VirtualDevice};
+use profivac_virtual::factory::Spec;
+use profivac_virtual::memory::Memory;
+use profivac_virtual::open;
+use std::io::{Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Nobody waits longer for something that happens at all.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The line is looked at again after so long, if nothing happens.
+const SLICE: Duration = Duration::from_millis(100);
+
+type Order = Box<dyn FnOnce(&mut [VirtualDevice]) + Send>;
+
+/// Devices on a port, in a thread, until this is dropped.
+pub struct Bench {
+    orders: Option<Sender<Order>>,
+    bell: UnixStream,
+    thread: Option<JoinHandle<()>>,
+    /// What the port is called by who connects to it.
+    pub name: String,
+    /// Where a pty is.
+    _folder: Option<TempDir>,
+}
+
+impl Bench {
+    pub fn on_a_pty(devices: &[String]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let pty = Pty::create(&path).unwrap();
+        Self::serve(Box::new(pty), path.to_str().unwrap().to_owned(), Some(folder), devices)
+    }
+
+    pub fn on_tcp(devices: &[String]) -> Self {
+        let server = TcpServer::listen("127.0.0.1:0").unwrap();
+        let name = format!("tcp://{}", server.name());
+        Self::serve(Box::new(server), name, None, devices)
+    }
+
+    fn serve(port: Box<dyn Port>, name: String, folder: Option<TempDir>, devices: &[String]) -> Self {
+        let devices = devices.iter().map(|device| powered(device)).collect();
+        let (orders, heard) = channel();
+        let (bell, rung) = UnixStream::pair().unwrap();
+        rung.set_nonblocking(true).unwrap();
+        let thread = std::thread::spawn(move || live(Segment::new(port, BAUD, false, devices), &heard, rung));
+        Self { orders: Some(orders), bell, thread: Some(thread), name, _folder: folder }
+    }
+
+    /// Does something to the devices, and waits until it is done.
+    pub fn order<T: Send + 'static>(&mut self, order: impl FnOnce(&mut [VirtualDevice]) -> T + Send + 'static) -> T {
+        let (done, waits) = channel();
+        let order = move |devices: &mut [VirtualDevice]| done.send(order(devices)).unwrap();
+        self.orders.as_ref().unwrap().send(Box::new(order)).unwrap();
+        self.bell.write_all(&[0]).unwrap();
+        waits.recv_timeout(PATIENCE).unwrap()
+    }
+
+    /// A master on the other end.
+    pub fn tool(&self, bus: BusParameters) -> Tool {
+        Tool::new(open::port(&self.name, BAUD).unwrap(), BAUD, bus, PATIENCE).unwrap()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.orders = None;
+        self.bell.write_all(&[0]).ok();
+        let ended = self.thread.take().map(JoinHandle::join);
+        assert!(std::thread::panicking() || ended.is_some_and(|ended| ended.is_ok()), "the devices ended early");
+    }
+}
+
+/// A device in a good vacuum, where everything can be switched on.
+fn powered(device: &str) -> VirtualDevice {
+    let spec: Spec = device.parse().unwrap();
+    let unit = spec.build(Memory::volatile(), BAUD).unwrap();
+    VirtualDevice::new(unit, spec.place, BAUD, conditions(1e-6))
+}
+
+/// Nitrogen at so many mbar.
+pub fn conditions(mbar: f64) -> Conditions {
+    let pressure = |text: &str| text.parse::<Pressure>().unwrap();
+    Conditions { pressure: pressure(&format!("{mbar} mbar")), atmosphere: pressure("1000 mbar"), gas: Gas::N2 }
+}
+
+fn live(mut segment: Segment<Vec<VirtualDevice>>, orders: &Receiver<Order>, mut bell: UnixStream) {
+    loop {
+        segment.serve(&[bell.as_fd()], Duration::from_secs(1)).unwrap();
+        let _silenced = bell.read(&mut [0; 16]);
+        loop {
+            match orders.try_recv() {
+                Ok(order) => order(segment.stations_mut()),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => return,
+            }
+        }
+    }
+}
+
+/// A thread on a busy machine may rest for so long. Slots that are shorter would make this a test of the machine: whoever
+/// answers later has not answered.
+const SLOT: Duration = Duration::from_millis(400);
+
+/// The bus parameters of a master in a ring of few: nobody is looked for behind the last one.
+pub fn bus_of(address: u8, hsa: u8) -> BusParameters {
+    let slot_tbit = u32::try_from(tbit_of(BAUD, SLOT)).unwrap();
+    BusParameters { hsa, slot_tbit, retry_limit: 3, ..bus_parameters(address, BAUD) }
+}
+
+/// A master and its devices in real time.
+pub struct InRealTime {
+    pub tool: Tool,
+    pub bench: Bench,
+    begun: Instant,
+}
+
+impl InRealTime {
+    pub fn new(bench: Bench) -> Self {
+        Self { tool: bench.tool(bus_of(MASTER, MASTER)), bench, begun: Instant::now() }
+    }
+}
+
+impl Line for InRealTime {
+    fn master(&mut self) -> &mut BusMaster {
+        self.tool.master()
+    }
+
+    fn step(&mut self) {
+        self.tool.serve(&[], SLICE).unwrap();
+        while self.tool.master().next_event().is_some() {}
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
+    fn settle(&mut self) {
+        self.bench.order(|devices| {
+            devices.iter_mut().for_each(|device| device.expose(*device.around()));
+        });
+    }
+}

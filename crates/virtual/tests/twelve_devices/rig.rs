@@ -1,0 +1,240 @@
+//! A master and devices on a line, however time passes there: bringing up, reading and writing each way.
+
+use profivac_devices::model::{Address, Configuration, Field, Instruction, Model, NumberType, Place, Row, Telegram};
+use profivac_dp::link::Baud;
+use profivac_dp::master::{self, Handle, Mode, Ms1Parameters, Ms2Parameters, PkwParameters, SlaveParameters, pkw};
+use profivac_host::session::BusMaster;
+use std::fmt;
+use std::time::Duration;
+
+pub const BAUD: Baud = Baud::B1500000;
+/// The lowest address: a master that begins takes the token first.
+pub const MASTER: u8 = 0;
+
+/// Longer than any time-out of the master: what takes so long has failed.
+const LIMIT: Duration = Duration::from_secs(30);
+
+/// How time passes.
+pub trait Line {
+    fn master(&mut self) -> &mut BusMaster;
+
+    /// Something more happens.
+    fn step(&mut self);
+
+    /// How long the line has been there.
+    fn elapsed(&self) -> Duration;
+
+    /// What follows by itself in the devices has followed.
+    fn settle(&mut self);
+}
+
+/// A way to a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    Ms2,
+    Ms1,
+    Pkw,
+}
+
+/// What became of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// The octets read, or what the parameter channel shows after a write.
+    Octets(Vec<u8>),
+    Written,
+    /// The sentence for a refusal.
+    Refused(String),
+}
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Octets(octets) => {
+                octets.iter().try_for_each(|octet| write!(f, "{octet:02X}"))?;
+                Ok(())
+            }
+            Self::Written => f.write_str("written"),
+            Self::Refused(why) => write!(f, "refused: {why}"),
+        }
+    }
+}
+
+/// Lets things happen until it is done.
+pub fn until<L: Line, T>(line: &mut L, what: &str, mut done: impl FnMut(&mut BusMaster) -> Option<T>) -> T {
+    let limit = line.elapsed() + LIMIT;
+    loop {
+        if let Some(done) = done(line.master()) {
+            return done;
+        }
+        assert!(line.elapsed() < limit, "{what} takes too long");
+        line.step();
+    }
+}
+
+/// What a slave is given that waits for its master longer than a thread may rest on a busy machine.
+pub fn patient(address: u8, model: &'static Model, configuration: &'static Configuration) -> SlaveParameters<'static> {
+    let watchdog = master::watchdog_factors(20_000, 10);
+    SlaveParameters { watchdog, ..SlaveParameters::new(address, model.ident, configuration.octets) }
+}
+
+/// One device of a line, and the ways to it.
+pub struct Rig<'a, L> {
+    pub model: &'static Model,
+    address: u8,
+    line: &'a mut L,
+    connection: Option<Handle>,
+    exchanging: bool,
+    pkw: PkwParameters,
+}
+
+impl<'a, L: Line> Rig<'a, L> {
+    pub fn new(line: &'a mut L, model: &'static Model, address: u8) -> Self {
+        Self { model, address, line, connection: None, exchanging: false, pkw: PkwParameters::GAUGE }
+    }
+
+    fn until<T>(&mut self, what: &str, done: impl FnMut(&mut BusMaster) -> Option<T>) -> T {
+        until(self.line, &format!("{}: {what}", self.model.name), done)
+    }
+
+    /// The configuration with a parameter channel, with floats where there is a choice.
+    fn configuration(&self) -> &'static Configuration {
+        let has_channel = |it: &&'static Configuration| {
+            it.outputs.is_some_and(|telegram| telegram.fields.contains(&Field::ParameterChannel))
+        };
+        let all = || self.model.configurations.iter().filter(has_channel);
+        all().find(|it| it.number() == Some(NumberType::Float)).or_else(|| all().next()).unwrap()
+    }
+
+    /// Into data exchange, with DP-V1 where the device has it.
+    pub fn bring_up(&mut self) {
+        let configuration = self.configuration();
+        let mut user_prm = self.model.user_prm[0].octets.to_vec();
+        if let Some(status) = user_prm.first_mut() {
+            *status |= self.model.dpv1_status & 0x80;
+        }
+        let address = self.address;
+        let parameters = patient(address, self.model, configuration);
+        self.line.master().add(&SlaveParameters { user_prm: &user_prm, ..parameters }).unwrap();
+        self.line.master().set_mode(Mode::Operate);
+        self.until("bring-up", |master| master.inputs(address).map(drop));
+        self.exchanging = true;
+        let byte = self.model.dialect.instructions.iter().find(|(_, it)| match it {
+            Instruction::Write(lengths) => lengths.contains(&1),
+            Instruction::Read => false,
+        });
+        let at = |telegram: Option<&'static Telegram>| {
+            telegram.unwrap().layout().find(|(_, field)| *field == Field::ParameterChannel).unwrap().0
+        };
+        let (outputs_at, inputs_at) = (at(configuration.outputs), at(configuration.inputs));
+        self.pkw = PkwParameters { outputs_at, inputs_at, byte_ak: byte.unwrap().0, ..PkwParameters::GAUGE };
+    }
+
+    /// Opens MS2; on a device without it that is refused.
+    pub fn open(&mut self) {
+        let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
+        let connection = self.line.master().ms2_open(self.address, &parameters).unwrap();
+        let opened = self.until("opening", |master| match master.outcome(connection)? {
+            master::Outcome::Opened(_) => Some(true),
+            master::Outcome::Ended(_) => Some(false),
+            other => panic!("{other:?}"),
+        });
+        assert_eq!(opened, self.model.features.dpv1, "{}: MS2", self.model.name);
+        self.connection = opened.then_some(connection);
+    }
+
+    /// Gives the device back, so that the line is as before.
+    pub fn leave(&mut self) {
+        if let Some(connection) = self.connection.take() {
+            self.line.master().ms2_close(connection).unwrap();
+            self.until("closing", |master| {
+                matches!(master.outcome(connection)?, master::Outcome::Ended(_)).then_some(())
+            });
+        }
+        let address = self.address;
+        self.line.master().remove(address);
+        self.until("giving back", |master| master.state(address).is_none().then_some(()));
+        self.exchanging = false;
+    }
+
+    /// Which ways there are.
+    pub fn ways(&self) -> Vec<Way> {
+        let mut ways = Vec::new();
+        ways.extend(self.connection.map(|_| Way::Ms2));
+        ways.extend((self.exchanging && self.model.features.ms1).then_some(Way::Ms1));
+        ways.extend(self.exchanging.then_some(Way::Pkw));
+        ways
+    }
+
+    /// Lets the slot show this instance.
+    pub fn select(&mut self, address: &Address) {
+        if address.instance != 0 {
+            assert_eq!(self.write(Way::Ms2, 1, 46, &[address.instance]), Told::Written);
+        }
+    }
+
+    fn told(&mut self, what: &str, handle: Handle) -> Told {
+        use master::Outcome;
+        let name = self.model.name;
+        self.until(what, |master| {
+            Some(match master.outcome(handle)? {
+                Outcome::Read(record) => Told::Octets(record.to_vec()),
+                Outcome::Value(value) => Told::Octets(value.octets()[4 - value.width()..].to_vec()),
+                Outcome::Written => Told::Written,
+                Outcome::Refused(negative) => Told::Refused(format!("{}, {}", negative.code_1, negative.code_2)),
+                Outcome::Denied(error) => Told::Refused(error.to_string()),
+                other => panic!("{name}: {what}: {other:?}"),
+            })
+        })
+    }
+
+    pub fn read(&mut self, way: Way, slot: u8, index: u8) -> Told {
+        let master = self.line.master();
+        let handle = match way {
+            Way::Ms2 => self.connection.inspect(|it| master.ms2_read(*it, slot, index, 240).unwrap()).unwrap(),
+            Way::Ms1 => {
+                let parameters = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
+                master.ms1_read(self.address, slot, index, 240, &parameters).unwrap()
+            }
+            Way::Pkw => master.pkw_read(self.address, slot, index, None, &self.pkw).unwrap(),
+        };
+        self.told(&format!("read {slot}/{index} by {way:?}"), handle)
+    }
+
+    pub fn write(&mut self, way: Way, slot: u8, index: u8, octets: &[u8]) -> Told {
+        let master = self.line.master();
+        let handle = match way {
+            Way::Ms2 => self.connection.inspect(|it| master.ms2_write(*it, slot, index, octets).unwrap()).unwrap(),
+            Way::Ms1 => {
+                let parameters = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
+                master.ms1_write(self.address, slot, index, octets, &parameters).unwrap()
+            }
+            Way::Pkw => {
+                let Some(value) = pkw::Value::from_octets(octets) else { return Told::Refused("no width".to_owned()) };
+                master.pkw_write(self.address, slot, index, value, &self.pkw).unwrap()
+            }
+        };
+        let told = self.told(&format!("write {slot}/{index} by {way:?}"), handle);
+        self.line.settle();
+        match (way, told) {
+            // The channel answers a write with what was written.
+            (Way::Pkw, Told::Octets(echo)) => {
+                assert_eq!(echo, octets, "{} {slot}/{index}", self.model.name);
+                Told::Written
+            }
+            (_, told) => told,
+        }
+    }
+
+    /// Every row at every address.
+    pub fn rows(&self) -> Vec<(&'static Address, &'static Row)> {
+        rows(self.model)
+    }
+}
+
+/// Every row of a device at every address.
+pub fn rows(model: &Model) -> Vec<(&'static Address, &'static Row)> {
+    let each = |place: &'static Place| {
+        place.addresses.iter().flat_map(move |address| place.block.rows.iter().map(move |row| (address, row)))
+    };
+    model.places.iter().flat_map(each).collect()
+}
