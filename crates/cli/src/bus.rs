@@ -10,7 +10,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 use profivac_host::port::Port;
 use profivac_host::rate;
-use profivac_host::session::{Tool, bus_parameters};
+use profivac_host::session::{BusSession, bus_parameters};
 use profivac_station::config::Segment;
 use profivac_virtual::open;
 use std::time::Duration;
@@ -62,12 +62,12 @@ impl Bus {
     }
 
     /// A master on the bus that has not said anything yet. A port that is lost ends it.
-    pub fn open(&self) -> Result<Tool, Failure> {
+    pub fn open(&self) -> Result<BusSession, Failure> {
         self.open_at().map(|(tool, _)| tool)
     }
 
     /// The same for a command that runs for long: a port that is lost is looked for until it is back.
-    pub fn open_lasting(&self) -> Result<Tool, Failure> {
+    pub fn open_lasting(&self) -> Result<BusSession, Failure> {
         let (tool, baud) = self.open_at()?;
         Ok(tool.lasting(open::again(&self.port, baud)))
     }
@@ -78,11 +78,11 @@ impl Bus {
         Ok(PortWire::new(port, baud, self.parameters(baud)))
     }
 
-    fn open_at(&self) -> Result<(Tool, Baud), Failure> {
+    fn open_at(&self) -> Result<(BusSession, Baud), Failure> {
         // What can be wrong before anything is opened.
         self.parameters(self.line.baud.known()).check().map_err(|error| Failure::usage(error.to_string()))?;
         let (port, baud) = open_port(&self.port, self.line.baud)?;
-        let tool = Tool::new(port, baud, self.parameters(baud), self.line.timeout.unwrap_or(TIMEOUT))?;
+        let tool = BusSession::new(port, baud, self.parameters(baud), self.line.timeout.unwrap_or(TIMEOUT))?;
         Ok((if self.line.timeout.is_none() { tool.patient() } else { tool }, baud))
     }
 

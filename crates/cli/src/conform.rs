@@ -12,7 +12,7 @@ use profivac_conform::talk::{Exchange, Subject};
 use profivac_conform::{Finding, Outcome, run as run_checks};
 use profivac_dp::master::services;
 use profivac_host::scan::{SlaveSeen, look};
-use profivac_host::session::{Reply, Tool};
+use profivac_host::session::{BusSession, Reply};
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
@@ -135,13 +135,13 @@ fn subject(arguments: &Arguments) -> Result<Subject, Failure> {
     Ok(Subject { address, ident: slave.ident, cfg, user_prm })
 }
 
-fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, Failure> {
+fn meet(tool: &mut BusSession, address: u8) -> Result<SlaveSeen, Failure> {
     let nobody = || Failure::no_answer(format!("no slave answers at address {address}"));
     look(tool, address)?.and_then(|seen| seen.slave).ok_or_else(nobody)
 }
 
 /// The user parameters that keep the unit of a gauge; none for a slave that nobody knows.
-fn known_prm(tool: &mut Tool, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
+fn known_prm(tool: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
     match Watched::find(tool, address, master) {
         Ok(watched) => Ok(watched.parameters(tool.baud()).user_prm.to_vec()),
         Err(WatchError::Unknown { .. }) => Ok(Vec::new()),
@@ -153,7 +153,7 @@ fn known_prm(tool: &mut Tool, address: u8, master: u8) -> Result<Vec<u8>, Failur
     }
 }
 
-fn present_cfg(tool: &mut Tool, address: u8) -> Result<Vec<u8>, Failure> {
+fn present_cfg(tool: &mut BusSession, address: u8) -> Result<Vec<u8>, Failure> {
     match tool.ask(&services::get_cfg(address))? {
         Reply::Answer { du, .. } if !du.is_empty() => Ok(du),
         _ => Err(Failure::refused(format!("the slave at address {address} does not answer Get_Cfg: say --cfg HEX"))),

@@ -2,7 +2,7 @@
 
 use profivac_client::watch::WatchError;
 use profivac_host::port::PortError;
-use profivac_host::session::ToolError;
+use profivac_host::session::SessionError;
 use profivac_station::config::ConfigError;
 use profivac_station::people::private::NotPrivate;
 use profivac_station::people::users::UsersError;
@@ -65,12 +65,14 @@ impl Failure {
     }
 }
 
-impl From<ToolError> for Failure {
-    fn from(error: ToolError) -> Self {
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
         match error {
-            ToolError::Port(error) => error.into(),
-            ToolError::Parameters(error) => Self::usage(error.to_string()),
-            ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble => Self::no_answer(error.to_string()),
+            SessionError::Port(error) => error.into(),
+            SessionError::Parameters(error) => Self::usage(error.to_string()),
+            SessionError::Taken(_) | SessionError::AddressTaken(_) | SessionError::Babble => {
+                Self::no_answer(error.to_string())
+            }
         }
     }
 }

@@ -14,7 +14,7 @@ use profivac_client::{ClientError, Gauge, Severity, identify};
 use profivac_devices::model::{Model, Unit, Via};
 use profivac_host::port;
 use profivac_host::scan::SlaveSeen;
-use profivac_host::session::Tool;
+use profivac_host::session::BusSession;
 use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
@@ -131,7 +131,7 @@ impl At {
         Ok(done)
     }
 
-    fn gauge<'a>(&self, tool: &'a mut Tool, seen: &SlaveSeen) -> Result<AnyGauge<'a>, Failure> {
+    fn gauge<'a>(&self, tool: &'a mut BusSession, seen: &SlaveSeen) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
         let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
         // Until here a signal may end it anywhere: nothing has to be put back.
@@ -152,7 +152,7 @@ impl At {
     /// Takes the gauge over, if nobody else has it and somebody wants it.
     fn own<'a>(
         &self,
-        tool: &'a mut Tool,
+        tool: &'a mut BusSession,
         seen: &SlaveSeen,
         model: &'static Model,
         via: Via,

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output::{json, out, remarks};
 use clap::Args;
 use profivac_host::scan::{Seen, SlaveSeen, look};
-use profivac_host::session::ToolError;
+use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
 
@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     // What was seen before the line was lost is told all the same.
-    looked.map_err(|error: ToolError| Failure::from(error))?;
+    looked.map_err(|error: SessionError| Failure::from(error))?;
     if seen.is_empty() {
         return Err(Failure::no_answer(format!("nobody answers on {}", bus.port())));
     }

@@ -7,7 +7,7 @@ mod common;
 use common::Program;
 use profivac_client::bus::{Bus, BusError};
 use profivac_dp::link::Baud;
-use profivac_host::session::{Tool, bus_parameters};
+use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::open;
 use std::pin::pin;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use std::time::Duration;
 fn bus(simulation: &Program, patience: Duration) -> Bus {
     let name = format!("tcp://{}", simulation.ready());
     let baud = Baud::B19200;
-    Bus::open(move || Tool::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), patience)).unwrap()
+    Bus::open(move || BusSession::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), patience)).unwrap()
 }
 
 /// This thread, woken.

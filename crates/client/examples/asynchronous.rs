@@ -7,7 +7,7 @@
 
 use profivac_client::bus::{Bus, BusError};
 use profivac_dp::link::Baud;
-use profivac_host::session::{Tool, bus_parameters};
+use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::open;
 use std::error::Error;
 use std::pin::pin;
@@ -21,7 +21,7 @@ pub fn report(port_name: &str, addresses: &[u8]) -> Result<Vec<String>, Box<dyn 
     let name = port_name.to_owned();
     let bus = Bus::open(move || {
         let baud = Baud::B19200;
-        Tool::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), Duration::from_secs(5))
+        BusSession::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), Duration::from_secs(5))
     })?;
     Ok(block_on(all(&bus, addresses))?)
 }

@@ -7,7 +7,7 @@
 
 use profivac_client::Gauge;
 use profivac_dp::link::Baud;
-use profivac_host::session::{Tool, bus_parameters};
+use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::open;
 use std::error::Error;
 use std::time::Duration;
@@ -15,7 +15,8 @@ use std::time::Duration;
 /// What the gauge at `address` says, line by line.
 pub fn report(port_name: &str, address: u8) -> Result<Vec<String>, Box<dyn Error>> {
     let baud = Baud::B19200;
-    let mut tool = Tool::new(open::port(port_name, baud)?, baud, bus_parameters(0, baud), Duration::from_secs(5))?;
+    let mut tool =
+        BusSession::new(open::port(port_name, baud)?, baud, bus_parameters(0, baud), Duration::from_secs(5))?;
     let mut gauge = Gauge::open(&mut tool, address)?;
     let mut lines = vec![format!("{} at address {address}", gauge.model().title)];
 

@@ -3,7 +3,7 @@
 use profivac_dp::link::active::Failure;
 use profivac_dp::master::services;
 use profivac_host::scan::{Seen, SlaveSeen, look};
-use profivac_host::session::{Reply, Tool, ToolError};
+use profivac_host::session::{BusSession, Reply, SessionError};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use std::time::Instant;
@@ -19,7 +19,7 @@ const ASKED: u8 = 3;
 pub enum AddressError {
     /// The line.
     #[error(transparent)]
-    Tool(#[from] ToolError),
+    Tool(#[from] SessionError),
     /// Nobody is there, or it is no slave.
     #[error("no slave answers at address {0}")]
     Nobody(u8),
@@ -64,7 +64,7 @@ pub enum AddressError {
 ///
 /// # Errors
 /// [`AddressError`] when nobody is there, somebody owns it, or the new address is taken.
-pub fn check(tool: &mut Tool, from: u8, to: u8) -> Result<SlaveSeen, AddressError> {
+pub fn check(tool: &mut BusSession, from: u8, to: u8) -> Result<SlaveSeen, AddressError> {
     if find(tool, to)?.is_some() {
         return Err(AddressError::Taken(to));
     }
@@ -76,7 +76,7 @@ pub fn check(tool: &mut Tool, from: u8, to: u8) -> Result<SlaveSeen, AddressErro
 }
 
 /// Asks until somebody answers: one lost answer must not make a free address of one that is taken.
-fn find(tool: &mut Tool, address: u8) -> Result<Option<Seen>, ToolError> {
+fn find(tool: &mut BusSession, address: u8) -> Result<Option<Seen>, SessionError> {
     for _ in 1..ASKED {
         if let Some(seen) = look(tool, address)? {
             return Ok(Some(seen));
@@ -90,7 +90,7 @@ fn find(tool: &mut Tool, address: u8) -> Result<Option<Seen>, ToolError> {
 ///
 /// # Errors
 /// [`AddressError`] says where it is.
-pub fn change(tool: &mut Tool, from: u8, to: u8, ident: u16, lock: bool) -> Result<(), AddressError> {
+pub fn change(tool: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -> Result<(), AddressError> {
     let mut du = [0; 8];
     let request = SetSlaveAdd { address: to, ident, no_add_chg: if lock { LOCKED } else { 0 }, rem_slave_data: &[] };
     let length = request.emit(&mut du).unwrap_or_default();

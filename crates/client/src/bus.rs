@@ -7,7 +7,7 @@ use super::error::ClientError;
 use super::gauge::{Gauge, Pressure, Reading, Written};
 use super::identify;
 use crate::ms2::Ms2;
-use profivac_host::session::{Tool, ToolError};
+use profivac_host::session::{BusSession, SessionError};
 use std::future::Future;
 use std::io::{Read, Write};
 use std::os::fd::AsFd;
@@ -23,7 +23,7 @@ use std::time::Duration;
 const REST: Duration = Duration::from_secs(1);
 
 /// A piece of work.
-type Job = Box<dyn FnOnce(&mut Tool) + Send>;
+type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 
 /// A bus in a thread. The thread ends when the last of its handles is gone, or the port.
 #[derive(Clone)]
@@ -58,7 +58,7 @@ impl Bus {
     ///
     /// # Errors
     /// What `make` says, and [`BusError::System`].
-    pub fn open(make: impl FnOnce() -> Result<Tool, ToolError> + Send + 'static) -> Result<Self, BusError> {
+    pub fn open(make: impl FnOnce() -> Result<BusSession, SessionError> + Send + 'static) -> Result<Self, BusError> {
         let (jobs, work) = channel();
         let (bell, heard) = UnixStream::pair().map_err(BusError::System)?;
         bell.set_nonblocking(true).and_then(|()| heard.set_nonblocking(true)).map_err(BusError::System)?;
@@ -76,7 +76,7 @@ impl Bus {
     }
 
     /// Hands in work for the master.
-    pub fn run<T: Send + 'static>(&self, work: impl FnOnce(&mut Tool) -> T + Send + 'static) -> Answer<T> {
+    pub fn run<T: Send + 'static>(&self, work: impl FnOnce(&mut BusSession) -> T + Send + 'static) -> Answer<T> {
         let (promise, answer) = promise();
         // A job that cannot be sent is dropped, and its promise with it: the answer is that the bus is closed.
         self.jobs.send(Box::new(move |tool| promise.keep(work(tool)))).ok();
@@ -93,7 +93,7 @@ impl Bus {
 }
 
 /// Serves the line, and does what is handed in, until nobody can hand anything in any more or the port is gone.
-fn serve(mut tool: Tool, work: &Receiver<Job>, mut bell: UnixStream) {
+fn serve(mut tool: BusSession, work: &Receiver<Job>, mut bell: UnixStream) {
     let mut rung = [0; 64];
     loop {
         loop {
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_port_that_is_not_there_is_told_at_once() {
-        let opened = Bus::open(|| Err(ToolError::Babble));
+        let opened = Bus::open(|| Err(SessionError::Babble));
         assert_eq!(opened.err().unwrap().to_string(), "the line is never quiet");
     }
 }

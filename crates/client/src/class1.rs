@@ -10,7 +10,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::master::{
     Handle, Mode, Ms1Parameters, NotTaken, Outcome, PkwParameters, SlaveParameters, State, Trouble, pkw,
 };
-use profivac_host::session::{Tool, ToolError, take};
+use profivac_host::session::{BusSession, SessionError, take};
 use profivac_wire::acyclic::record::MAX_RECORD;
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,7 @@ const SLICE: Duration = Duration::from_millis(20);
 
 /// A slave in data exchange with this master, until it is dropped.
 pub struct Owned<'a> {
-    tool: &'a mut Tool,
+    tool: &'a mut BusSession,
     address: u8,
     way: Way,
 }
@@ -50,7 +50,7 @@ impl<'a> Owned<'a> {
     ///
     /// # Errors
     /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
-    pub fn take(tool: &'a mut Tool, watched: &Watched, via: Via) -> Result<Self, RecordError> {
+    pub fn take(tool: &'a mut BusSession, watched: &Watched, via: Via) -> Result<Self, RecordError> {
         Self::take_unless(tool, watched, via, &|| false)
     }
 
@@ -59,7 +59,7 @@ impl<'a> Owned<'a> {
     /// # Errors
     /// As [`take`](Self::take).
     pub fn take_unless(
-        tool: &'a mut Tool,
+        tool: &'a mut BusSession,
         watched: &Watched,
         via: Via,
         is_stopped: &dyn Fn() -> bool,
@@ -107,7 +107,7 @@ impl<'a> Owned<'a> {
     }
 
     fn serve(&mut self) -> Result<(), RecordError> {
-        self.tool.serve(&[], SLICE).map_err(ToolError::from)?;
+        self.tool.serve(&[], SLICE).map_err(SessionError::from)?;
         while self.tool.master().next_event().is_some() {}
         Ok(())
     }
@@ -164,7 +164,7 @@ fn octets(value: pkw::Value) -> Vec<u8> {
 }
 
 /// Data Type, as a class 2 master reads it: a configuration with another number would change it.
-fn present_number(tool: &mut Tool, watched: &Watched) -> Option<NumberType> {
+fn present_number(tool: &mut BusSession, watched: &Watched) -> Option<NumberType> {
     let places = watched.model.places.iter().filter(|_| watched.model.features.dpv1);
     let (slot, index) = places
         .filter_map(|place| {

@@ -5,7 +5,7 @@ use super::names::{Named, TargetError};
 use super::records::{RecordError, Refused};
 use super::values::ValueError;
 use profivac_devices::model::Codes;
-use profivac_host::session::ToolError;
+use profivac_host::session::SessionError;
 use profivac_wire::acyclic::ErrorCode;
 use std::fmt;
 
@@ -40,7 +40,7 @@ pub struct Place {
 pub enum ClientError {
     /// The line.
     #[error(transparent)]
-    Tool(#[from] ToolError),
+    Tool(#[from] SessionError),
     /// Nobody is there.
     #[error("nobody answers at address {0}; `profivac scan` shows who is there")]
     Nobody(u8),
@@ -146,7 +146,7 @@ impl ClientError {
     #[must_use]
     pub const fn severity(&self) -> Severity {
         match self {
-            Self::Tool(ToolError::Parameters(_)) | Self::Target(_) | Self::Unknown { .. } => Severity::Usage,
+            Self::Tool(SessionError::Parameters(_)) | Self::Target(_) | Self::Unknown { .. } => Severity::Usage,
             Self::Value { error, .. } if !error.out_of_range => Severity::Usage,
             Self::Tool(_) | Self::Nobody(_) | Self::Lost { .. } => Severity::Line,
             Self::Value { .. }

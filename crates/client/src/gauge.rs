@@ -8,7 +8,7 @@ use super::records::{RecordError, Records};
 use super::values::{Meaning, Value};
 use crate::ms2::Ms2;
 use profivac_devices::model::{Code, Codes, DataType, Direction, Format, Model, NumberType, Row, Unit, Via};
-use profivac_host::session::Tool;
+use profivac_host::session::BusSession;
 use std::sync::Arc;
 
 /// The name of the parameter that says which instance a slot shows: tira41d1 3.2.1.2, tira56e1 9.1.1.
@@ -98,7 +98,7 @@ impl<'a> Gauge<Ms2<'a>> {
     ///
     /// # Errors
     /// [`ClientError`] when nobody is there, or nobody known.
-    pub fn open(tool: &'a mut Tool, address: u8) -> Result<Self, ClientError> {
+    pub fn open(tool: &'a mut BusSession, address: u8) -> Result<Self, ClientError> {
         let seen = identify::meet(tool, address)?;
         Self::new(Ms2::new(tool, address), address, seen.ident)
     }

@@ -6,7 +6,7 @@ use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_devices::pxg55x::table::VERSIONS;
 use profivac_host::scan::{SlaveSeen, look};
-use profivac_host::session::Tool;
+use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
 use std::time::Instant;
 
@@ -17,7 +17,7 @@ const DEVICE_CONFIGURATION: (u8, u8) = (0, 24);
 ///
 /// # Errors
 /// [`ClientError::Nobody`], or [`ClientError::Master`].
-pub fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, ClientError> {
+pub fn meet(tool: &mut BusSession, address: u8) -> Result<SlaveSeen, ClientError> {
     let begun = Instant::now();
     loop {
         match look(tool, address)? {

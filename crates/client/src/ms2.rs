@@ -5,7 +5,7 @@
 use crate::records::{RecordError, Records};
 use profivac_devices::model::Via;
 use profivac_dp::master::{Cause, End, Handle, Ms2Parameters, NotTaken, Outcome};
-use profivac_host::session::{BusMaster, Tool, ToolError};
+use profivac_host::session::{BusMaster, BusSession, SessionError};
 use profivac_wire::acyclic::Negative;
 use profivac_wire::acyclic::record::MAX_RECORD;
 use profivac_wire::control::Status;
@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 3;
 pub enum Ms2Error {
     /// Nothing could be asked.
     #[error(transparent)]
-    Tool(#[from] ToolError),
+    Tool(#[from] SessionError),
     /// It is no DP-V1 slave, or has no such record.
     #[error("it has no such record for class 2 masters")]
     Unsupported,
@@ -40,14 +40,14 @@ pub enum Ms2Error {
 ///
 /// # Errors
 /// [`Ms2Error`] says how far it got.
-pub fn read(tool: &mut Tool, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
+pub fn read(tool: &mut BusSession, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
     Ms2::new(tool, address).read(slot, index)
 }
 
 /// A connection to a slave. It is opened when it is needed, also again when the slave has closed it, and closed when it is
 /// dropped.
 pub struct Ms2<'a> {
-    tool: &'a mut Tool,
+    tool: &'a mut BusSession,
     address: u8,
     connection: Option<Handle>,
 }
@@ -102,12 +102,12 @@ const fn was_closed(answer: &Answer) -> bool {
 
 impl<'a> Ms2<'a> {
     /// The master that asks, for what has to be done between two records.
-    pub const fn tool(&mut self) -> &mut Tool {
+    pub const fn tool(&mut self) -> &mut BusSession {
         self.tool
     }
 
     /// No connection yet.
-    pub const fn new(tool: &'a mut Tool, address: u8) -> Self {
+    pub const fn new(tool: &'a mut BusSession, address: u8) -> Self {
         Self { tool, address, connection: None }
     }
 

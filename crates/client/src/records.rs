@@ -1,7 +1,7 @@
 //! Records of a slave, whichever way they are read and written.
 
 use profivac_devices::model::Via;
-use profivac_host::session::ToolError;
+use profivac_host::session::SessionError;
 use profivac_wire::acyclic::{ErrorCode, Negative};
 use std::fmt;
 
@@ -42,7 +42,7 @@ impl<R: Records + ?Sized> Records for Box<R> {
 pub enum RecordError {
     /// The line.
     #[error(transparent)]
-    Tool(#[from] ToolError),
+    Tool(#[from] SessionError),
     /// The slave refused.
     #[error("{0}")]
     Refused(Refused),

@@ -1,6 +1,6 @@
 //! Who is there: one address after the other, with nothing but FDL status and Slave_Diag.
 
-use crate::session::{Reply, Tool, ToolError};
+use crate::session::{BusSession, Reply, SessionError};
 use profivac_devices::catalog::MODELS;
 use profivac_dp::link::active::Failure;
 use profivac_dp::master::services;
@@ -69,7 +69,7 @@ const STATES: [(StationStatus, &str); 6] = [
 ///
 /// # Errors
 /// [`ToolError`] when nothing could be asked.
-pub fn look(tool: &mut Tool, address: u8) -> Result<Option<Seen>, ToolError> {
+pub fn look(tool: &mut BusSession, address: u8) -> Result<Option<Seen>, SessionError> {
     let station = match tool.ask(&services::fdl_status(address))? {
         Reply::Answer { station, .. } => station,
         Reply::Nothing(Failure::Silence | Failure::Impossible) => return Ok(None),
@@ -84,7 +84,7 @@ pub fn look(tool: &mut Tool, address: u8) -> Result<Option<Seen>, ToolError> {
 }
 
 /// Slave_Diag, asked twice: what a slave that was never spoken to is asked first is not repeated by itself.
-fn diagnose(tool: &mut Tool, address: u8) -> Result<Option<SlaveSeen>, ToolError> {
+fn diagnose(tool: &mut BusSession, address: u8) -> Result<Option<SlaveSeen>, SessionError> {
     for _ in 0..2 {
         if let Reply::Answer { du, .. } = tool.ask(&services::slave_diag(address))? {
             return Ok(SlaveSeen::parse(&du));

@@ -50,7 +50,7 @@ pub fn entry_time(bus: &BusParameters, baud: Baud) -> Duration {
 
 /// Why nothing could be asked.
 #[derive(Debug, thiserror::Error)]
-pub enum ToolError {
+pub enum SessionError {
     /// The port.
     #[error(transparent)]
     Port(#[from] PortError),
@@ -136,7 +136,7 @@ impl Station for Boxed {
 }
 
 /// A master on a port.
-pub struct Tool {
+pub struct BusSession {
     segment: Segment<[Boxed; 1]>,
     baud: Baud,
     patience: Duration,
@@ -152,7 +152,7 @@ type Beside = Box<dyn FnMut(&mut BusMaster) + Send>;
 /// While somebody does something beside, the line is waited for at most so long.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
 
-impl Drop for Tool {
+impl Drop for BusSession {
     /// What is asked last mostly ends with the token here, and a token that vanishes with its holder stops everybody until
     /// somebody dares to make another. Among others it is passed on before.
     fn drop(&mut self) {
@@ -169,13 +169,13 @@ impl Drop for Tool {
     }
 }
 
-impl Tool {
+impl BusSession {
     /// A master without slaves. It waits at most for `patience` until it gets the line and until somebody answers.
     ///
     /// # Errors
     /// [`ToolError::Parameters`] when `bus` cannot be.
-    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, ToolError> {
-        bus.check().map_err(ToolError::Parameters)?;
+    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, SessionError> {
+        bus.check().map_err(SessionError::Parameters)?;
         let entry = entry_time(&bus, baud);
         let mut station = Boxed::new(bus, baud);
         station.0.search_later();
@@ -246,7 +246,7 @@ impl Tool {
     ///
     /// # Errors
     /// [`ToolError`] when the line could not be had at all.
-    pub fn outcome<T>(&mut self, handle: Handle, take: impl FnOnce(Outcome<'_>) -> T) -> Result<T, ToolError> {
+    pub fn outcome<T>(&mut self, handle: Handle, take: impl FnOnce(Outcome<'_>) -> T) -> Result<T, SessionError> {
         let begun = Instant::now();
         loop {
             if let Some(outcome) = self.master().outcome(handle) {
@@ -291,7 +291,7 @@ impl Tool {
     ///
     /// # Errors
     /// [`ToolError`] when the request could not be sent at all.
-    pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ToolError> {
+    pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply, SessionError> {
         let begun = Instant::now();
         // Busy: what was asked before was given up, and its result comes first.
         while let Err(Busy) = self.master().submit(request) {
@@ -317,7 +317,7 @@ impl Tool {
     }
 
     /// Serves the line once on behalf of somebody who has been waiting since `begun`.
-    fn wait(&mut self, begun: Instant) -> Result<(), ToolError> {
+    fn wait(&mut self, begun: Instant) -> Result<(), SessionError> {
         let left = self.line_patience.saturating_sub(begun.elapsed());
         // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
         let longest = if self.beside.is_some() { LONGEST_WAIT } else { left };
@@ -330,9 +330,9 @@ impl Tool {
             return Ok(());
         }
         Err(match (station.standing(), station.other_master()) {
-            (Standing::AddressTaken, _) => ToolError::AddressTaken(station.bus().address),
-            (_, Some(master)) => ToolError::Taken(master),
-            (_, None) => ToolError::Babble,
+            (Standing::AddressTaken, _) => SessionError::AddressTaken(station.bus().address),
+            (_, Some(master)) => SessionError::Taken(master),
+            (_, None) => SessionError::Babble,
         })
     }
 
@@ -413,7 +413,7 @@ mod tests {
         let lost = Arc::new(AtomicU32::new(0));
         let port = Quiet(ours, Arc::clone(&lost));
         let (baud, patience) = (Baud::B19200, Duration::from_secs(30));
-        let mut tool = Tool::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
+        let mut tool = BusSession::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
         for _ in 0..2 {
             while !tool.station().has_token() {
                 tool.serve(&[], patience).unwrap();

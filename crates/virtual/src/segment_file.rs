@@ -153,7 +153,7 @@ impl SegmentFile {
 mod tests {
     use super::*;
     use profivac_host::scan::look;
-    use profivac_host::session::{Tool, bus_parameters};
+    use profivac_host::session::{BusSession, bus_parameters};
     use std::fs;
     use std::time::Instant;
 
@@ -207,7 +207,7 @@ baud = 93750
         let port = parse(FILE).unwrap().run().unwrap();
         let bus = bus_parameters(2, Baud::B19200);
         let patience = Duration::from_secs(30);
-        let mut tool = Tool::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
+        let mut tool = BusSession::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
         let mut seen = |address| look(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
         assert_eq!((seen(5), seen(6)), (Some(0x08E6), Some(0x0C85)));
     }

@@ -6,7 +6,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::master::services;
 use profivac_host::port::{Character, Port, PortError, Pty, Remark, Reopening, Serial, TcpClient, TcpServer};
 use profivac_host::segment::Segment;
-use profivac_host::session::{Reply, Tool, bus_parameters};
+use profivac_host::session::{BusSession, Reply, bus_parameters};
 use profivac_virtual::open;
 use profivac_virtual::segment_file::SegmentFile;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -148,10 +148,10 @@ fn a_master_begins_anew_when_its_port_is_back() {
     let (stop, stopped) = channel();
     let server = gauge(&path, stopped);
     let bus = bus_parameters(2, BAUD);
-    let tool = Tool::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
+    let tool = BusSession::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
     let mut tool = tool.lasting(open::again(name, BAUD));
-    let answers = |tool: &mut Tool| matches!(tool.ask(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
-    let insist = |tool: &mut Tool| {
+    let answers = |tool: &mut BusSession| matches!(tool.ask(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
+    let insist = |tool: &mut BusSession| {
         let begun = Instant::now();
         while !answers(tool) {
             assert!(begun.elapsed() < Duration::from_secs(30), "no answer");

@@ -8,7 +8,7 @@ use crate::output::check;
 use profivac_client::watch::Watched;
 use profivac_dp::master::{Mode, State, Trouble};
 use profivac_host::port;
-use profivac_host::session::{Tool, take};
+use profivac_host::session::{BusSession, take};
 use rustix::fd::BorrowedFd;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -68,14 +68,14 @@ impl Watch<'_> {
         shown.and(verdict)
     }
 
-    fn listen_to_port(&self, tool: &mut Tool) {
+    fn listen_to_port(&self, tool: &mut BusSession) {
         while let Some(said) = tool.next_remark() {
             self.show.remark(self.number, &said);
         }
     }
 
     /// Exchanges data and tells what they say until it is time to end.
-    fn exchange(&self, tool: &mut Tool, slaves: &[Watched]) -> Result<(), Failure> {
+    fn exchange(&self, tool: &mut BusSession, slaves: &[Watched]) -> Result<(), Failure> {
         let period = if self.show.is_screen() { FRAME } else { PERIOD };
         self.show.begins();
         let mut next = Instant::now() + period;
@@ -88,7 +88,7 @@ impl Watch<'_> {
     }
 
     /// Serves the line until `moment`. False when it is time to end.
-    fn serve_until(&self, tool: &mut Tool, moment: Instant) -> Result<bool, Failure> {
+    fn serve_until(&self, tool: &mut BusSession, moment: Instant) -> Result<bool, Failure> {
         loop {
             let now = Instant::now();
             if self.end.is_some_and(|end| end <= now) {
@@ -106,7 +106,7 @@ impl Watch<'_> {
         }
     }
 
-    fn rows(&self, tool: &mut Tool, slaves: &[Watched]) -> Vec<Row> {
+    fn rows(&self, tool: &mut BusSession, slaves: &[Watched]) -> Vec<Row> {
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let row = |slave| Row::of(self.plan.name.as_deref(), slave, tool.master(), now.as_secs_f64());
         slaves.iter().flat_map(row).collect()
@@ -114,7 +114,7 @@ impl Watch<'_> {
 }
 
 /// A slave that never exchanged data is a failure.
-fn verdict(tool: &mut Tool, slaves: &[Watched]) -> Result<(), Failure> {
+fn verdict(tool: &mut BusSession, slaves: &[Watched]) -> Result<(), Failure> {
     let master = tool.master();
     for address in slaves.iter().map(|slave| slave.address) {
         if master.counters(address).is_some_and(|counters| counters.exchanges == 0) {
@@ -132,12 +132,12 @@ fn verdict(tool: &mut Tool, slaves: &[Watched]) -> Result<(), Failure> {
 }
 
 /// Unlocks the slaves.
-fn give_back(tool: &mut Tool, slaves: &[Watched]) -> Result<(), Failure> {
+fn give_back(tool: &mut BusSession, slaves: &[Watched]) -> Result<(), Failure> {
     let end = Instant::now() + FAREWELL;
     for slave in slaves {
         tool.master().release(slave.address);
     }
-    let is_free = |tool: &mut Tool| {
+    let is_free = |tool: &mut BusSession| {
         let master = tool.master();
         slaves.iter().all(|slave| master.state(slave.address) == Some(State::Inactive))
     };

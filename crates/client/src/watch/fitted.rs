@@ -8,7 +8,7 @@
 use crate::ms2::{Ms2, Ms2Error};
 use profivac_devices::Principle;
 use profivac_devices::model::Model;
-use profivac_host::session::{Tool, ToolError};
+use profivac_host::session::{BusSession, SessionError};
 
 /// Block Type of the transducer blocks: BG 5530 Appendix C.
 const TRANSDUCERS: [(u16, Principle); 3] =
@@ -26,7 +26,7 @@ pub struct Fitted([Option<(u8, Principle)>; MOST]);
 
 impl Fitted {
     /// Asks the device at `address`. What it does not tell stays open.
-    pub(super) fn ask(tool: &mut Tool, address: u8, model: &Model) -> Result<Self, ToolError> {
+    pub(super) fn ask(tool: &mut BusSession, address: u8, model: &Model) -> Result<Self, SessionError> {
         let mut fitted = Self::default();
         let mut open: Vec<u8> = model.ranges.iter().map(|facts| facts.part.instance).collect();
         open.dedup();

@@ -15,7 +15,7 @@ use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{SlaveParameters, services};
 use profivac_host::scan::{SlaveSeen, look};
-use profivac_host::session::{Reply, Tool, ToolError};
+use profivac_host::session::{BusSession, Reply, SessionError};
 use std::time::Instant;
 
 /// Why a slave cannot be watched.
@@ -23,7 +23,7 @@ use std::time::Instant;
 pub enum WatchError {
     /// Nothing could be asked.
     #[error(transparent)]
-    Tool(#[from] ToolError),
+    Tool(#[from] SessionError),
     /// Nobody is there, or it is no slave.
     #[error("nobody answers at address {0}")]
     Nobody(u8),
@@ -77,7 +77,7 @@ impl Watched {
     ///
     /// # Errors
     /// [`WatchError`], also when another master owns it.
-    pub fn find(tool: &mut Tool, address: u8, master: u8) -> Result<Self, WatchError> {
+    pub fn find(tool: &mut BusSession, address: u8, master: u8) -> Result<Self, WatchError> {
         let slave = meet(tool, address)?;
         if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
             return Err(WatchError::Owned { address, master: owner });
@@ -254,7 +254,7 @@ impl Reading {
 }
 
 /// The diagnosis of a slave that may not answer at once.
-fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, WatchError> {
+fn meet(tool: &mut BusSession, address: u8) -> Result<SlaveSeen, WatchError> {
     let begun = Instant::now();
     loop {
         if let Some(slave) = look(tool, address)?.and_then(|seen| seen.slave) {
@@ -268,7 +268,7 @@ fn meet(tool: &mut Tool, address: u8) -> Result<SlaveSeen, WatchError> {
 
 /// The configuration the slave has, or else one that tells whether its pressures are valid and sends nothing.
 fn present_configuration(
-    tool: &mut Tool,
+    tool: &mut BusSession,
     address: u8,
     model: &'static Model,
 ) -> Result<&'static Configuration, WatchError> {
@@ -291,7 +291,7 @@ fn tells(configuration: &Configuration) -> bool {
 
 /// The unit of the device: as a class 2 master reads it, or of a device that has none of these, in the parameter channel. For
 /// that the slave must be owned for a moment.
-fn present_unit(tool: &mut Tool, watched: &Watched) -> Result<&'static Unit, WatchError> {
+fn present_unit(tool: &mut BusSession, watched: &Watched) -> Result<&'static Unit, WatchError> {
     let Watched { address, model, .. } = *watched;
     let unreadable = |error: RecordError| WatchError::Unit { address, error };
     let unknown = || unreadable(RecordError::Lost("the table has no such unit".to_owned()));

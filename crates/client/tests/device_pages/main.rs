@@ -58,7 +58,7 @@ fn every_page_is_what_the_tables_say() {
 #[test]
 fn every_device_has_a_page() {
     for model in MODELS {
-        let has = |page: &&Page| page.models.iter().any(|model| std::ptr::eq(*model, model));
+        let has = |page: &&Page| page.models.iter().any(|listed| std::ptr::eq(*listed, model));
         assert_eq!(PAGES.iter().filter(has).count(), 1, "{}", model.name);
     }
 }

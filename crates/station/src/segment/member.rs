@@ -10,7 +10,7 @@ use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::State;
 use profivac_host::port::PortError;
 use profivac_host::scan;
-use profivac_host::session::{BusMaster, Tool, ToolError};
+use profivac_host::session::{BusMaster, BusSession, SessionError};
 use profivac_recorder::{EventKind, Micros, Quality, Sample};
 use profivac_vacuum::Gas;
 use profivac_virtual::factory::entry;
@@ -145,7 +145,7 @@ impl Member {
     }
 
     /// Gives the slave back.
-    pub fn leave(&mut self, tool: &mut Tool) {
+    pub fn leave(&mut self, tool: &mut BusSession) {
         tool.master().remove(self.config.address);
     }
 
@@ -267,17 +267,17 @@ impl Member {
 }
 
 /// Looks for the gauge at its address, and finds it if it is there, free, and what the file says; or else says why not.
-pub fn meet(tool: &mut Tool, gauge: &config::Gauge, master: u8) -> Result<Result<Watched, String>, PortError> {
+pub fn meet(tool: &mut BusSession, gauge: &config::Gauge, master: u8) -> Result<Result<Watched, String>, PortError> {
     // Quickly: to find somebody takes patience.
     match scan::look(tool, gauge.address) {
         Ok(Some(seen)) if seen.slave.is_some() => {}
         Ok(_) => return Ok(Err("nobody answers".to_owned())),
-        Err(ToolError::Port(error)) => return Err(error),
+        Err(SessionError::Port(error)) => return Err(error),
         Err(error) => return Ok(Err(error.to_string())),
     }
     match Watched::find(tool, gauge.address, master) {
         Ok(watched) => Ok(as_said(watched, &gauge.device)),
-        Err(WatchError::Tool(ToolError::Port(error))) => Err(error),
+        Err(WatchError::Tool(SessionError::Port(error))) => Err(error),
         Err(error) => Ok(Err(error.to_string())),
     }
 }

@@ -21,7 +21,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::Standing;
 use profivac_dp::master::Mode;
 use profivac_host::port::PortError;
-use profivac_host::session::{BusMaster, Tool, ToolError, bus_parameters};
+use profivac_host::session::{BusMaster, BusSession, SessionError, bus_parameters};
 use profivac_recorder::EventKind;
 use profivac_virtual::open;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -189,20 +189,23 @@ impl Worker {
         }
     }
 
-    fn open(&self) -> Result<Tool, PortError> {
+    fn open(&self) -> Result<BusSession, PortError> {
         let config::Segment { port, baud, master, .. } = &self.config;
-        let opened = Tool::new(open::port(port, *baud)?, *baud, bus_parameters(*master, *baud), PATIENCE);
+        let opened = BusSession::new(open::port(port, *baud)?, *baud, bus_parameters(*master, *baud), PATIENCE);
         match opened {
             Ok(mut tool) => {
                 tool.master().set_mode(Mode::Operate);
                 tool.do_beside(self.bystander());
                 Ok(tool)
             }
-            Err(ToolError::Port(error)) => Err(error),
+            Err(SessionError::Port(error)) => Err(error),
             // The parameters of a checked file are possible.
-            Err(ToolError::Parameters(_) | ToolError::Taken(_) | ToolError::AddressTaken(_) | ToolError::Babble) => {
-                Err(PortError::Lost(port.clone()))
-            }
+            Err(
+                SessionError::Parameters(_)
+                | SessionError::Taken(_)
+                | SessionError::AddressTaken(_)
+                | SessionError::Babble,
+            ) => Err(PortError::Lost(port.clone())),
         }
     }
 
@@ -258,7 +261,7 @@ impl Worker {
     }
 
     /// Serves the line until it is lost or nobody needs it any more.
-    fn serve(&mut self, tool: &mut Tool) -> Ended {
+    fn serve(&mut self, tool: &mut BusSession) -> Ended {
         let ended = loop {
             if let Err(ended) = self.once(tool) {
                 break ended;
@@ -270,7 +273,7 @@ impl Worker {
         ended
     }
 
-    fn once(&mut self, tool: &mut Tool) -> Result<(), Ended> {
+    fn once(&mut self, tool: &mut BusSession) -> Result<(), Ended> {
         match self.orders.try_recv() {
             Ok(Order::Stop) | Err(TryRecvError::Disconnected) => return Err(Ended::Stopped),
             Ok(Order::Gauges(gauges)) => self.take_gauges(gauges, Some(&mut *tool)),
@@ -290,7 +293,7 @@ impl Worker {
     }
 
     /// Looks for one gauge that is not there yet, if the time for it has come.
-    fn look(&mut self, tool: &mut Tool) -> Result<(), Ended> {
+    fn look(&mut self, tool: &mut BusSession) -> Result<(), Ended> {
         let gauge = self.members().iter_mut().find_map(|member| member.begins_to_look().then(|| member.config.clone()));
         let Some(gauge) = gauge else { return Ok(()) };
         let met = member::meet(tool, &gauge, self.config.master)?;
@@ -301,7 +304,7 @@ impl Worker {
     }
 
     /// Other gauges; those that stay the same are not touched.
-    fn take_gauges(&mut self, gauges: Vec<config::Gauge>, mut tool: Option<&mut Tool>) {
+    fn take_gauges(&mut self, gauges: Vec<config::Gauge>, mut tool: Option<&mut BusSession>) {
         let mut members = self.members();
         let mut old = std::mem::take(&mut *members);
         for gauge in gauges {
@@ -320,7 +323,7 @@ impl Worker {
     }
 
     /// Gives all slaves back.
-    fn farewell(&mut self, tool: &mut Tool) {
+    fn farewell(&mut self, tool: &mut BusSession) {
         let addresses: Vec<_> = tool.master().addresses().collect();
         addresses.iter().for_each(|address| tool.master().release(*address));
         let end = Instant::now() + Duration::from_secs(1);
@@ -333,7 +336,7 @@ impl Worker {
     }
 
     /// Shows what is seen now.
-    fn show(&mut self, tool: Option<&mut Tool>) {
+    fn show(&mut self, tool: Option<&mut BusSession>) {
         self.show_at = Instant::now() + SHOW;
         if self.is_left.load(Ordering::Relaxed) {
             return;
@@ -376,7 +379,7 @@ impl Worker {
 type Seen = (view::SegmentState, Option<String>, Option<f64>, u32, Vec<view::OnBus>);
 
 /// What the master sees.
-fn seen(tool: &mut Tool, config: &config::Segment) -> Seen {
+fn seen(tool: &mut BusSession, config: &config::Segment) -> Seen {
     let standing = tool.standing();
     let (state, trouble) = match standing {
         Standing::InRing => (view::SegmentState::Running, None),

@@ -14,7 +14,7 @@ use profivac_client::values::Meaning;
 use profivac_client::watch::Watched;
 use profivac_client::{ClientError, Gauge};
 use profivac_devices::model::{Codes, DataType, Direction, Model, NumberType, Unit, Via};
-use profivac_host::session::{Tool, ToolError};
+use profivac_host::session::{BusSession, SessionError};
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
@@ -22,7 +22,7 @@ use std::time::Instant;
 ///
 /// # Errors
 /// The name of the port, when it was lost.
-pub fn answer(worker: &Worker, tool: &mut Tool) -> Result<(), String> {
+pub fn answer(worker: &Worker, tool: &mut BusSession) -> Result<(), String> {
     let Ok(question) = worker.questions.try_recv() else { return Ok(()) };
     let settled = settle(&worker.plant, question, |name| watched(name, worker), |address| Ms2::new(tool, address));
     settled.map_err(|Lost| tool.port_name().to_owned())
@@ -163,7 +163,7 @@ fn parameter<R: Records>(
     let (value, refusal) = match readable.then(|| gauge.read(named)) {
         None => (None, None),
         Some(Ok(reading)) => (Some(reading.text), None),
-        Some(Err(ClientError::Tool(ToolError::Port(_)))) => return Err(Missed::Port),
+        Some(Err(ClientError::Tool(SessionError::Port(_)))) => return Err(Missed::Port),
         Some(Err(error)) => (None, Some(error.to_string())),
     };
     Ok(Some(Parameter {

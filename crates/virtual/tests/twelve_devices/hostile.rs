@@ -14,7 +14,7 @@ use profivac_devices::model::Via;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::{Mode, SlaveParameters};
 use profivac_host::port::{Character, Port, PortError};
-use profivac_host::session::{Tool, ToolError};
+use profivac_host::session::{BusSession, SessionError};
 use profivac_virtual::open;
 use rustix::fd::BorrowedFd;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -95,9 +95,9 @@ impl Port for Fateful {
 }
 
 /// A tool on a port with a fate.
-fn fateful(name: &str, bus: BusParameters, fate: &Fate, happens: Happens) -> Tool {
+fn fateful(name: &str, bus: BusParameters, fate: &Fate, happens: Happens) -> BusSession {
     let port = open::port(name, BAUD).unwrap();
-    Tool::new(Box::new(Fateful { port, fate: fate.clone(), happens }), BAUD, bus, PATIENCE).unwrap()
+    BusSession::new(Box::new(Fateful { port, fate: fate.clone(), happens }), BAUD, bus, PATIENCE).unwrap()
 }
 
 /// The line is cut at every moment of a write: the sentence says so, at once.
@@ -117,7 +117,7 @@ fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
         let written = records.write(SLOT, INDEX, &[0]);
         assert!(begun.elapsed() < PATIENCE, "{moment}");
         match written {
-            Err(Ms2Error::Tool(ToolError::Port(lost @ PortError::Lost(_)))) => {
+            Err(Ms2Error::Tool(SessionError::Port(lost @ PortError::Lost(_)))) => {
                 assert!(lost.to_string().contains("unplugged"), "{lost}");
             }
             Ok(()) => {
@@ -164,7 +164,7 @@ fn two_tools_that_write_the_same_parameter_are_both_served() {
         let name = bench.name.clone();
         std::thread::spawn(move || {
             let port = open::port(&name, BAUD).unwrap();
-            let mut tool = Tool::new(port, BAUD, bus_of(master, 1), PATIENCE).unwrap();
+            let mut tool = BusSession::new(port, BAUD, bus_of(master, 1), PATIENCE).unwrap();
             let mut records = Ms2::new(&mut tool, FIRST);
             for _ in 0..20 {
                 records.write(SLOT, INDEX, &[master]).unwrap();
@@ -188,7 +188,7 @@ fn an_address_is_not_changed_while_data_are_exchanged() {
     tool.master().add(&SlaveParameters { watchdog, ..watched.parameters(BAUD) }).unwrap();
     tool.master().set_mode(Mode::Operate);
     let begun = Instant::now();
-    let exchanges = |tool: &mut Tool| tool.master().counters(FIRST).unwrap().exchanges;
+    let exchanges = |tool: &mut BusSession| tool.master().counters(FIRST).unwrap().exchanges;
     while exchanges(&mut tool) == 0 {
         assert!(begun.elapsed() < PATIENCE, "no data");
         tool.serve(&[], PATIENCE).unwrap();

@@ -7,7 +7,7 @@ use profivac_client::ms2;
 use profivac_client::watch::Watched;
 use profivac_devices::model::{Access, Model};
 use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Outcome, SlaveParameters};
-use profivac_host::session::{Tool, take};
+use profivac_host::session::{BusSession, take};
 use std::collections::BTreeMap;
 use std::sync::mpsc::{TryRecvError, channel};
 use std::time::{Duration, Instant};
@@ -37,7 +37,7 @@ pub fn named() -> Vec<String> {
 
 /// A master that exchanges data with all devices of a bench.
 pub struct Plant {
-    pub tool: Tool,
+    pub tool: BusSession,
     pub bench: Bench,
     watched: Vec<Watched>,
     begun: Instant,
@@ -183,7 +183,7 @@ pub fn a_second_master_looks(bench: Bench) {
     let (tell, told) = channel();
     let reader = std::thread::spawn(move || {
         let port = profivac_virtual::open::port(&name, BAUD).unwrap();
-        let mut tool = Tool::new(port, BAUD, bus_of(LOOKING, LOOKING), PATIENCE).unwrap();
+        let mut tool = BusSession::new(port, BAUD, bus_of(LOOKING, LOOKING), PATIENCE).unwrap();
         for (address, model) in crate::all() {
             if let Some((slot, index)) = serial_place(model) {
                 let record = ms2::read(&mut tool, address, slot, index).unwrap();

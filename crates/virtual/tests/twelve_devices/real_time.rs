@@ -6,7 +6,7 @@ use profivac_dp::link::active::BusParameters;
 use profivac_host::clock::tbit_of;
 use profivac_host::port::{Port, Pty, TcpServer};
 use profivac_host::segment::Segment;
-use profivac_host::session::{BusMaster, Tool, bus_parameters};
+use profivac_host::session::{BusMaster, BusSession, bus_parameters};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::{Conditions, VirtualDevice};
 use profivac_virtual::factory::Spec;
@@ -72,8 +72,8 @@ impl Bench {
     }
 
     /// A master on the other end.
-    pub fn tool(&self, bus: BusParameters) -> Tool {
-        Tool::new(open::port(&self.name, BAUD).unwrap(), BAUD, bus, PATIENCE).unwrap()
+    pub fn tool(&self, bus: BusParameters) -> BusSession {
+        BusSession::new(open::port(&self.name, BAUD).unwrap(), BAUD, bus, PATIENCE).unwrap()
     }
 }
 
@@ -125,7 +125,7 @@ pub fn bus_of(address: u8, hsa: u8) -> BusParameters {
 
 /// A master and its devices in real time.
 pub struct InRealTime {
-    pub tool: Tool,
+    pub tool: BusSession,
     pub bench: Bench,
     begun: Instant,
 }
