@@ -4,8 +4,8 @@
 //! `./test` makes; it is given the telegrams one by one, valid ones only, because it has nothing that finds them in a stream.
 
 use profivac_dp::link::Baud;
-use profivac_explain::Teller;
-use profivac_explain::input::Recording;
+use profivac_explain::Decoder;
+use profivac_explain::input::Capture;
 use profivac_sim::Trace;
 use profivac_sim::describe::Hex;
 use profivac_sim::trace::pcapng;
@@ -95,9 +95,9 @@ fn fastest(file: &[u8]) -> Result<f64, String> {
     let mut best = f64::INFINITY;
     for _ in 0..RUNS {
         let started = Instant::now();
-        let recording = Recording::read(file, Baud::B500000).map_err(|error| error.to_string())?;
-        let (mut teller, mut told) = (Teller::new(Baud::B500000, recording.times), Vec::new());
-        recording.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
+        let recording = Capture::read(file, Baud::B500000).map_err(|error| error.to_string())?;
+        let (mut teller, mut told) = (Decoder::new(Baud::B500000, recording.times), Vec::new());
+        recording.chunks.iter().for_each(|noted| teller.push(noted, &mut told));
         teller.end(&mut told);
         best = best.min(started.elapsed().as_secs_f64());
         if teller.explainer().summary().telegrams < TELEGRAMS as u64 * 9 / 10 {

@@ -3,9 +3,9 @@
 
 use crate::desk::{BAUD, MASTER, telegram};
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::{Handle, Master, Ms2Parameters, Outcome, Settings};
-use profivac_wire::Frame;
+use profivac_wire::DataTelegram;
 use std::hint::black_box;
 
 const SLAVE: u8 = 8;
@@ -21,7 +21,7 @@ struct Answers {
 impl Answers {
     fn new() -> Self {
         let frame =
-            |ssap, du| telegram(Frame { da: MASTER, sa: SLAVE, dsap: Some(50), ssap: Some(ssap), fc: 0x08, du });
+            |ssap, du| telegram(DataTelegram { da: MASTER, sa: SLAVE, dsap: Some(50), ssap: Some(ssap), fc: 0x08, du });
         Self {
             manager: frame(49, &[0x56, 48, 0, 100]),
             opened: frame(48, &[0x57, 240, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0]),
@@ -58,7 +58,7 @@ impl Tool {
         self.station.sent(self.now);
         let Some(answer) = answer else { return };
         let first = self.now + 11 + CHARACTER_TBIT;
-        if let (_, Heard::Telegram(telegram)) = self.receiver.octets(first, answer) {
+        if let (_, Received::Telegram(telegram)) = self.receiver.octets(first, answer) {
             self.now = self.now + 11 + CHARACTER_TBIT * answer.len() as u64;
             black_box(self.station.telegram(self.now, &telegram));
         }

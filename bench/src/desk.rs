@@ -1,11 +1,11 @@
 //! A slave on the desk, in data exchange with a master that is a list of octets.
 
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station, T_SYN_TBIT};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::prm::{PrmStatus, SetPrm};
-use profivac_wire::{Frame, MAX_TELEGRAM, Sap, Telegram, sap};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Sap, Telegram, sap};
 use std::hint::black_box;
 
 /// The address of the master.
@@ -68,13 +68,13 @@ pub fn request(da: u8, service: Sap, count: FrameCount, du: &[u8]) -> Vec<u8> {
         _ => Some(sap::MASTER_MS0),
     };
     let fc = Control::Request { function: Function::SrdHigh, count }.to_octet();
-    telegram(Frame { da, sa: MASTER, dsap, ssap, fc, du })
+    telegram(DataTelegram { da, sa: MASTER, dsap, ssap, fc, du })
 }
 
 /// A frame as it is on the wire.
-pub fn telegram(frame: Frame<'_>) -> Vec<u8> {
+pub fn telegram(frame: DataTelegram<'_>) -> Vec<u8> {
     let mut out = [0; MAX_TELEGRAM];
-    let length = Telegram::Frame(frame).emit(&mut out).unwrap_or(0);
+    let length = Telegram::Data(frame).emit(&mut out).unwrap_or(0);
     out[..length].to_vec()
 }
 
@@ -110,7 +110,7 @@ impl<D: Device> Desk<D> {
         let first = self.now + T_SYN_TBIT + CHARACTER_TBIT;
         self.now = self.now + T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64;
         match self.receiver.octets(first, octets) {
-            (_, Heard::Telegram(telegram)) => answer(&mut self.slave, self.now, &telegram),
+            (_, Received::Telegram(telegram)) => answer(&mut self.slave, self.now, &telegram),
             _ => 0,
         }
     }
@@ -121,7 +121,7 @@ impl<D: Device> Desk<D> {
         let mut answered = 0;
         for octet in octets {
             now = now + CHARACTER_TBIT;
-            if let Heard::Telegram(telegram) = self.receiver.octet(now, *octet) {
+            if let Received::Telegram(telegram) = self.receiver.octet(now, *octet) {
                 answered = answer(&mut self.slave, now, &telegram);
             }
         }

@@ -10,11 +10,11 @@ use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
 use profirust::{Baudrate, time};
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station, T_SYN_TBIT};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::Slave;
 use profivac_wire::control::{Control, Status};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 use std::hint::black_box;
 
 /// The most slaves there are, at the addresses 1 and up.
@@ -39,7 +39,7 @@ struct Segment {
 
 impl Segment {
     fn new(slaves: u8) -> Self {
-        let inputs = |sa| Frame { fc: Control::slave(Status::DataLow).to_octet(), du: &[1, 2], ..status(sa) };
+        let inputs = |sa| DataTelegram { fc: Control::slave(Status::DataLow).to_octet(), du: &[1, 2], ..status(sa) };
         Self {
             slaves: (1..=slaves).map(|address| Slave::new(Mirror::default(), address, BAUD)).collect(),
             inputs: (1..=slaves).map(|sa| telegram(inputs(sa))).collect(),
@@ -72,8 +72,8 @@ impl Segment {
 }
 
 /// The answer of a slave to FDL status.
-fn status(sa: u8) -> Frame<'static> {
-    Frame::short(MASTER, sa, Control::slave(Status::Ok))
+fn status(sa: u8) -> DataTelegram<'static> {
+    DataTelegram::short(MASTER, sa, Control::slave(Status::Ok))
 }
 
 /// Our master.
@@ -118,7 +118,7 @@ impl Ours {
         self.station.sent(self.now);
         let Some(answer) = answer else { return };
         let first = self.now + T_SDR_TBIT + CHARACTER_TBIT;
-        if let (_, Heard::Telegram(telegram)) = self.receiver.octets(first, answer) {
+        if let (_, Received::Telegram(telegram)) = self.receiver.octets(first, answer) {
             self.now = self.now + T_SDR_TBIT + CHARACTER_TBIT * answer.len() as u64;
             black_box(self.station.telegram(self.now, &telegram));
         }

@@ -1,7 +1,7 @@
 //! Telegrams octet by octet.
 
 use crate::telegram;
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, T_SYN_TBIT};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, T_SYN_TBIT};
 use std::hint::black_box;
 
 /// One telegram after the other, each after T_SYN, without gaps inside.
@@ -13,7 +13,7 @@ pub fn receive_each(times: u32) {
         now = now + T_SYN_TBIT;
         for octet in &octets {
             now = now + CHARACTER_TBIT;
-            if let Heard::Telegram(telegram) = receiver.octet(now, *octet) {
+            if let Received::Telegram(telegram) = receiver.octet(now, *octet) {
                 black_box(telegram);
             }
         }
@@ -57,7 +57,7 @@ mod tests {
         let mut telegrams = 0;
         for (position, octet) in (1..).zip(&octets) {
             let end = BitTime(T_SYN_TBIT + position * CHARACTER_TBIT);
-            telegrams += u32::from(matches!(receiver.octet(end, *octet), Heard::Telegram(_)));
+            telegrams += u32::from(matches!(receiver.octet(end, *octet), Received::Telegram(_)));
         }
         assert_eq!(telegrams, 1);
     }
@@ -70,7 +70,7 @@ mod tests {
         for piece in telegram::octets().chunks(8) {
             let (taken, said) = receiver.octets(first, piece);
             assert_eq!(taken, piece.len());
-            heard.push(matches!(said, Heard::Telegram(_)));
+            heard.push(matches!(said, Received::Telegram(_)));
             first = first + CHARACTER_TBIT * piece.len() as u64;
         }
         assert_eq!(heard, [false, false, false, false, false, true]);

@@ -1,14 +1,14 @@
 //! What a sensor costs: one reading, ten milliseconds after the last.
 
-use profivac_vacuum::sensor::{Drive, Principle, REFERENCE_K, Range, Sensor, Surroundings};
+use profivac_vacuum::sensor::{Drive, Environment, Principle, REFERENCE_K, Range, Sensor};
 use profivac_vacuum::{Gas, Mixture};
 use std::hint::black_box;
 
 /// What is left in a chamber, so that every gas has to be looked at.
-fn around(pa: f64) -> Surroundings {
+fn around(pa: f64) -> Environment {
     let mut gas = Mixture::pure(Gas::N2, 0.7 * pa);
     (gas[Gas::H2o], gas[Gas::Ar]) = (0.2 * pa, 0.1 * pa);
-    Surroundings { gas, atmosphere_pa: 101_325.0, temperature_k: REFERENCE_K }
+    Environment { gas, atmosphere_pa: 101_325.0, temperature_k: REFERENCE_K }
 }
 
 /// A gauge with a Pirani, a hot and a cold cathode, and a diaphragm, in a chamber that is pumped down.

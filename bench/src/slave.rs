@@ -1,7 +1,7 @@
 //! Services as a slave sees them, from the first octet of the request to the answer.
 
 use crate::desk::{Desk, Mirror, counted, request};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;

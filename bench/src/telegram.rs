@@ -2,13 +2,13 @@
 
 use profirust::fdl;
 use profivac_wire::control::{Control, FrameCount, Function};
-use profivac_wire::{Frame, MAX_TELEGRAM, Telegram};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use std::hint::black_box;
 
 /// 41 octets in all: 32 of data, as Data_Exchange carries them.
 const DATA: [u8; 32] = *b"thirty-two octets of cyclic data";
 
-const FRAME: Frame<'_> = Frame {
+const FRAME: DataTelegram<'_> = DataTelegram {
     da: 5,
     sa: 2,
     dsap: None,
@@ -20,7 +20,7 @@ const FRAME: Frame<'_> = Frame {
 /// The telegram on the wire.
 pub fn octets() -> Vec<u8> {
     let mut out = [0; MAX_TELEGRAM];
-    let length = Telegram::Frame(FRAME).emit(&mut out).unwrap_or(0);
+    let length = Telegram::Data(FRAME).emit(&mut out).unwrap_or(0);
     out[..length].to_vec()
 }
 
@@ -41,7 +41,7 @@ pub fn decode_peer(times: u32) {
 pub fn encode(times: u32) {
     let mut out = [0; MAX_TELEGRAM];
     for _ in 0..times {
-        let _ = black_box(black_box(Telegram::Frame(FRAME)).emit(black_box(&mut out)));
+        let _ = black_box(black_box(Telegram::Data(FRAME)).emit(black_box(&mut out)));
     }
 }
 
@@ -68,7 +68,7 @@ mod tests {
     fn both_sides_mean_the_same_telegram() {
         let octets = octets();
         assert_eq!(octets.len(), 41);
-        assert_eq!(Telegram::parse(&octets), Ok(Telegram::Frame(FRAME)));
+        assert_eq!(Telegram::parse(&octets), Ok(Telegram::Data(FRAME)));
         let Some(Ok((fdl::Telegram::Data(theirs), 41))) = fdl::Telegram::deserialize(&octets) else {
             panic!("refused")
         };

@@ -1,6 +1,6 @@
 //! `profivac address`: a new station address for a slave.
 
-use crate::bus::Bus;
+use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::gauge::confirm;
 use crate::output::{json, out};
@@ -17,7 +17,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    bus: Bus,
+    bus: BusOptions,
     /// The address it has; 126 is where slaves wait that were never given one
     #[arg(long, value_name = "N", value_parser = values::any_address)]
     from: u8,
@@ -53,7 +53,7 @@ struct Row {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { from, to, lock, .. } = *arguments;
     for (option, address) in [("--from", from), ("--to", to)] {
-        arguments.bus.check_other(address, option)?;
+        arguments.bus.check_not_own_address(address, option)?;
     }
     let mut tool = arguments.bus.open()?;
     let slave = check(&mut tool, from, to)?;
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         confirm(&risk, arguments.yes)?;
     }
     change(&mut tool, from, to, slave.ident, lock)?;
-    let devices = slave.devices();
+    let devices = slave.device_names();
     let row = Row { from, to, ident: format!("0x{:04X}", slave.ident), devices, locked: lock };
     let name = if row.devices.is_empty() { "unknown".to_owned() } else { row.devices.join(" or ") };
     let locked = if lock { ", locked" } else { "" };
@@ -75,10 +75,12 @@ impl From<AddressError> for Failure {
     fn from(error: AddressError) -> Self {
         let sentence = error.to_string();
         match error {
-            AddressError::Tool(error) => error.into(),
-            AddressError::Taken(_) => Self::usage(sentence),
-            AddressError::Owned { .. } | AddressError::Closed(..) | AddressError::Stayed(_) => Self::refused(sentence),
-            AddressError::Nobody(_) | AddressError::Lost { .. } | AddressError::Gone { .. } => {
+            AddressError::Session(error) => error.into(),
+            AddressError::AddressInUse(_) => Self::usage(sentence),
+            AddressError::OwnedByOther { .. } | AddressError::ServiceClosed(..) | AddressError::NotChanged(_) => {
+                Self::refused(sentence)
+            }
+            AddressError::NoAnswer(_) | AddressError::Unconfirmed { .. } | AddressError::NotFound { .. } => {
                 Self::no_answer(sentence)
             }
         }

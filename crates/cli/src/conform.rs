@@ -1,17 +1,17 @@
 //! `profivac conform`: whether a slave keeps the rules.
 
-use crate::bus::Bus;
+use crate::bus::BusOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::{json, out, remark};
+use crate::output::{json, notice, out};
 use crate::values;
 use clap::Args;
-use profivac_client::watch::{WatchError, Watched};
-use profivac_conform::probe::Heard;
-use profivac_conform::talk::{Exchange, Subject};
-use profivac_conform::{Finding, Outcome, run as run_checks};
+use profivac_client::cyclic::{CyclicError, CyclicSlave};
+use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
+use profivac_conform::probe::Received;
+use profivac_conform::{CheckResult, Outcome, run as run_checks};
 use profivac_dp::master::services;
-use profivac_host::scan::{SlaveSeen, look};
+use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::{BusSession, Reply};
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
@@ -26,7 +26,7 @@ use std::ops::ControlFlow;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    bus: Bus,
+    bus: BusOptions,
     /// The address of the slave
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     address: u8,
@@ -69,17 +69,17 @@ fn octets(text: &str) -> Result<Octets, String> {
 /// Asks everything, shows what came of it. A broken rule is a refusal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let address = arguments.address;
-    arguments.bus.check_other(address, "--address")?;
+    arguments.bus.check_not_own_address(address, "--address")?;
     if arguments.own {
         // Nobody has to be told.
     } else if stdin().is_terminal() {
-        remark(&format_args!("conform parameterises the slave at address {address} and releases it again and again"));
+        notice(&format_args!("conform parameterises the slave at address {address} and releases it again and again"));
     } else {
         return Err(Failure::usage("conform parameterises the slave and owns it: say --own in a script"));
     }
     let subject = subject(arguments)?;
     let signals = Signals::catch()?;
-    let mut wire = arguments.bus.probe()?;
+    let mut wire = arguments.bus.open_probe()?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!("master {master} is using the line; conform needs it for itself")));
     }
@@ -103,11 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     verdict(address, &findings)
 }
 
-fn verdict(address: u8, findings: &[Finding]) -> Result<(), Failure> {
+fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     let count = |wanted: fn(&Outcome) -> bool| findings.iter().filter(|finding| wanted(&finding.outcome)).count();
-    let broken = count(|outcome| matches!(outcome, Outcome::Broken { .. }));
+    let broken = count(|outcome| matches!(outcome, Outcome::Violated { .. }));
     let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
-    let holds = count(|outcome| *outcome == Outcome::Holds);
+    let holds = count(|outcome| *outcome == Outcome::Passed);
     writeln!(stderr(), "{holds} rules hold, {broken} are broken, {skipped} were not asked for").ok();
     match broken {
         0 => Ok(()),
@@ -117,10 +117,10 @@ fn verdict(address: u8, findings: &[Finding]) -> Result<(), Failure> {
 }
 
 /// What is known of the slave before, without changing it.
-fn subject(arguments: &Arguments) -> Result<Subject, Failure> {
+fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
     let mut tool = arguments.bus.open()?;
     let (address, master) = (arguments.address, arguments.bus.master());
-    let slave = meet(&mut tool, address)?;
+    let slave = find_slave(&mut tool, address)?;
     if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
         return Err(Failure::refused(format!("the slave at address {address} belongs to master {owner}")));
     }
@@ -132,20 +132,20 @@ fn subject(arguments: &Arguments) -> Result<Subject, Failure> {
         Some(octets) => octets.0.clone(),
         None => present_cfg(&mut tool, address)?,
     };
-    Ok(Subject { address, ident: slave.ident, cfg, user_prm })
+    Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
 }
 
-fn meet(tool: &mut BusSession, address: u8) -> Result<SlaveSeen, Failure> {
+fn find_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {
     let nobody = || Failure::no_answer(format!("no slave answers at address {address}"));
-    look(tool, address)?.and_then(|seen| seen.slave).ok_or_else(nobody)
+    probe(tool, address)?.and_then(|seen| seen.slave).ok_or_else(nobody)
 }
 
 /// The user parameters that keep the unit of a gauge; none for a slave that nobody knows.
 fn known_prm(tool: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
-    match Watched::find(tool, address, master) {
+    match CyclicSlave::find(tool, address, master) {
         Ok(watched) => Ok(watched.parameters(tool.baud()).user_prm.to_vec()),
-        Err(WatchError::Unknown { .. }) => Ok(Vec::new()),
-        Err(WatchError::Unit { .. }) => Err(Failure::usage(format!(
+        Err(CyclicError::UnknownDevice { .. }) => Ok(Vec::new()),
+        Err(CyclicError::UnreadableUnit { .. }) => Err(Failure::usage(format!(
             "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one: say which with --prm, see \
              `profivac gsd`"
         ))),
@@ -154,33 +154,33 @@ fn known_prm(tool: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, 
 }
 
 fn present_cfg(tool: &mut BusSession, address: u8) -> Result<Vec<u8>, Failure> {
-    match tool.ask(&services::get_cfg(address))? {
+    match tool.request(&services::get_cfg(address))? {
         Reply::Answer { du, .. } if !du.is_empty() => Ok(du),
         _ => Err(Failure::refused(format!("the slave at address {address} does not answer Get_Cfg: say --cfg HEX"))),
     }
 }
 
 /// A finding for people: a line, and for a broken rule what was asked and what came.
-fn line(finding: &Finding) -> String {
+fn line(finding: &CheckResult) -> String {
     let check = finding.check;
     let head = |word: &str| format!("{word:<8}{:<26}{} ({})", check.name, check.rule, check.section);
     match &finding.outcome {
-        Outcome::Holds => head("ok"),
+        Outcome::Passed => head("ok"),
         Outcome::Skipped(why) => format!("{}\n        not asked: {why}", head("-")),
-        Outcome::Broken { expected, shown } => {
-            let shown = shown
-                .as_ref()
-                .map(|shown| format!("\n        asked     {}\n        came      {}", hex(&shown.asked), came(shown)));
+        Outcome::Violated { expected, shown } => {
+            let shown = shown.as_ref().map(|shown| {
+                format!("\n        asked     {}\n        came      {}", hex(&shown.sent), answer_text(shown))
+            });
             format!("{}{}\n        expected  {expected}", head("BROKEN"), shown.unwrap_or_default())
         }
     }
 }
 
-fn came(shown: &Exchange) -> String {
-    match &shown.came {
-        Heard::Nothing => "nothing".to_owned(),
-        Heard::Damaged => "octets that are no telegram".to_owned(),
-        Heard::Telegram(octets) => hex(octets),
+fn answer_text(shown: &LoggedCycle) -> String {
+    match &shown.received {
+        Received::Nothing => "nothing".to_owned(),
+        Received::Damaged => "octets that are no telegram".to_owned(),
+        Received::Telegram(octets) => hex(octets),
     }
 }
 
@@ -201,11 +201,11 @@ struct Row {
 }
 
 impl Row {
-    fn of(finding: &Finding) -> Self {
+    fn of(finding: &CheckResult) -> Self {
         let (outcome, expected, shown) = match &finding.outcome {
-            Outcome::Holds => ("holds", None, None),
+            Outcome::Passed => ("holds", None, None),
             Outcome::Skipped(why) => ("skipped", Some((*why).to_owned()), None),
-            Outcome::Broken { expected, shown } => ("broken", Some(expected.clone()), shown.as_ref()),
+            Outcome::Violated { expected, shown } => ("broken", Some(expected.clone()), shown.as_ref()),
         };
         let check = finding.check;
         Self {
@@ -214,8 +214,8 @@ impl Row {
             section: check.section,
             outcome,
             expected,
-            asked: shown.map(|shown| hex(&shown.asked)),
-            came: shown.map(came),
+            asked: shown.map(|shown| hex(&shown.sent)),
+            came: shown.map(answer_text),
         }
     }
 }
@@ -225,8 +225,8 @@ mod tests {
     use super::*;
     use profivac_conform::checks;
 
-    fn finding(outcome: Outcome) -> Finding {
-        Finding { check: checks::all().next().unwrap(), outcome }
+    fn finding(outcome: Outcome) -> CheckResult {
+        CheckResult { check: checks::all().next().unwrap(), outcome }
     }
 
     #[test]
@@ -240,8 +240,8 @@ mod tests {
 
     #[test]
     fn a_broken_rule_is_shown_with_the_octets_that_broke_it() {
-        let shown = Exchange { asked: vec![0x10, 8], came: Heard::Telegram(vec![0xE5]) };
-        let broken = Outcome::Broken { expected: "SD1 with FC 00".to_owned(), shown: Some(shown) };
+        let shown = LoggedCycle { sent: vec![0x10, 8], received: Received::Telegram(vec![0xE5]) };
+        let broken = Outcome::Violated { expected: "SD1 with FC 00".to_owned(), shown: Some(shown) };
         let expected = "\
 BROKEN  layer2.fdl-status         FDL status is answered as a slave, without access points (1.11)
         asked     10 08
@@ -252,9 +252,9 @@ BROKEN  layer2.fdl-status         FDL status is answered as a slave, without acc
 
     #[test]
     fn a_broken_rule_is_a_refusal() {
-        assert!(verdict(5, &[finding(Outcome::Holds), finding(Outcome::Skipped("no MS2"))]).is_ok());
-        let broken = || finding(Outcome::Broken { expected: String::new(), shown: None });
-        let sentence = |findings: &[Finding]| verdict(5, findings).unwrap_err().to_string();
+        assert!(verdict(5, &[finding(Outcome::Passed), finding(Outcome::Skipped("no MS2"))]).is_ok());
+        let broken = || finding(Outcome::Violated { expected: String::new(), shown: None });
+        let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();
         assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");
         assert_eq!(sentence(&[broken(), broken()]), "the slave at address 5 breaks 2 rules");
     }

@@ -13,7 +13,7 @@ const MAX_LINE: usize = 4096;
 
 /// What people and scripts say.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Said {
+pub enum Input {
     /// A line.
     Line(String),
     /// A signal.
@@ -46,7 +46,7 @@ impl Signals {
     }
 
     /// Forgets signals that came: what follows are new ones.
-    pub fn forget(&mut self) {
+    pub fn clear(&mut self) {
         let mut buffer = [0; 64];
         while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
     }
@@ -64,60 +64,60 @@ pub struct Console {
     stdin: io::Stdin,
     /// End of file has not come.
     open: bool,
-    begun: Vec<u8>,
+    partial_line: Vec<u8>,
     signals: Signals,
 }
 
 impl Console {
     /// Listens to both.
     pub fn open() -> io::Result<Self> {
-        Ok(Self { stdin: io::stdin(), open: true, begun: Vec::new(), signals: Signals::catch()? })
+        Ok(Self { stdin: io::stdin(), open: true, partial_line: Vec::new(), signals: Signals::catch()? })
     }
 
     /// What to wait for.
-    pub fn watched(&self) -> Vec<BorrowedFd<'_>> {
+    pub fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
         let stdin = self.open.then(|| self.stdin.as_fd());
         [Some(self.signals.as_fd()), stdin].into_iter().flatten().collect()
     }
 
     /// What was said, if what is [`watched`](Self::watched) became `readable`.
-    pub fn said(&mut self, readable: &[bool]) -> Vec<Said> {
+    pub fn take_input(&mut self, readable: &[bool]) -> Vec<Input> {
         let mut said = Vec::new();
         if readable.get(1) == Some(&true) {
             self.read(&mut said);
         }
         if readable.first() == Some(&true) {
-            said.push(Said::Stop);
+            said.push(Input::Stop);
         }
         said
     }
 
-    fn read(&mut self, said: &mut Vec<Said>) {
+    fn read(&mut self, said: &mut Vec<Input>) {
         let mut buffer = [0; MAX_LINE];
         match rustix::io::read(&self.stdin, &mut buffer) {
             Ok(0) => self.open = false,
-            Ok(length) => self.begun.extend(buffer.iter().take(length)),
+            Ok(length) => self.partial_line.extend(buffer.iter().take(length)),
             Err(Errno::INTR | Errno::AGAIN) => {}
             Err(_) => self.open = false,
         }
-        lines(&mut self.begun, said);
+        lines(&mut self.partial_line, said);
         // The last line may end with the file.
-        if (!self.open && !self.begun.is_empty()) || self.begun.len() > MAX_LINE {
-            said.push(line(&std::mem::take(&mut self.begun)));
+        if (!self.open && !self.partial_line.is_empty()) || self.partial_line.len() > MAX_LINE {
+            said.push(line(&std::mem::take(&mut self.partial_line)));
         }
     }
 }
 
 /// Takes the complete lines out of what has been read.
-fn lines(begun: &mut Vec<u8>, said: &mut Vec<Said>) {
+fn lines(begun: &mut Vec<u8>, said: &mut Vec<Input>) {
     while let Some(end) = begun.iter().position(|octet| *octet == b'\n') {
         let complete: Vec<u8> = begun.drain(..=end).collect();
         said.push(line(&complete));
     }
 }
 
-fn line(octets: &[u8]) -> Said {
-    Said::Line(String::from_utf8_lossy(octets).trim().to_owned())
+fn line(octets: &[u8]) -> Input {
+    Input::Line(String::from_utf8_lossy(octets).trim().to_owned())
 }
 
 #[cfg(test)]
@@ -129,7 +129,7 @@ mod tests {
         let mut begun = b"state 5\r\n\nqui".to_vec();
         let mut said = Vec::new();
         lines(&mut begun, &mut said);
-        assert_eq!(said, [Said::Line("state 5".to_owned()), Said::Line(String::new())]);
+        assert_eq!(said, [Input::Line("state 5".to_owned()), Input::Line(String::new())]);
         assert_eq!(begun, b"qui");
     }
 }

@@ -1,12 +1,12 @@
 //! `profivac diff`: a gauge and a file of settings.
 
 use crate::failure::Failure;
-use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out, remark};
+use crate::gauge::{AnyGauge, GaugeOptions};
+use crate::output::{json, notice, out};
 use clap::Args;
 use profivac_client::ClientError;
-use profivac_client::names::Named;
-use profivac_client::settings::{Difference, File, FileError, Setting, compare};
+use profivac_client::names::NamedParameter;
+use profivac_client::settings::{Difference, Setting, SettingsFile, SettingsFileError, compare};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: At,
+    at: GaugeOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -42,18 +42,18 @@ struct Row<'a> {
 /// Compares.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
-    let differences = arguments.at.with(|gauge| {
-        let settings = in_order(&file, &arguments.file, gauge)?;
+    let differences = arguments.at.with_gauge(|gauge| {
+        let settings = ordered_settings(&file, &arguments.file, gauge)?;
         differences(gauge, &settings, &arguments.file)
     })?;
     let rows: Vec<_> = differences
         .iter()
-        .map(|it| Row { name: &it.order.named.name, file: &it.order.text, gauge: &it.now.text })
+        .map(|it| Row { name: &it.write.named.name, file: &it.write.text, gauge: &it.current.text })
         .collect();
     if arguments.json {
         out(&json(&rows));
     } else if rows.is_empty() {
-        remark(&format_args!("no differences in {} settings", file.settings.len()));
+        notice(&format_args!("no differences in {} settings", file.settings.len()));
     } else {
         out(&table(&rows));
     }
@@ -68,26 +68,30 @@ fn table(rows: &[Row<'_>]) -> String {
 }
 
 /// Reads a file of settings.
-pub fn load(path: &Path) -> Result<File, Failure> {
+pub fn load(path: &Path) -> Result<SettingsFile, Failure> {
     let text = profivac_host::text_file::read(path)
         .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", path.display())))?;
-    File::parse(&text).map_err(|error| bad(path, &error))
+    SettingsFile::parse(&text).map_err(|error| file_failure(path, &error))
 }
 
-fn bad(path: &Path, error: &FileError) -> Failure {
+fn file_failure(path: &Path, error: &SettingsFileError) -> Failure {
     Failure::usage(format!("{}: {error}", path.display()))
 }
 
 /// The settings of a file, if it is for this gauge.
-pub fn in_order(file: &File, path: &Path, gauge: &AnyGauge<'_>) -> Result<Vec<(Named, Setting)>, Failure> {
-    file.check(gauge).map_err(|error| bad(path, &error))?;
-    file.in_order(gauge).map_err(|error| bad(path, &error))
+pub fn ordered_settings(
+    file: &SettingsFile,
+    path: &Path,
+    gauge: &AnyGauge<'_>,
+) -> Result<Vec<(NamedParameter, Setting)>, Failure> {
+    file.check(gauge).map_err(|error| file_failure(path, &error))?;
+    file.in_order(gauge).map_err(|error| file_failure(path, &error))
 }
 
 /// Every setting that is not what the file says. A value that cannot be one is the file's fault.
 pub fn differences(
     gauge: &mut AnyGauge<'_>,
-    settings: &[(Named, Setting)],
+    settings: &[(NamedParameter, Setting)],
     path: &Path,
 ) -> Result<Vec<Difference>, Failure> {
     let mut differences = Vec::new();
@@ -96,7 +100,10 @@ pub fn differences(
             Ok(difference) => differences.extend(difference),
             Err(ClientError::Value { error, .. }) => {
                 let (line, column) = setting.at;
-                return Err(bad(path, &FileError::Syntax { line, column, reason: format!("{named}: {error}") }));
+                return Err(file_failure(
+                    path,
+                    &SettingsFileError::Syntax { line, column, reason: format!("{named}: {error}") },
+                ));
             }
             Err(error) => return Err(error.into()),
         }

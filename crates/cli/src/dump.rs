@@ -1,12 +1,12 @@
 //! `profivac dump`: everything a gauge tells about itself.
 
 use crate::failure::Failure;
-use crate::gauge::At;
-use crate::list::{is_wanted, tree};
-use crate::output::{Progress, json, out, remark};
+use crate::gauge::GaugeOptions;
+use crate::list::{matches_target, tree};
+use crate::output::{Progress, json, notice, out};
 use crate::read::Row;
 use clap::Args;
-use profivac_client::settings::{Dump, dump_telling, is_setting};
+use profivac_client::settings::{Dump, dump_with_progress, is_setting};
 use serde::Serialize;
 use std::fs;
 use std::io;
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: At,
+    at: GaugeOptions,
     /// Write a file of settings and readings instead
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "target"])]
     out: Option<PathBuf>,
@@ -40,7 +40,7 @@ Examples:
 
 /// What JSON says about a parameter.
 #[derive(Debug, Serialize)]
-struct Line {
+struct DumpRow {
     #[serde(flatten)]
     row: Option<Row>,
     /// Whose value it would be, where there is none.
@@ -52,29 +52,29 @@ struct Line {
 
 /// Reads all of it.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let dump = arguments.at.with(|gauge| {
+    let dump = arguments.at.with_gauge(|gauge| {
         let mut progress = Progress::of("parameters");
-        Ok(dump_telling(gauge, |done, all| progress.tell(done, all))?)
+        Ok(dump_with_progress(gauge, |done, all| progress.update(done, all))?)
     })?;
     if let Some(path) = &arguments.out {
-        save(path, &dump.to_toml())?;
+        write_whole(path, &dump.to_toml())?;
         let settings = dump.readings.iter().filter(|(named, _)| is_setting(named)).count();
-        remark(&format_args!(
+        notice(&format_args!(
             "{settings} settings and {} readings in {}",
             dump.readings.len() - settings,
             path.display()
         ));
         return Ok(());
     }
-    show(arguments, &dump);
+    print(arguments, &dump);
     Ok(())
 }
 
-fn show(arguments: &Arguments, dump: &Dump) {
+fn print(arguments: &Arguments, dump: &Dump) {
     let wanted: Vec<_> =
-        dump.readings.iter().filter(|(named, _)| is_wanted(named, arguments.target.as_deref())).collect();
+        dump.readings.iter().filter(|(named, _)| matches_target(named, arguments.target.as_deref())).collect();
     if arguments.json {
-        let lines = wanted.iter().map(|(named, reading)| Line {
+        let lines = wanted.iter().map(|(named, reading)| DumpRow {
             row: reading.as_ref().ok().map(Row::of),
             unread: reading.is_err().then(|| named.name.clone()),
             setting: is_setting(named),
@@ -93,7 +93,7 @@ fn show(arguments: &Arguments, dump: &Dump) {
 }
 
 /// Writes a file as a whole or not at all. What is there and is no file, a device or a pipe, is written to as it is.
-fn save(path: &Path, text: &str) -> Result<(), Failure> {
+fn write_whole(path: &Path, text: &str) -> Result<(), Failure> {
     let wrong = |error: io::Error| Failure::usage(format!("{} cannot be written: {error}", path.display()));
     if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return fs::write(path, text).map_err(wrong);

@@ -1,15 +1,15 @@
 //! How a command fails: a sentence for people and an exit code for scripts.
 
-use profivac_client::watch::WatchError;
+use profivac_client::cyclic::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
+use profivac_station::auth::file_permissions::PermissionError;
+use profivac_station::auth::users::UsersError;
 use profivac_station::config::ConfigError;
-use profivac_station::people::private::NotPrivate;
-use profivac_station::people::users::UsersError;
 use profivac_station::server::ServerError;
 use profivac_station::station::StationError;
-use profivac_virtual::factory::SpecError;
-use profivac_virtual::scenario::{ScenarioError, SceneError};
+use profivac_virtual::device_spec::SpecError;
+use profivac_virtual::scenario::{MemorySegmentError, ScenarioError};
 use std::fmt;
 use std::process::ExitCode;
 
@@ -50,7 +50,7 @@ impl Failure {
     }
 
     /// The same kind, in other words.
-    pub fn of(&self, sentence: &str) -> Self {
+    pub fn with_sentence(&self, sentence: &str) -> Self {
         Self { kind: self.kind, sentence: sentence.to_owned() }
     }
 
@@ -70,21 +70,22 @@ impl From<SessionError> for Failure {
         match error {
             SessionError::Port(error) => error.into(),
             SessionError::Parameters(error) => Self::usage(error.to_string()),
-            SessionError::Taken(_) | SessionError::AddressTaken(_) | SessionError::Babble => {
+            SessionError::LineInUse(_) | SessionError::AddressInUse(_) | SessionError::NeverIdle => {
                 Self::no_answer(error.to_string())
             }
         }
     }
 }
 
-impl From<WatchError> for Failure {
-    fn from(error: WatchError) -> Self {
+impl From<CyclicError> for Failure {
+    fn from(error: CyclicError) -> Self {
         match error {
-            WatchError::Tool(error) => error.into(),
-            WatchError::Nobody(_) => Self::no_answer(error.to_string()),
-            WatchError::Owned { .. } | WatchError::Unknown { .. } | WatchError::Unit { .. } | WatchError::NoUnit(_) => {
-                Self::refused(error.to_string())
-            }
+            CyclicError::Session(error) => error.into(),
+            CyclicError::NoAnswer(_) => Self::no_answer(error.to_string()),
+            CyclicError::OwnedByOther { .. }
+            | CyclicError::UnknownDevice { .. }
+            | CyclicError::UnreadableUnit { .. }
+            | CyclicError::NoUnit(_) => Self::refused(error.to_string()),
         }
     }
 }
@@ -92,17 +93,17 @@ impl From<WatchError> for Failure {
 impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
-            PortError::Address(_) | PortError::NoRate(_) | PortError::File(_) => Kind::Usage,
-            PortError::Missing(_)
+            PortError::InvalidAddress(_) | PortError::NoBaudRate(_) | PortError::File(_) => Kind::Usage,
+            PortError::NotFound(_)
             | PortError::InUse(_)
-            | PortError::Denied(_)
+            | PortError::PermissionDenied(_)
             | PortError::NotSerial(_)
-            | PortError::Rate { .. }
-            | PortError::Character { .. }
-            | PortError::Silent { .. }
-            | PortError::Host { .. }
+            | PortError::UnsupportedRate { .. }
+            | PortError::UnsupportedCharacter { .. }
+            | PortError::NoTelegram { .. }
+            | PortError::UnresolvedHost { .. }
             | PortError::Unreachable { .. }
-            | PortError::Exists(_)
+            | PortError::AlreadyExists(_)
             | PortError::Lost(_)
             | PortError::System { .. } => Kind::Port,
         };
@@ -158,14 +159,14 @@ impl From<UsersError> for Failure {
     }
 }
 
-impl From<NotPrivate> for Failure {
-    fn from(error: NotPrivate) -> Self {
+impl From<PermissionError> for Failure {
+    fn from(error: PermissionError) -> Self {
         Self::usage(error.to_string())
     }
 }
 
-impl From<SceneError> for Failure {
-    fn from(error: SceneError) -> Self {
+impl From<MemorySegmentError> for Failure {
+    fn from(error: MemorySegmentError) -> Self {
         Self { kind: Kind::Usage, sentence: error.to_string() }
     }
 }

@@ -1,39 +1,39 @@
 //! What every command has that speaks with one gauge.
 
-use crate::bus::Bus;
+use crate::bus::BusOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::remark;
+use crate::output::notice;
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
-use profivac_client::class1::Owned;
+use profivac_client::class1::Class1Session;
+use profivac_client::cyclic::{CyclicError, CyclicSlave};
 use profivac_client::ms2::Ms2;
 use profivac_client::records::{RecordError, Records};
-use profivac_client::watch::{WatchError, Watched};
-use profivac_client::{ClientError, Gauge, Severity, identify};
-use profivac_devices::model::{Model, Unit, Via};
+use profivac_client::{ClientError, ErrorKind, Gauge, identify};
+use profivac_devices::model::{AccessPath, Model, Unit};
 use profivac_host::port;
-use profivac_host::scan::SlaveSeen;
+use profivac_host::scan::SlaveStatus;
 use profivac_host::session::BusSession;
 use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
 /// How long people are waited for at a time.
-const PATIENCE: Duration = Duration::from_secs(3600);
+const MAX_WAIT: Duration = Duration::from_secs(3600);
 
 /// Which gauge, and how to reach it.
 #[derive(Args, Debug)]
-pub struct At {
+pub struct GaugeOptions {
     #[command(flatten)]
-    pub bus: Bus,
+    pub bus: BusOptions,
     /// The address of the gauge
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     pub address: u8,
     /// How to reach its parameters: ms2 claims nothing; ms1 and pkw, the parameter channel, take the gauge over and unlock it
     /// at the end
     #[arg(long, value_name = "WAY", default_value = "ms2")]
-    via: Way,
+    via: Via,
     /// With --via ms1 or pkw: take the gauge over without telling anybody; needed where no terminal is
     #[arg(long)]
     own: bool,
@@ -41,7 +41,7 @@ pub struct At {
 
 /// The ways to parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Way {
+enum Via {
     Ms2,
     Ms1,
     Pkw,
@@ -49,12 +49,12 @@ enum Way {
 
 /// The same for a command that can do without: port and address are needed unless `--device` is given.
 #[derive(Debug)]
-pub struct MaybeAt(pub Option<At>);
+pub struct OptionalGaugeOptions(pub Option<GaugeOptions>);
 
-impl Args for MaybeAt {
+impl Args for OptionalGaugeOptions {
     fn augment_args(command: Command) -> Command {
         let optional = |arg: Arg| arg.required(false).required_unless_present("device").conflicts_with("device");
-        At::augment_args(command).mut_arg("port", optional).mut_arg("address", optional)
+        GaugeOptions::augment_args(command).mut_arg("port", optional).mut_arg("address", optional)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -62,10 +62,10 @@ impl Args for MaybeAt {
     }
 }
 
-impl FromArgMatches for MaybeAt {
+impl FromArgMatches for OptionalGaugeOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let there = matches.contains_id("port") && matches.contains_id("address");
-        Ok(Self(there.then(|| At::from_arg_matches(matches)).transpose()?))
+        Ok(Self(there.then(|| GaugeOptions::from_arg_matches(matches)).transpose()?))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -79,21 +79,21 @@ impl FromArgMatches for MaybeAt {
 struct Interruptible<R> {
     records: R,
     signals: Signals,
-    told: bool,
+    reported: bool,
 }
 
 impl<R> Interruptible<R> {
     fn check(&mut self) -> Result<(), RecordError> {
-        if !self.told && self.signals.are_pending() {
-            self.told = true;
-            return Err(RecordError::Lost("interrupted by a signal".to_owned()));
+        if !self.reported && self.signals.are_pending() {
+            self.reported = true;
+            return Err(RecordError::Interrupted("interrupted by a signal".to_owned()));
         }
         Ok(())
     }
 }
 
 impl<R: Records> Records for Interruptible<R> {
-    fn via(&self) -> Via {
+    fn via(&self) -> AccessPath {
         self.records.via()
     }
 
@@ -111,18 +111,18 @@ impl<R: Records> Records for Interruptible<R> {
 /// A gauge, whichever way it is reached.
 pub type AnyGauge<'a> = Gauge<Box<dyn Records + 'a>>;
 
-impl At {
+impl GaugeOptions {
     /// Works with the gauge, and leaves it as it was found, however the work ends.
-    pub fn with<T>(&self, work: impl FnOnce(&mut AnyGauge<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
-        self.bus.check_other(self.address, "--address")?;
+    pub fn with_gauge<T>(&self, work: impl FnOnce(&mut AnyGauge<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
+        self.bus.check_not_own_address(self.address, "--address")?;
         let mut tool = self.bus.open()?;
-        let seen = identify::meet(&mut tool, self.address)?;
+        let seen = identify::wait_for_slave(&mut tool, self.address)?;
         let mut gauge = self.gauge(&mut tool, &seen)?;
         let done = work(&mut gauge);
         // Why the work failed says more than what followed from it.
-        let left = gauge.finish();
-        if let (true, Some(master)) = (gauge.has_moved(), seen.owner) {
-            remark(&format_args!(
+        let left = gauge.restore_selector();
+        if let (true, Some(master)) = (gauge.selector_moved(), seen.owner) {
+            notice(&format_args!(
                 "the Channel Instance Selector was moved and put back while master {master} owns the gauge"
             ));
         }
@@ -131,51 +131,55 @@ impl At {
         Ok(done)
     }
 
-    fn gauge<'a>(&self, tool: &'a mut BusSession, seen: &SlaveSeen) -> Result<AnyGauge<'a>, Failure> {
+    fn gauge<'a>(&self, tool: &'a mut BusSession, seen: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
         let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
         // Until here a signal may end it anywhere: nothing has to be put back.
         let signals = Signals::catch()?;
         let via = match self.via {
-            Way::Ms2 => {
-                let records = Interruptible { records: Ms2::new(tool, address), signals, told: false };
-                return Ok(Gauge::known(Box::new(records), address, model));
+            Via::Ms2 => {
+                let records = Interruptible { records: Ms2::new(tool, address), signals, reported: false };
+                return Ok(Gauge::with_model(Box::new(records), address, model));
             }
-            Way::Ms1 => Via::Class1,
-            Way::Pkw => Via::Channel,
+            Via::Ms1 => AccessPath::Class1,
+            Via::Pkw => AccessPath::ParameterChannel,
         };
-        let (records, unit) = self.own(tool, seen, model, via, &signals)?;
-        let records: Box<dyn Records> = Box::new(Interruptible { records, signals, told: false });
-        Ok(Gauge::known(records, address, model).in_unit(unit))
+        let (records, unit) = self.take_ownership(tool, seen, model, via, &signals)?;
+        let records: Box<dyn Records> = Box::new(Interruptible { records, signals, reported: false });
+        Ok(Gauge::with_model(records, address, model).with_unit(unit))
     }
 
     /// Takes the gauge over, if nobody else has it and somebody wants it.
-    fn own<'a>(
+    fn take_ownership<'a>(
         &self,
         tool: &'a mut BusSession,
-        seen: &SlaveSeen,
+        seen: &SlaveStatus,
         model: &'static Model,
-        via: Via,
+        via: AccessPath,
         signals: &Signals,
-    ) -> Result<(Owned<'a>, &'static Unit), Failure> {
+    ) -> Result<(Class1Session<'a>, &'static Unit), Failure> {
         if let Some(master) = seen.owner.filter(|owner| *owner != self.bus.master()) {
-            return Err(WatchError::Owned { address: self.address, master }.into());
+            return Err(CyclicError::OwnedByOther { address: self.address, master }.into());
         }
-        if !self.own && !somebody_is_there() {
+        if !self.own && !is_interactive() {
             return Err(Failure::usage("--via ms1 and pkw parameterise the gauge and own it: say --own in a script"));
         }
-        remark(&format_args!(
+        notice(&format_args!(
             "{} at address {} is parameterised now, with the unit it has, and unlocked at the end",
             model.name, self.address
         ));
-        let watched = Watched::find(tool, self.address, self.bus.master())?;
+        let watched = CyclicSlave::find(tool, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
         let owned =
-            Owned::take_unless(tool, &watched, via, &|| signals.are_pending()).map_err(|error| match error {
-                RecordError::Tool(error) => error.into(),
-                RecordError::Lost(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
-                error => Failure::refused(format!("{device} at address {address}: {error}")),
-            })?;
+            Class1Session::open_unless(tool, &watched, via, &|| signals.are_pending()).map_err(
+                |error| match error {
+                    RecordError::Session(error) => error.into(),
+                    RecordError::Interrupted(reason) => {
+                        Failure::no_answer(format!("{device} at address {address}: {reason}"))
+                    }
+                    error => Failure::refused(format!("{device} at address {address}: {error}")),
+                },
+            )?;
         Ok((owned, watched.unit))
     }
 }
@@ -183,16 +187,16 @@ impl At {
 impl From<ClientError> for Failure {
     fn from(error: ClientError) -> Self {
         let sentence = error.to_string();
-        match error.severity() {
-            Severity::Refused => Self::refused(sentence),
-            Severity::Usage => Self::usage(sentence),
-            Severity::Line => Self::no_answer(sentence),
+        match error.kind() {
+            ErrorKind::Refused => Self::refused(sentence),
+            ErrorKind::Usage => Self::usage(sentence),
+            ErrorKind::Line => Self::no_answer(sentence),
         }
     }
 }
 
 /// Whether people sit in front of standard input and see what is said.
-fn somebody_is_there() -> bool {
+fn is_interactive() -> bool {
     io::stdin().is_terminal() && io::stderr().is_terminal()
 }
 
@@ -201,7 +205,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if yes {
         return Ok(());
     }
-    if !somebody_is_there() {
+    if !is_interactive() {
         return Err(Failure::usage(format!("{risk}; nothing was sent: say --yes in a script")));
     }
     // Before anybody sees the question.
@@ -209,7 +213,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     write!(io::stderr(), "profivac: {risk}. Go on? [y/N] ")?;
     io::stderr().flush()?;
     // Whoever is asked may also answer with Ctrl-C.
-    if !answers(&signals)? {
+    if !wait_for_line(&signals)? {
         writeln!(io::stderr())?;
         return Err(Failure::usage("nothing was sent"));
     }
@@ -222,10 +226,10 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
 }
 
 /// Waits for a line. False if a signal comes instead.
-fn answers(signals: &Signals) -> Result<bool, Failure> {
+fn wait_for_line(signals: &Signals) -> Result<bool, Failure> {
     let stdin = io::stdin();
     loop {
-        match port::wait(&[signals.as_fd(), stdin.as_fd()], PATIENCE)?.as_slice() {
+        match port::wait(&[signals.as_fd(), stdin.as_fd()], MAX_WAIT)?.as_slice() {
             [true, _] => return Ok(false),
             [_, true] => return Ok(true),
             _ => {}

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output::out;
 use clap::Args;
-use profivac_virtual::factory::entry;
+use profivac_virtual::device_spec::entry;
 
 /// The GSD file of a device, for the engineering tool of a master.
 ///

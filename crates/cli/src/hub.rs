@@ -1,8 +1,8 @@
 //! `profivac hub`: a virtual RS-485 line between ptys, with disturbances on command.
 
-use crate::console::{Console, Said};
+use crate::console::{Console, Input};
 use crate::failure::Failure;
-use crate::output::{out, remark, remarks};
+use crate::output::{notice, notices, out};
 use crate::values;
 use clap::Args;
 use fastrand::Rng;
@@ -52,22 +52,22 @@ and the devices of the second, while a master opens /tmp/master:
 
 /// Serves until somebody wants it to end.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    check(&arguments.ptys)?;
+    check_paths(&arguments.ptys)?;
     let mut hub = Hub::open(arguments)?;
     let mut console = Console::open()?;
     out(&format!("ready {}", hub.names().join(" ")));
     loop {
         let (readable, wanted) = {
-            let console = console.watched();
+            let console = console.descriptors();
             let wanted = console.len();
             let watched: Vec<_> = console.into_iter().chain(hub.watched()).collect();
-            (wait(&watched, hub.due())?, wanted)
+            (wait(&watched, hub.time_until_due())?, wanted)
         };
         hub.serve()?;
-        for said in console.said(readable.get(..wanted).unwrap_or_default()) {
-            if hear(&mut hub, &said).is_break() {
+        for said in console.take_input(readable.get(..wanted).unwrap_or_default()) {
+            if handle_input(&mut hub, &said).is_break() {
                 let Noise { passed, flipped, dropped, .. } = hub.noise;
-                remark(&format_args!("{passed} octets, {flipped} with a flipped bit, {dropped} lost"));
+                notice(&format_args!("{passed} octets, {flipped} with a flipped bit, {dropped} lost"));
                 return Ok(());
             }
         }
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// A line has two ends at least, and no two in one place.
-fn check(ptys: &[PathBuf]) -> Result<(), Failure> {
+fn check_paths(ptys: &[PathBuf]) -> Result<(), Failure> {
     if ptys.len() < 2 {
         return Err(Failure::usage("expected at least two --pty, got one"));
     }
@@ -86,8 +86,8 @@ fn check(ptys: &[PathBuf]) -> Result<(), Failure> {
     }
 }
 
-fn hear(hub: &mut Hub, said: &Said) -> ControlFlow<()> {
-    let Said::Line(line) = said else { return ControlFlow::Break(()) };
+fn handle_input(hub: &mut Hub, said: &Input) -> ControlFlow<()> {
+    let Input::Line(line) = said else { return ControlFlow::Break(()) };
     let words: Vec<&str> = line.split_whitespace().collect();
     match words[..] {
         ["mute", path, seconds] => match hub.mute(path, seconds) {
@@ -104,17 +104,17 @@ fn hear(hub: &mut Hub, said: &Said) -> ControlFlow<()> {
 }
 
 /// One pty of the line.
-struct Tap {
+struct HubPort {
     pty: Pty,
     muted_until: Option<Instant>,
 }
 
 /// The line.
 struct Hub {
-    taps: Vec<Tap>,
+    ports: Vec<HubPort>,
     noise: Noise,
     pace: Option<Pace>,
-    heard: Vec<Character>,
+    received: Vec<Character>,
 }
 
 /// Octets on their way at the pace of a rate.
@@ -130,7 +130,7 @@ impl Hub {
     fn open(arguments: &Arguments) -> Result<Self, PortError> {
         let mut taps = Vec::new();
         for path in &arguments.ptys {
-            taps.push(Tap { pty: Pty::create(path)?, muted_until: None });
+            taps.push(HubPort { pty: Pty::create(path)?, muted_until: None });
         }
         let pace = arguments.pace.map(|baud| Pace {
             clock: Clock::starting_at(BitTime(0), baud),
@@ -138,20 +138,20 @@ impl Hub {
             queue: VecDeque::new(),
         });
         let noise = Noise::new(arguments.flip, arguments.drop, arguments.seed);
-        Ok(Self { taps, noise, pace, heard: Vec::new() })
+        Ok(Self { ports: taps, noise, pace, received: Vec::new() })
     }
 
     fn names(&self) -> Vec<&str> {
-        self.taps.iter().map(|tap| tap.pty.name()).collect()
+        self.ports.iter().map(|tap| tap.pty.name()).collect()
     }
 
     fn watched(&self) -> impl Iterator<Item = rustix::fd::BorrowedFd<'_>> {
-        self.taps.iter().flat_map(|tap| tap.pty.watched())
+        self.ports.iter().flat_map(|tap| tap.pty.watched())
     }
 
     /// How long nothing happens by itself.
-    fn due(&self) -> Duration {
-        let next = self.pace.as_ref().and_then(|pace| pace.queue.front().map(|(end, ..)| pace.clock.until(*end)));
+    fn time_until_due(&self) -> Duration {
+        let next = self.pace.as_ref().and_then(|pace| pace.queue.front().map(|(end, ..)| pace.clock.time_until(*end)));
         next.unwrap_or(Duration::MAX)
     }
 
@@ -159,36 +159,36 @@ impl Hub {
         let duration = values::seconds(seconds)?;
         let until = Instant::now().checked_add(duration).ok_or("that is too long")?;
         let unknown = format!("no pty {path}; there are {}", self.names().join(", "));
-        let tap = self.taps.iter_mut().find(|tap| tap.pty.name() == path).ok_or(unknown)?;
+        let tap = self.ports.iter_mut().find(|tap| tap.pty.name() == path).ok_or(unknown)?;
         tap.muted_until = Some(until);
         Ok(())
     }
 
     fn serve(&mut self) -> Result<(), PortError> {
-        for from in 0..self.taps.len() {
-            let octets = self.take(from)?;
-            self.pass(from, &octets)?;
+        for from in 0..self.ports.len() {
+            let octets = self.receive(from)?;
+            self.forward(from, &octets)?;
         }
-        self.let_go()
+        self.deliver_due()
     }
 
     /// What a tap says, as the line carries it.
-    fn take(&mut self, from: usize) -> Result<Vec<u8>, PortError> {
-        let Some(tap) = self.taps.get_mut(from) else { return Ok(Vec::new()) };
-        self.heard.clear();
-        tap.pty.receive(&mut self.heard)?;
+    fn receive(&mut self, from: usize) -> Result<Vec<u8>, PortError> {
+        let Some(tap) = self.ports.get_mut(from) else { return Ok(Vec::new()) };
+        self.received.clear();
+        tap.pty.receive(&mut self.received)?;
         if tap.muted_until.is_some_and(|until| Instant::now() < until) {
             return Ok(Vec::new());
         }
         let noise = &mut self.noise;
         let octet = |character: &Character| match character {
             Character::Octet(octet) => noise.disturb(*octet),
-            Character::Broken => None,
+            Character::Error => None,
         };
-        Ok(self.heard.iter().filter_map(octet).collect())
+        Ok(self.received.iter().filter_map(octet).collect())
     }
 
-    fn pass(&mut self, from: usize, octets: &[u8]) -> Result<(), PortError> {
+    fn forward(&mut self, from: usize, octets: &[u8]) -> Result<(), PortError> {
         let Some(pace) = &mut self.pace else { return self.send(from, octets) };
         for octet in octets {
             pace.free = pace.free.max(pace.clock.now()) + CHARACTER_TBIT;
@@ -198,7 +198,7 @@ impl Hub {
     }
 
     /// Octets whose time has passed arrive.
-    fn let_go(&mut self) -> Result<(), PortError> {
+    fn deliver_due(&mut self) -> Result<(), PortError> {
         while let Some(pace) = &mut self.pace
             && let Some((_, from, octet)) = pace.queue.pop_front_if(|(end, ..)| *end <= pace.clock.now())
         {
@@ -208,10 +208,10 @@ impl Hub {
     }
 
     fn send(&mut self, from: usize, octets: &[u8]) -> Result<(), PortError> {
-        for (number, tap) in self.taps.iter_mut().enumerate() {
+        for (number, tap) in self.ports.iter_mut().enumerate() {
             if number != from && !octets.is_empty() {
                 tap.pty.send(octets)?;
-                remarks(|| tap.pty.next_remark());
+                notices(|| tap.pty.next_notice());
             }
         }
         Ok(())

@@ -1,10 +1,10 @@
 //! `profivac init`: a station's file, made from who is on a bus.
 
-use crate::bus::Bus;
+use crate::bus::BusOptions;
 use crate::failure::Failure;
-use crate::output::{out, remark};
+use crate::output::{notice, out};
 use clap::Args;
-use profivac_host::scan::look;
+use profivac_host::scan::probe;
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    bus: Bus,
+    bus: BusOptions,
     /// Write to this file, which must not be there yet, instead of standard output
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
@@ -35,20 +35,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut tool = bus.open()?;
     let mut gauges = Vec::new();
     for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
-        let Some(seen) = look(&mut tool, address)? else { continue };
-        match seen.slave.map(|slave| slave.devices()) {
+        let Some(seen) = probe(&mut tool, address)? else { continue };
+        match seen.slave.map(|slave| slave.device_names()) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
-            Some(_) => remark(&format_args!("the slave at address {address} is no device that profivac knows")),
-            None if seen.station == StationType::Slave => {
-                remark(&format_args!("the slave at address {address} gives no diagnosis"));
+            Some(_) => notice(&format_args!("the slave at address {address} is no device that profivac knows")),
+            None if seen.station_type == StationType::Slave => {
+                notice(&format_args!("the slave at address {address} gives no diagnosis"));
             }
-            None => remark(&format_args!("address {address} is another master")),
+            None => notice(&format_args!("address {address} is another master")),
         }
     }
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
-    let text = file(bus.port(), tool.baud().bits_per_second(), bus.master(), &gauges);
+    let text = station_file(bus.port(), tool.baud().bits_per_second(), bus.master(), &gauges);
     match &arguments.out {
         None => out(text.trim_end()),
         Some(path) => write(path, &text)?,
@@ -74,7 +74,7 @@ fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
     written.map_err(failed)
 }
 
-fn file(port: &str, baud: u32, master: u8, gauges: &[(u8, Vec<&'static str>)]) -> String {
+fn station_file(port: &str, baud: u32, master: u8, gauges: &[(u8, Vec<&'static str>)]) -> String {
     let head = format!(
         "[station]\nname = \"Vacuum\"\nlisten = \"127.0.0.1:8080\"\n\n[[segment]]\nname = \"bus\"\nport = {port:?}\nbaud = {baud}\nmaster = {master}\n"
     );
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn the_file_describes_a_station() {
-        let text = file("/dev/ttyUSB0", 19200, 1, &[(5, vec!["bcg450"]), (6, vec!["pcg550", "psg550"])]);
+        let text = station_file("/dev/ttyUSB0", 19200, 1, &[(5, vec!["bcg450"]), (6, vec!["pcg550", "psg550"])]);
         let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
         let gauges = &config.segments[0].gauges;
         assert_eq!(

@@ -1,12 +1,12 @@
 //! `profivac list`: which parameters a gauge has.
 
 use crate::failure::Failure;
-use crate::gauge::MaybeAt;
+use crate::gauge::OptionalGaugeOptions;
 use crate::output::{json, out};
 use clap::Args;
-use profivac_client::names::{Named, Names, slug};
+use profivac_client::names::{NamedParameter, ParameterNames, slug};
 use profivac_devices::model::{Codes, Model};
-use profivac_virtual::factory::entry;
+use profivac_virtual::device_spec::entry;
 use serde::Serialize;
 
 /// Which parameters a gauge has: its block tree with names, numbers, types, access, sections of the manual and what the
@@ -20,7 +20,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: MaybeAt,
+    at: OptionalGaugeOptions,
     /// A device by its name, for instance bcg450: no bus is needed
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
@@ -71,13 +71,13 @@ struct Code {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (model, place) = match (&arguments.at.0, &arguments.device) {
         (_, Some(device)) => (entry(device)?.model, String::new()),
-        (Some(at), None) => (at.with(|gauge| Ok(gauge.model()))?, format!(" at address {}", at.address)),
+        (Some(at), None) => (at.with_gauge(|gauge| Ok(gauge.model()))?, format!(" at address {}", at.address)),
         (None, None) => {
             return Err(Failure::usage("expected --port and --address of a gauge, or --device with a name"));
         }
     };
-    let names = Names::of(model);
-    let shown: Vec<_> = names.all().iter().filter(|named| is_wanted(named, arguments.target.as_deref())).collect();
+    let names = ParameterNames::of(model);
+    let shown: Vec<_> = names.all().iter().filter(|named| matches_target(named, arguments.target.as_deref())).collect();
     if let (true, Some(target)) = (shown.is_empty(), &arguments.target) {
         names.find(model.name, target).map_err(profivac_client::ClientError::from)?;
         return Err(Failure::usage(format!("{} has nothing with {target:?} in its name", model.name)));
@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Whether the words of `target` are in the name, or its numbers begin so.
-pub fn is_wanted(named: &Named, target: Option<&str>) -> bool {
+pub fn matches_target(named: &NamedParameter, target: Option<&str>) -> bool {
     target.is_none_or(|target| {
         let wanted = slug(target);
         slug(&named.name).contains(&wanted)
@@ -102,7 +102,7 @@ pub fn is_wanted(named: &Named, target: Option<&str>) -> bool {
 }
 
 /// A heading, a line for each place and block, and one for each parameter with what `facts` says about it.
-pub fn tree(heading: &str, shown: &[&Named], mut facts: impl FnMut(&Named) -> String) -> String {
+pub fn tree(heading: &str, shown: &[&NamedParameter], mut facts: impl FnMut(&NamedParameter) -> String) -> String {
     let width = shown.iter().map(|named| named.name.len()).max().unwrap_or_default();
     let mut text = heading.to_owned();
     let mut last = None;
@@ -120,17 +120,17 @@ pub fn tree(heading: &str, shown: &[&Named], mut facts: impl FnMut(&Named) -> St
 }
 
 /// Type, access, store class, section, codes.
-fn facts(named: &Named, model: &Model) -> String {
+fn facts(named: &NamedParameter, model: &Model) -> String {
     let row = named.parameter.row;
     let data_type = row.data_type.to_string();
-    format!("{data_type:<12} {:<18} {}  {:<9} {}", row.access_text, row.storage, row.section, meaning(named, model))
+    format!("{data_type:<12} {:<18} {}  {:<9} {}", row.access_text, row.storage, row.section, code_names(named, model))
 }
 
 /// What the numbers mean.
-fn meaning(named: &Named, model: &Model) -> String {
+fn code_names(named: &NamedParameter, model: &Model) -> String {
     let codes = &named.parameter.row.codes;
     let list =
-        || codes.list().iter().map(|code| format!("{} {}", code.number, code.name)).collect::<Vec<_>>().join(", ");
+        || codes.codes().iter().map(|code| format!("{} {}", code.number, code.name)).collect::<Vec<_>>().join(", ");
     match codes {
         Codes::Plain => String::new(),
         Codes::Range(low, high) => format!("{low} to {high}"),
@@ -147,20 +147,23 @@ fn meaning(named: &Named, model: &Model) -> String {
     }
 }
 
-fn row<'a>(named: &'a Named, model: &'static Model) -> Row<'a> {
+fn row<'a>(named: &'a NamedParameter, model: &'static Model) -> Row<'a> {
     let parameter = named.parameter;
     let row = parameter.row;
     let codes = match row.codes {
         Codes::Units => model.units.iter().map(|unit| Code { number: unit.code, name: unit.name, risk: "" }).collect(),
-        _ => {
-            row.codes.list().iter().map(|code| Code { number: code.number, name: code.name, risk: code.risk }).collect()
-        }
+        _ => row
+            .codes
+            .codes()
+            .iter()
+            .map(|code| Code { number: code.number, name: code.name, risk: code.risk })
+            .collect(),
     };
     Row {
         name: &named.name,
         slot: parameter.place.slot,
         instance: parameter.place.instance,
-        index: row.id,
+        index: row.index,
         place: parameter.place.name,
         block: parameter.block.name,
         printed: row.name,

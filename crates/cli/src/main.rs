@@ -9,6 +9,7 @@ mod decode;
 mod demo;
 mod diff;
 mod dump;
+mod explanation;
 mod failure;
 mod gauge;
 mod gsd;
@@ -25,7 +26,6 @@ mod scan;
 mod screen;
 mod simulate;
 mod sniff;
-mod story;
 mod user;
 mod values;
 mod write;
@@ -85,13 +85,13 @@ enum Command {
 fn main() -> ExitCode {
     let done = match Profivac::try_parse() {
         Ok(profivac) => run(profivac.command).and_then(|()| output::check()),
-        Err(said) => output::usage(&said),
+        Err(said) => output::print_usage(&said),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !failure.is_quiet() {
-                output::remark(&failure);
+                output::notice(&failure);
             }
             failure.into()
         }

@@ -5,30 +5,30 @@
 //! output is lost has not done what it was asked for.
 
 use crate::failure::Failure;
-use profivac_host::port::Remark;
+use profivac_host::port::Notice;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::OnceLock;
 
 /// What kept output from being written, first.
-static LOST: OnceLock<ErrorKind> = OnceLock::new();
+static WRITE_ERROR: OnceLock<ErrorKind> = OnceLock::new();
 
 /// Writes lines.
 pub fn out(lines: &str) {
     let mut out = io::stdout().lock();
-    lost(writeln!(out, "{lines}").and_then(|()| out.flush()));
+    keep_error(writeln!(out, "{lines}").and_then(|()| out.flush()));
 }
 
 /// What could not be written is lost.
-fn lost(written: io::Result<()>) {
+fn keep_error(written: io::Result<()>) {
     if let Err(error) = written {
-        LOST.get_or_init(|| error.kind());
+        WRITE_ERROR.get_or_init(|| error.kind());
     }
 }
 
 /// Whether all output was written: for a command that goes on for long, so that it ends when nobody reads it any more.
 pub fn check() -> Result<(), Failure> {
-    match LOST.get() {
+    match WRITE_ERROR.get() {
         None => Ok(()),
         // Whoever closed the pipe knows: as quiet as a program that the system ends for it.
         Some(ErrorKind::BrokenPipe) => Err(Failure::quiet()),
@@ -37,12 +37,12 @@ pub fn check() -> Result<(), Failure> {
 }
 
 /// What the command line library has to say: help to standard output, complaints to standard error.
-pub fn usage(said: &clap::Error) -> Result<(), Failure> {
+pub fn print_usage(said: &clap::Error) -> Result<(), Failure> {
     let printed = said.print();
     if said.use_stderr() {
         return Err(Failure::quiet_usage());
     }
-    lost(printed.and_then(|()| io::stdout().flush()));
+    keep_error(printed.and_then(|()| io::stdout().flush()));
     check()
 }
 
@@ -53,36 +53,36 @@ pub fn json(value: &impl serde::Serialize) -> String {
 }
 
 /// Says what somebody should know although the command goes on. Nobody has to listen.
-pub fn remark(said: &impl Display) {
+pub fn notice(said: &impl Display) {
     writeln!(io::stderr().lock(), "profivac: {said}").ok();
 }
 
 /// Says all that there is to remark.
-pub fn remarks(mut next: impl FnMut() -> Option<Remark>) {
+pub fn notices(mut next: impl FnMut() -> Option<Notice>) {
     while let Some(said) = next() {
-        remark(&said);
+        notice(&said);
     }
 }
 
 /// How far something is that takes long on a slow line: one line on a terminal that is gone afterwards, otherwise nothing.
 pub struct Progress<W: Write> {
     to: Option<W>,
-    what: &'static str,
+    label: &'static str,
     shown: bool,
 }
 
 impl Progress<io::Stderr> {
     /// Counts these, where people look at standard error.
     pub fn of(what: &'static str) -> Self {
-        Self { to: io::stderr().is_terminal().then(io::stderr), what, shown: false }
+        Self { to: io::stderr().is_terminal().then(io::stderr), label: what, shown: false }
     }
 }
 
 impl<W: Write> Progress<W> {
     /// So many of all are done.
-    pub fn tell(&mut self, done: usize, all: usize) {
+    pub fn update(&mut self, done: usize, all: usize) {
         if let Some(to) = &mut self.to {
-            write!(to, "\rprofivac: {done} of {all} {}", self.what).and_then(|()| to.flush()).ok();
+            write!(to, "\rprofivac: {done} of {all} {}", self.label).and_then(|()| to.flush()).ok();
             self.shown = true;
         }
     }
@@ -105,9 +105,9 @@ mod tests {
     #[test]
     fn progress_is_one_line_that_is_gone_at_the_end() {
         let mut terminal = Vec::new();
-        let mut progress = Progress { to: Some(&mut terminal), what: "parameters", shown: false };
-        progress.tell(9, 10);
-        progress.tell(10, 10);
+        let mut progress = Progress { to: Some(&mut terminal), label: "parameters", shown: false };
+        progress.update(9, 10);
+        progress.update(10, 10);
         drop(progress);
         let text = String::from_utf8(terminal).unwrap();
         assert_eq!(text, "\rprofivac: 9 of 10 parameters\rprofivac: 10 of 10 parameters\r\x1b[K");
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn what_never_began_leaves_no_mark() {
         let mut terminal = Vec::new();
-        drop(Progress { to: Some(&mut terminal), what: "parameters", shown: false });
+        drop(Progress { to: Some(&mut terminal), label: "parameters", shown: false });
         assert!(terminal.is_empty());
     }
 }

@@ -1,12 +1,12 @@
 //! `profivac read`: parameters of a gauge.
 
 use crate::failure::Failure;
-use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out, remark};
+use crate::gauge::{AnyGauge, GaugeOptions};
+use crate::output::{json, notice, out};
 use clap::Args;
-use profivac_client::names::{Named, Target};
+use profivac_client::names::{NamedParameter, Target};
 use profivac_client::values::{Value, hex};
-use profivac_client::{ClientError, Reading, Severity};
+use profivac_client::{ClientError, ErrorKind, ParameterReading};
 use serde::Serialize;
 
 /// Read parameters of a gauge by the manual's words or its numbers.
@@ -18,7 +18,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: At,
+    at: GaugeOptions,
     /// Print JSON: a list
     #[arg(long)]
     json: bool,
@@ -51,13 +51,13 @@ pub struct Row {
 }
 
 impl Row {
-    pub fn of(reading: &Reading) -> Self {
+    pub fn of(reading: &ParameterReading) -> Self {
         let parameter = reading.named.parameter;
         Self {
             name: Some(reading.named.name.clone()),
             slot: parameter.place.slot,
             instance: parameter.place.instance,
-            index: parameter.row.id,
+            index: parameter.row.index,
             value: value(&reading.value),
             text: reading.text.clone(),
             unit: reading.unit,
@@ -83,15 +83,15 @@ fn value(value: &Value) -> serde_json::Value {
 /// What JSON says about one of several.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
-enum Answer<'a> {
+enum JsonRow<'a> {
     Read(Row),
-    Unread { target: &'a str, error: String },
+    Failed { target: &'a str, error: String },
 }
 
 /// Reads one after the other. What is refused does not hide the rest.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut answers, mut refused) = (Vec::new(), None);
-    let done = arguments.at.with(|gauge| {
+    let done = arguments.at.with_gauge(|gauge| {
         for target in &arguments.targets {
             match read(gauge, target) {
                 Ok(row) => {
@@ -100,17 +100,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                         out(&format!("{name} = {}", row.text));
                     }
                     if row.valid == Some(false) {
-                        warn(gauge, name);
+                        warn_invalid(gauge, name);
                     }
-                    answers.push(Answer::Read(row));
+                    answers.push(JsonRow::Read(row));
                 }
-                Err(error) if error.severity() == Severity::Line => return Err(error.into()),
+                Err(error) if error.kind() == ErrorKind::Line => return Err(error.into()),
                 Err(error) => {
-                    answers.push(Answer::Unread { target, error: error.to_string() });
+                    answers.push(JsonRow::Failed { target, error: error.to_string() });
                     match &mut refused {
                         None => refused = Some(Failure::from(error)),
                         // The first is said at the end, as the reason for the exit code.
-                        Some(_) => remark(&error),
+                        Some(_) => notice(&error),
                     }
                 }
             }
@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(())
     });
     // Of a single one that was refused there is nothing to show.
-    let is_read = answers.iter().any(|answer| matches!(answer, Answer::Read(_)));
+    let is_read = answers.iter().any(|answer| matches!(answer, JsonRow::Read(_)));
     if arguments.json && (is_read || answers.len() > 1) {
         out(&json(&answers));
     }
@@ -128,8 +128,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
     let names = gauge.names();
     match names.find(gauge.model().name, target)? {
-        Target::Raw { slot, index } => Ok(raw(slot, index, &gauge.read_raw(slot, index)?)),
-        Target::Named(_) | Target::Shown { .. } => {
+        Target::Raw { slot, index } => Ok(raw_row(slot, index, &gauge.read_raw(slot, index)?)),
+        Target::Parameter(_) | Target::CurrentInstance { .. } => {
             let reading = gauge.parameter(target)?;
             let valid = validity(gauge, &reading.named)?;
             Ok(Row { valid, ..Row::of(&reading) })
@@ -137,20 +137,20 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
     }
 }
 
-fn validity(gauge: &mut AnyGauge<'_>, named: &Named) -> Result<Option<bool>, ClientError> {
+fn validity(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<bool>, ClientError> {
     let is_pressure = named.parameter.row.name.contains("Value (PV)");
     is_pressure.then(|| gauge.is_valid(named)).transpose()
 }
 
 /// The number of a safe state looks like a pressure: it is said that it is none, and what can be done.
-fn warn(gauge: &mut AnyGauge<'_>, name: &str) {
+fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
     let is_idle = gauge.parameter("device.device-state").is_ok_and(|state| state.text == "IDLE");
     let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
-    remark(&format_args!("{name} is no valid pressure now{advice}"));
+    notice(&format_args!("{name} is no valid pressure now{advice}"));
 }
 
 /// A record of which nothing is known.
-fn raw(slot: u8, index: u8, octets: &[u8]) -> Row {
+fn raw_row(slot: u8, index: u8, octets: &[u8]) -> Row {
     let octets = hex(octets);
     let (value, text) = (octets.clone().into(), octets.clone());
     Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None }

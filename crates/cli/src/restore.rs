@@ -1,12 +1,12 @@
 //! `profivac restore`: the settings of a file into a gauge.
 
-use crate::diff::{differences, in_order, load};
+use crate::diff::{differences, load, ordered_settings};
 use crate::failure::Failure;
-use crate::gauge::{AnyGauge, At};
-use crate::output::{json, out, remark};
+use crate::gauge::{AnyGauge, GaugeOptions};
+use crate::output::{json, notice, out};
 use clap::Args;
-use profivac_client::names::Named;
-use profivac_client::settings::{Difference, Restored, Setting, close, compare, lock_of, open, restore};
+use profivac_client::names::NamedParameter;
+use profivac_client::settings::{Difference, RestoreOutcome, Setting, close_set, compare, lock_of, open_set, restore};
 use profivac_devices::model::Storage;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use std::path::PathBuf;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: At,
+    at: GaugeOptions,
     /// Show what would be written, and write nothing
     #[arg(long)]
     dry_run: bool,
@@ -53,8 +53,8 @@ struct Row {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
     let mut rows = Vec::new();
-    let done = arguments.at.with(|gauge| {
-        let settings = in_order(&file, &arguments.file, gauge)?;
+    let done = arguments.at.with_gauge(|gauge| {
+        let settings = ordered_settings(&file, &arguments.file, gauge)?;
         // All values are looked at before the first is written.
         let found = differences(gauge, &settings, &arguments.file)?;
         if arguments.dry_run {
@@ -62,14 +62,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             return Ok(());
         }
         let done = write_all(gauge, &settings, &mut rows);
-        remind(&settings, &rows);
+        remind_to_store(&settings, &rows);
         done
     });
-    report(arguments, &rows);
+    print(arguments, &rows);
     if let Err(failure) = done {
         let written = rows.iter().filter(|row| row.error.is_none()).count();
         if written > 0 {
-            remark(&format_args!(
+            notice(&format_args!(
                 "{written} settings were written before it ended; `profivac diff` shows what is missing"
             ));
         }
@@ -80,29 +80,29 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::refused(format!("{refused} of {} differing settings were not taken", rows.len())));
     }
     let verb = if arguments.dry_run { "would be" } else { "were" };
-    remark(&format_args!("{} of {} settings differed and {verb} written", rows.len(), file.settings.len()));
+    notice(&format_args!("{} of {} settings differed and {verb} written", rows.len(), file.settings.len()));
     Ok(())
 }
 
 fn planned(difference: &Difference) -> Row {
-    let Difference { order, now } = difference;
+    let Difference { write: order, current: now } = difference;
     Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
 }
 
 /// The set of parameters that is open for changes.
-struct Lock(Option<Named>);
+struct OpenSet(Option<NamedParameter>);
 
-impl Lock {
+impl OpenSet {
     /// Opens the set of the parameter that comes next, after handing over the one before.
-    fn pass_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&Named>) -> Result<(), Failure> {
+    fn move_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&NamedParameter>) -> Result<(), Failure> {
         let next = next.and_then(|named| lock_of(&gauge.names(), named));
-        let name = |lock: &Option<Named>| lock.as_ref().map(|lock| lock.name.clone());
+        let name = |lock: &Option<NamedParameter>| lock.as_ref().map(|lock| lock.name.clone());
         if name(&self.0) != name(&next) {
             if let Some(lock) = self.0.take() {
-                close(gauge, &lock)?;
+                close_set(gauge, &lock)?;
             }
             if let Some(lock) = &next {
-                open(gauge, lock)?;
+                open_set(gauge, lock)?;
             }
             self.0 = next;
         }
@@ -110,8 +110,12 @@ impl Lock {
     }
 }
 
-fn write_all(gauge: &mut AnyGauge<'_>, settings: &[(Named, Setting)], rows: &mut Vec<Row>) -> Result<(), Failure> {
-    let mut lock = Lock(None);
+fn write_all(
+    gauge: &mut AnyGauge<'_>,
+    settings: &[(NamedParameter, Setting)],
+    rows: &mut Vec<Row>,
+) -> Result<(), Failure> {
+    let mut lock = OpenSet(None);
     for round in 0..=ROUNDS {
         for (named, setting) in settings {
             // What was refused once is not asked again.
@@ -120,44 +124,44 @@ fn write_all(gauge: &mut AnyGauge<'_>, settings: &[(Named, Setting)], rows: &mut
             }
             let Some(difference) = compare(gauge, named, setting)? else { continue };
             if round == ROUNDS {
-                rows.push(moved(named, &difference));
+                rows.push(conflicting(named, &difference));
                 continue;
             }
-            lock.pass_to(gauge, Some(named))?;
+            lock.move_to(gauge, Some(named))?;
             rows.push(write_one(gauge, named, difference)?);
         }
-        lock.pass_to(gauge, None)?;
+        lock.move_to(gauge, None)?;
     }
     Ok(())
 }
 
 /// Two settings that never hold together.
-fn moved(named: &Named, difference: &Difference) -> Row {
-    let error = format!("another setting moves it whenever it is {}", difference.order.text);
-    Row { name: named.name.clone(), before: difference.now.text.clone(), after: None, error: Some(error) }
+fn conflicting(named: &NamedParameter, difference: &Difference) -> Row {
+    let error = format!("another setting moves it whenever it is {}", difference.write.text);
+    Row { name: named.name.clone(), before: difference.current.text.clone(), after: None, error: Some(error) }
 }
 
-fn write_one(gauge: &mut AnyGauge<'_>, named: &Named, difference: Difference) -> Result<Row, Failure> {
-    let before = difference.now.text.clone();
+fn write_one(gauge: &mut AnyGauge<'_>, named: &NamedParameter, difference: Difference) -> Result<Row, Failure> {
+    let before = difference.current.text.clone();
     Ok(match restore(gauge, difference)? {
-        Restored::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
-        Restored::Refused(error) => {
+        RestoreOutcome::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
+        RestoreOutcome::Refused(error) => {
             Row { name: named.name.clone(), before, after: None, error: Some(error.to_string()) }
         }
     })
 }
 
 /// Values that a device keeps on request only.
-fn remind(settings: &[(Named, Setting)], rows: &[Row]) {
-    let on_request = |(named, _): &(Named, Setting)| {
+fn remind_to_store(settings: &[(NamedParameter, Setting)], rows: &[Row]) {
+    let on_request = |(named, _): &(NamedParameter, Setting)| {
         named.parameter.row.storage == Storage::OnRequest && rows.iter().any(|row| row.name == named.name)
     };
     if settings.iter().any(on_request) {
-        remark(&format_args!("the device keeps these without power only when it is told to: write store"));
+        notice(&format_args!("the device keeps these without power only when it is told to: write store"));
     }
 }
 
-fn report(arguments: &Arguments, rows: &[Row]) {
+fn print(arguments: &Arguments, rows: &[Row]) {
     if arguments.json {
         out(&json(&rows));
         return;
@@ -176,34 +180,34 @@ mod tests {
     use super::*;
     use profivac_client::Gauge;
     use profivac_client::records::{RecordError, Records};
-    use profivac_client::settings::File;
-    use profivac_devices::model::Via;
-    use profivac_virtual::factory::entry;
+    use profivac_client::settings::SettingsFile;
+    use profivac_devices::model::AccessPath;
+    use profivac_virtual::device_spec::entry;
     use std::collections::BTreeMap;
 
     /// A gauge that takes everything, until its cable breaks after so many writes. What is written to relay 3 switches relay 1
     /// off, so many times.
-    struct Cable {
+    struct FailingRecords {
         records: BTreeMap<(u8, u8), Vec<u8>>,
         writes_left: usize,
         moves: usize,
     }
 
-    impl Cable {
+    impl FailingRecords {
         fn gauge(writes_left: usize, moves: usize) -> AnyGauge<'static> {
             let records: Box<dyn Records> = Box::new(Self { records: BTreeMap::new(), writes_left, moves });
-            Gauge::known(records, 5, entry("img400").unwrap().model)
+            Gauge::with_model(records, 5, entry("img400").unwrap().model)
         }
     }
 
-    impl Records for Cable {
-        fn via(&self) -> Via {
-            Via::Class2
+    impl Records for FailingRecords {
+        fn via(&self) -> AccessPath {
+            AccessPath::Class2
         }
 
         fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
             match self.writes_left {
-                0 => Err(RecordError::Lost("no answer".to_owned())),
+                0 => Err(RecordError::Interrupted("no answer".to_owned())),
                 _ => Ok(self.records.get(&(slot, index)).cloned().unwrap_or_else(|| vec![0])),
             }
         }
@@ -211,7 +215,7 @@ mod tests {
         fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
             self.writes_left = self.writes_left.saturating_sub(1);
             match self.writes_left {
-                0 => Err(RecordError::Lost("no answer".to_owned())),
+                0 => Err(RecordError::Interrupted("no answer".to_owned())),
                 _ => {
                     self.records.insert((slot, index), octets.to_vec());
                     if slot == 7 && self.moves > 0 {
@@ -237,7 +241,7 @@ ident = 0x0947
 
     fn restored(mut gauge: AnyGauge<'_>) -> (Vec<Row>, Result<(), Failure>) {
         let text = FILE.replace("\"device.key-lock\" = \"full-lock\"\n", "");
-        let settings = File::parse(&text).unwrap().in_order(&gauge).unwrap();
+        let settings = SettingsFile::parse(&text).unwrap().in_order(&gauge).unwrap();
         let mut rows = Vec::new();
         let done = write_all(&mut gauge, &settings, &mut rows);
         (rows, done)
@@ -250,10 +254,10 @@ ident = 0x0947
     #[test]
     fn a_line_that_is_lost_ends_it_and_what_was_written_is_known() {
         let all = ["relay.1/low-trip-enable", "relay.2/low-trip-enable", "relay.3/low-trip-enable"];
-        let (rows, done) = restored(Cable::gauge(100, 0));
+        let (rows, done) = restored(FailingRecords::gauge(100, 0));
         assert_eq!(names(&rows), all);
         done.unwrap();
-        let (rows, done) = restored(Cable::gauge(3, 0));
+        let (rows, done) = restored(FailingRecords::gauge(3, 0));
         assert_eq!(names(&rows), all[..2]);
         let said = done.unwrap_err().to_string();
         let lost = "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing was cut short: no answer; it may have been written, read it";
@@ -262,7 +266,7 @@ ident = 0x0947
 
     #[test]
     fn what_another_setting_moved_is_written_again() {
-        let (rows, done) = restored(Cable::gauge(100, 1));
+        let (rows, done) = restored(FailingRecords::gauge(100, 1));
         done.unwrap();
         let expected = [
             "relay.1/low-trip-enable",
@@ -277,8 +281,8 @@ ident = 0x0947
     /// Key Lock is lost with the power: it is no setting, and a file that has it is not of `dump`.
     #[test]
     fn what_is_not_kept_is_no_setting() {
-        let gauge = Cable::gauge(1, 0);
-        let error = File::parse(FILE).unwrap().in_order(&gauge).unwrap_err().to_string();
+        let gauge = FailingRecords::gauge(1, 0);
+        let error = SettingsFile::parse(FILE).unwrap().in_order(&gauge).unwrap_err().to_string();
         assert_eq!(error, "line 8, column 21: device.key-lock is no setting of img400");
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::{out, remark};
+use crate::output::{notice, out};
 use clap::Args;
 use profivac_host::port::wait;
+use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::Config;
-use profivac_station::people::private::{self, NotPrivate};
 use profivac_station::server::{Server, Setup};
 use profivac_station::station::Station;
 use rustix::fd::AsFd;
@@ -43,12 +43,12 @@ Examples:
   profivac run plant.toml --listen 0.0.0.0:8443          # with users and [tls], see docs/station.md";
 
 /// How often somebody looks whether all threads live.
-const WATCH: Duration = Duration::from_secs(5);
+const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
 
 /// Runs until a signal comes.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
-    config.hints().iter().for_each(remark);
+    config.hints().iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
@@ -63,24 +63,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut reload = Signals::of(&[SIGHUP])?;
     let begun = config.clone();
     let mut station = Station::start(config)?;
-    let server = Server::start(station.plant(), setup)?;
+    let server = Server::start(station.services(), setup)?;
     out(&format!("ready {}", server.url()));
     loop {
-        let said = wait(&[stop.as_fd(), reload.as_fd()], WATCH)?;
+        let said = wait(&[stop.as_fd(), reload.as_fd()], THREAD_CHECK_PERIOD)?;
         if said.first() == Some(&true) {
             break;
         }
         if said.get(1) == Some(&true) {
-            reload.forget();
+            reload.clear();
             if let Err(error) = server.renew() {
-                remark(&format_args!("{error}; the certificate stays as it was"));
+                notice(&format_args!("{error}; the certificate stays as it was"));
             }
             match Config::read(&arguments.file) {
-                Ok(config) => become_like(&mut station, &begun, config)?,
-                Err(error) => remark(&format_args!("{error}; the station goes on as it was")),
+                Ok(config) => apply_config(&mut station, &begun, config)?,
+                Err(error) => notice(&format_args!("{error}; the station goes on as it was")),
             }
         }
-        station.watch()?;
+        station.restart_ended_threads()?;
     }
     drop(server);
     station.stop();
@@ -90,12 +90,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// A file that holds secrets or says where they are is its owner's alone; any other one hardly is for everybody, and no more is
 /// the record: who did what stands there, and some let others read it on purpose.
 fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
-    if let Err(NotPrivate::Open(record, _)) = private::check(&config.record) {
-        remark(&format_args!("the record {record} is open to others: chmod 600 {record}", record = record.display()));
+    if let Err(PermissionError::Open(record, _)) = file_permissions::check(&config.database) {
+        notice(&format_args!("the record {record} is open to others: chmod 600 {record}", record = record.display()));
     }
-    match private::check(file) {
-        Err(NotPrivate::Open(..)) if !config.is_private() => {
-            remark(&format_args!("{file} is open to others: chmod 600 {file}", file = file.display()));
+    match file_permissions::check(file) {
+        Err(PermissionError::Open(..)) if !config.is_private() => {
+            notice(&format_args!("{file} is open to others: chmod 600 {file}", file = file.display()));
             Ok(())
         }
         checked => Ok(checked?),
@@ -103,8 +103,8 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
 }
 
 /// What only a restart brings about is told: whoever changed it believes that it holds.
-fn become_like(station: &mut Station, begun: &Config, config: Config) -> Result<(), Failure> {
+fn apply_config(station: &mut Station, begun: &Config, config: Config) -> Result<(), Failure> {
     let hints = begun.needs_restart(&config).into_iter().chain(config.hints());
-    hints.for_each(|hint| remark(&hint));
-    Ok(station.become_like(config)?)
+    hints.for_each(|hint| notice(&hint));
+    Ok(station.reconfigure(config)?)
 }

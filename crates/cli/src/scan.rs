@@ -1,10 +1,10 @@
 //! `profivac scan`: who is on a bus.
 
-use crate::bus::Bus;
+use crate::bus::BusOptions;
 use crate::failure::Failure;
-use crate::output::{json, out, remarks};
+use crate::output::{json, notices, out};
 use clap::Args;
-use profivac_host::scan::{Seen, SlaveSeen, look};
+use profivac_host::scan::{FoundStation, SlaveStatus, probe};
 use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    bus: Bus,
+    bus: BusOptions,
     /// Print JSON instead of map and table
     #[arg(long)]
     json: bool,
@@ -35,10 +35,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut seen = Vec::new();
     let mut others = (0..=bus.hsa()).filter(|address| *address != bus.master());
     let looked = others.try_for_each(|address| {
-        seen.extend(look(&mut tool, address)?);
+        seen.extend(probe(&mut tool, address)?);
         Ok(())
     });
-    remarks(|| tool.next_remark());
+    notices(|| tool.next_notice());
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
         out(&json(&rows));
@@ -70,13 +70,13 @@ struct Row {
 }
 
 impl Row {
-    fn of(seen: &Seen) -> Self {
+    fn of(seen: &FoundStation) -> Self {
         Self {
             address: seen.address,
-            kind: kind(seen.station),
+            kind: kind(seen.station_type),
             ident: seen.slave.map(|slave| format!("0x{:04X}", slave.ident)),
-            devices: seen.slave.map(|slave| slave.devices()).unwrap_or_default(),
-            state: seen.slave.map(|slave| slave.state()),
+            devices: seen.slave.map(|slave| slave.device_names()).unwrap_or_default(),
+            state: seen.slave.map(|slave| slave.state_text()),
             owner: seen.slave.and_then(|slave| slave.owner),
         }
     }
@@ -92,10 +92,10 @@ const fn kind(station: StationType) -> &'static str {
 }
 
 /// Ten addresses a line: `S` a slave, `M` a master, `*` ourselves, `.` nobody.
-fn map(seen: &[Seen], own: u8, hsa: u8) -> String {
+fn map(seen: &[FoundStation], own: u8, hsa: u8) -> String {
     let mark = |address: u8| match seen.iter().find(|seen| seen.address == address) {
         _ if address == own => '*',
-        Some(Seen { station: StationType::Slave, .. }) => 'S',
+        Some(FoundStation { station_type: StationType::Slave, .. }) => 'S',
         Some(_) => 'M',
         None => '.',
     };
@@ -109,13 +109,13 @@ fn map(seen: &[Seen], own: u8, hsa: u8) -> String {
 }
 
 /// One line a station. Of devices that share an ident number the names follow at the end, they may be many.
-fn table(seen: &[Seen]) -> String {
+fn table(seen: &[FoundStation]) -> String {
     let header = format!("{:>4}  {:<8}{:<8}{:<10}{:<36}{}\n", "ADDR", "KIND", "IDENT", "OWNER", "STATE", "DEVICE");
     seen.iter().fold(header, |text, station| text + &line(station)).trim_end().to_owned()
 }
 
-fn line(seen: &Seen) -> String {
-    let Seen { address, station, slave } = seen;
+fn line(seen: &FoundStation) -> String {
+    let FoundStation { address, station_type: station, slave } = seen;
     let Some(slave) = slave else {
         let (kind, state) = match station {
             StationType::Slave => ("slave", "gives no diagnosis"),
@@ -125,11 +125,11 @@ fn line(seen: &Seen) -> String {
         };
         return format!("{address:>4}  {kind:<8}{:<8}{:<10}{state:<36}-\n", "-", "-");
     };
-    let SlaveSeen { ident, owner, .. } = slave;
-    let devices = slave.devices().join(" or ");
+    let SlaveStatus { ident, owner, .. } = slave;
+    let devices = slave.device_names().join(" or ");
     let devices = if devices.is_empty() { "unknown" } else { &devices };
     let owner = owner.map_or_else(|| "nobody".to_owned(), |owner| format!("master {owner}"));
-    format!("{address:>4}  {:<8}0x{ident:04X}  {owner:<10}{:<36}{devices}\n", "slave", slave.state())
+    format!("{address:>4}  {:<8}0x{ident:04X}  {owner:<10}{:<36}{devices}\n", "slave", slave.state_text())
 }
 
 #[cfg(test)]
@@ -137,14 +137,14 @@ mod tests {
     use super::*;
     use profivac_wire::diag::StationStatus;
 
-    fn slave(address: u8) -> Seen {
-        let slave = SlaveSeen { ident: 0x08E6, status: StationStatus::empty(), owner: Some(2) };
-        Seen { address, station: StationType::Slave, slave: Some(slave) }
+    fn slave(address: u8) -> FoundStation {
+        let slave = SlaveStatus { ident: 0x08E6, status: StationStatus::empty(), owner: Some(2) };
+        FoundStation { address, station_type: StationType::Slave, slave: Some(slave) }
     }
 
     #[test]
     fn the_map_has_a_mark_for_every_address() {
-        let master = Seen { address: 2, station: StationType::MasterInRing, slave: None };
+        let master = FoundStation { address: 2, station_type: StationType::MasterInRing, slave: None };
         let expected = "      0 1 2 3 4 5 6 7 8 9\n   0  * . M . . S . . . .\n  10  . . .\nS slave, M master, * this master, . nobody\n";
         assert_eq!(map(&[master, slave(5)], 0, 12), expected);
         assert!(map(&[], 0, 126).contains("\n 120  . . . . . . .\n"));
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_table_tells_what_a_slave_is_and_whose() {
-        let silent = Seen { slave: None, ..slave(7) };
+        let silent = FoundStation { slave: None, ..slave(7) };
         let expected = "\
 ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
    5  slave   0x08E6  master 2  exchanges data                      bcg450

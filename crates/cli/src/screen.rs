@@ -28,10 +28,10 @@ impl Screen {
     }
 
     /// Whether somebody wants to leave: `q`, Escape, or Ctrl-C, which is no signal on such a screen.
-    pub fn wants_to_leave(&self) -> io::Result<bool> {
+    pub fn is_quit_requested(&self) -> io::Result<bool> {
         while event::poll(Duration::ZERO)? {
             if let Event::Key(key) = event::read()?
-                && leaves(key)
+                && is_quit_key(key)
             {
                 return Ok(true);
             }
@@ -40,7 +40,7 @@ impl Screen {
     }
 }
 
-fn leaves(key: KeyEvent) -> bool {
+fn is_quit_key(key: KeyEvent) -> bool {
     match key.code {
         KeyCode::Char('q') | KeyCode::Esc => true,
         KeyCode::Char('c') => key.modifiers.contains(KeyModifiers::CONTROL),

@@ -2,13 +2,13 @@
 
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::{out, remark};
+use crate::output::{notice, out};
 use clap::{Args, Subcommand};
 use profivac_host::port::wait;
+use profivac_station::auth::Role;
+use profivac_station::auth::password::{self, ADVISED, Hash, LONGEST};
+use profivac_station::auth::users::Users;
 use profivac_station::config::Config;
-use profivac_station::people::Role;
-use profivac_station::people::password::{self, ADVISED, Hash, LONGEST};
-use profivac_station::people::users::Users;
 use rustix::fd::AsFd;
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 use std::io::{self, IsTerminal, Stdin, Write};
@@ -45,12 +45,12 @@ enum Action {
     )]
     Add {
         #[command(flatten)]
-        who: Who,
+        who: UserArguments,
         /// What they may do: viewer, operator or engineer
         #[arg(long, value_parser = role)]
         role: Role,
         #[command(flatten)]
-        typed: Typed,
+        typed: PasswordArguments,
     },
     /// Print names and roles
     #[command(after_help = "Examples:\n  profivac user list plant.toml")]
@@ -63,7 +63,7 @@ enum Action {
     #[command(after_help = "Examples:\n  profivac user remove ada plant.toml")]
     Remove {
         #[command(flatten)]
-        who: Who,
+        who: UserArguments,
     },
     /// Change what somebody may do
     #[command(after_help = "Examples:\n  profivac user role ada operator plant.toml")]
@@ -82,14 +82,14 @@ enum Action {
     #[command(after_help = "Examples:\n  profivac user password ada plant.toml")]
     Password {
         #[command(flatten)]
-        who: Who,
+        who: UserArguments,
         #[command(flatten)]
-        typed: Typed,
+        typed: PasswordArguments,
     },
 }
 
 #[derive(Args, Debug)]
-struct Who {
+struct UserArguments {
     /// Their name: letters, digits, dots, dashes and underscores
     #[arg(value_name = "NAME")]
     name: String,
@@ -99,7 +99,7 @@ struct Who {
 }
 
 #[derive(Args, Debug)]
-struct Typed {
+struct PasswordArguments {
     /// Take the first line of standard input as the password, instead of asking twice on the terminal
     #[arg(long)]
     password_stdin: bool,
@@ -115,12 +115,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.action {
         Action::Add { who, role, typed } => {
             let file = users(&who.file)?;
-            current(&file)?.can_add(&who.name)?;
+            existing_users(&file)?.can_add(&who.name)?;
             let hash = typed.password(&who.name)?;
             let first = !file.exists();
             Users::change(&file, |users| users.add(&who.name, *role, hash))?;
             if first {
-                remark(
+                notice(
                     &"this is the first user: a station that runs without users takes them when it is started again",
                 );
             }
@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Action::Password { who, typed } => {
             let file = users(&who.file)?;
-            current(&file)?.get_mut(&who.name)?;
+            existing_users(&file)?.get_mut(&who.name)?;
             let hash = typed.password(&who.name)?;
             Users::change(&file, |users| users.get_mut(&who.name).map(|user| user.password = hash))?;
         }
@@ -145,13 +145,13 @@ fn users(station: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// Those there are before anything is asked: who asks for a password in vain annoys.
-fn current(file: &Path) -> Result<Users, Failure> {
+fn existing_users(file: &Path) -> Result<Users, Failure> {
     if file.exists() { Ok(Users::read(file)?) } else { Ok(Users::default()) }
 }
 
 fn list(file: &Path) -> Result<(), Failure> {
     if !file.exists() {
-        remark(&"there are no users: everybody on this computer may look, and nobody else comes in");
+        notice(&"there are no users: everybody on this computer may look, and nobody else comes in");
         return Ok(());
     }
     let users = Users::read(file)?;
@@ -160,44 +160,44 @@ fn list(file: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-impl Typed {
+impl PasswordArguments {
     /// A password that will do, for whoever has this name.
     fn password(&self, name: &str) -> Result<Hash, Failure> {
-        let mut keyboard = Keyboard::open()?;
-        let password = if self.password_stdin { keyboard.line()? } else { keyboard.twice(name)? };
-        let unfit = |error: password::Unfit| Failure::usage(error.to_string());
+        let mut keyboard = PasswordInput::open()?;
+        let password = if self.password_stdin { keyboard.line()? } else { keyboard.ask_twice(name)? };
+        let unfit = |error: password::PasswordError| Failure::usage(error.to_string());
         password::check(&password, name).map_err(unfit)?;
         if password.chars().count() < ADVISED {
-            remark(&format_args!("this will do; {ADVISED} characters or more would be better"));
+            notice(&format_args!("this will do; {ADVISED} characters or more would be better"));
         }
         Hash::of(&password).map_err(unfit)
     }
 }
 
 /// Standard input, in silence if it is a terminal. Left as it was found, however the command ends.
-struct Keyboard {
+struct PasswordInput {
     stdin: Stdin,
     signals: Signals,
     before: Option<Termios>,
 }
 
-impl Keyboard {
+impl PasswordInput {
     fn open() -> Result<Self, Failure> {
         Ok(Self { stdin: io::stdin(), signals: Signals::catch()?, before: None })
     }
 
     /// Asks twice on the terminal.
-    fn twice(&mut self, name: &str) -> Result<String, Failure> {
+    fn ask_twice(&mut self, name: &str) -> Result<String, Failure> {
         if !self.stdin.is_terminal() {
             return Err(Failure::usage("there is no terminal to ask for the password on: say --password-stdin"));
         }
-        self.be_silent()?;
+        self.disable_echo()?;
         let first = self.ask(&format!("Password for {name}: "))?;
         let second = self.ask("Once more: ")?;
         if first == second { Ok(first) } else { Err(Failure::usage("the two passwords are not the same")) }
     }
 
-    fn be_silent(&mut self) -> io::Result<()> {
+    fn disable_echo(&mut self) -> io::Result<()> {
         let before = tcgetattr(&self.stdin)?;
         let mut silent = before.clone();
         silent.local_modes.remove(LocalModes::ECHO);
@@ -236,7 +236,7 @@ impl Keyboard {
     }
 }
 
-impl Drop for Keyboard {
+impl Drop for PasswordInput {
     fn drop(&mut self) {
         if let Some(before) = &self.before {
             // There is nobody left to tell.

@@ -23,7 +23,7 @@ pub enum Rate {
 
 impl Rate {
     /// The rate to begin with: nearly every adapter has the one that stands in for those to be tried.
-    pub const fn known(self) -> Baud {
+    pub const fn initial(self) -> Baud {
         match self {
             Self::Known(baud) => baud,
             Self::Auto => Baud::B19200,

@@ -1,11 +1,11 @@
 //! `profivac write`: a parameter of a gauge, or a command.
 
 use crate::failure::Failure;
-use crate::gauge::{AnyGauge, At, confirm};
+use crate::gauge::{AnyGauge, GaugeOptions, confirm};
 use crate::output::{json, out};
 use crate::read::Row;
 use clap::Args;
-use profivac_client::{ClientError, Order, Written};
+use profivac_client::{ClientError, PreparedWrite, WriteResult};
 use serde::Serialize;
 
 /// Write a parameter of a gauge, or send a command by its name.
@@ -22,7 +22,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: At,
+    at: GaugeOptions,
     /// Do not ask
     #[arg(long)]
     yes: bool,
@@ -58,19 +58,19 @@ struct Change {
 
 /// Checks, asks, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    arguments.at.with(|gauge| {
+    arguments.at.with_gauge(|gauge| {
         let order = prepare(gauge, &arguments.target, arguments.value.as_deref())?;
         if let Some(risk) = order.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
             confirm(&format!("{} {} {risk}", order.named.name, order.text), arguments.yes)?;
         }
-        let written = gauge.carry_out(order)?;
+        let written = gauge.execute(order)?;
         out(&if arguments.json { json(&change(&written)) } else { line(&written) });
         Ok(())
     })
 }
 
 /// What is to be sent: a command, or a parameter and its value.
-fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Result<Order, Failure> {
+fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Result<PreparedWrite, Failure> {
     let names = gauge.names();
     let words = value.map_or_else(|| target.to_owned(), |value| format!("{target} {value}"));
     if let Some((named, code)) = names.command(&words).map_err(ClientError::from)? {
@@ -83,13 +83,13 @@ fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Resul
     Ok(gauge.prepare(&named, value)?)
 }
 
-fn change(written: &Written) -> Change {
+fn change(written: &WriteResult) -> Change {
     let parameter = written.named.parameter;
     Change {
         name: written.named.name.clone(),
         slot: parameter.place.slot,
         instance: parameter.place.instance,
-        index: parameter.row.id,
+        index: parameter.row.index,
         written: written.text.clone(),
         before: written.before.as_ref().map(Row::of),
         after: written.after.as_ref().map(Row::of),
@@ -97,7 +97,7 @@ fn change(written: &Written) -> Change {
 }
 
 /// `NAME: OLD -> NEW`, or what was sent where nothing can be read.
-fn line(written: &Written) -> String {
+fn line(written: &WriteResult) -> String {
     let name = &written.named.name;
     match (&written.before, &written.after) {
         (Some(before), Some(after)) => format!("{name}: {} -> {}", before.text, after.text),

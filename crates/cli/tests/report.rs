@@ -5,7 +5,7 @@
 mod common;
 
 use common::Folder;
-use profivac_recorder::{Band, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Deadband, Micros, Quality, Recorder, Retention, Sample, Settings};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -35,7 +35,7 @@ fn station() -> (Folder, String, String) {
     let [file, record] = ["plant.toml", "plant.db"].map(|name| folder.name(name));
     fs::write(&file, STATION).unwrap();
     let retention = Retention { samples: Duration::from_secs(1 << 40), spans: [None; 4] };
-    let settings = Settings { band: Band::default(), around: Duration::ZERO, retention };
+    let settings = Settings { deadband: Deadband::default(), full_rate_window: Duration::ZERO, retention };
     let recorder = Recorder::start(Path::new(&record), settings).unwrap();
     let gauges: [Arc<str>; 4] = ["chamber", "still", "tpg300 7.1", "tpg300 7.2"].map(Arc::from);
     for day in 0..2_u32 {

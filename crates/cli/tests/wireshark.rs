@@ -14,7 +14,7 @@ use profivac_wire::acyclic::{Request, Response};
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::prm::SetPrm;
-use profivac_wire::{Frame, MAX_TELEGRAM, Sap, Telegram, cfg};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Sap, Telegram, cfg};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -100,8 +100,8 @@ fn request(text: &str) -> (Option<u8>, Vec<u8>) {
     let (sap, rest) = text.split_once(' ').unwrap();
     let sap: Option<u8> = sap.parse().ok();
     let octets = hex(rest);
-    let frame = Frame { da: 5, sa: 2, dsap: sap, ssap: sap.map(of_master), fc: octets[0], du: &octets[1..] };
-    (sap, emitted(Telegram::Frame(frame)))
+    let frame = DataTelegram { da: 5, sa: 2, dsap: sap, ssap: sap.map(of_master), fc: octets[0], du: &octets[1..] };
+    (sap, emitted(Telegram::Data(frame)))
 }
 
 /// `FC DU`, or SC. What has no data is an SD1 and carries no access points.
@@ -111,7 +111,7 @@ fn answer(sap: Option<u8>, text: &str) -> Vec<u8> {
     }
     let octets = hex(&text.replace("@49", ""));
     let (ssap, dsap) = if octets.len() > 1 { (sap, sap.map(of_master)) } else { (None, None) };
-    emitted(Telegram::Frame(Frame { da: 2, sa: 5, dsap, ssap, fc: octets[0], du: &octets[1..] }))
+    emitted(Telegram::Data(DataTelegram { da: 2, sa: 5, dsap, ssap, fc: octets[0], du: &octets[1..] }))
 }
 
 /// Everything there is, 60 bit times apart, and damaged telegrams at the end.
@@ -238,13 +238,13 @@ fn expected(octets: &[u8]) -> Vec<String> {
             set("da", da.to_string());
             set("sa", sa.to_string());
         }
-        Ok(Telegram::Frame(frame)) => fields(&frame, &mut set),
+        Ok(Telegram::Data(frame)) => fields(&frame, &mut set),
         Ok(Telegram::ShortAck) | Err(_) => {}
     }
     row
 }
 
-fn fields(frame: &Frame<'_>, set: &mut impl FnMut(&str, String)) {
+fn fields(frame: &DataTelegram<'_>, set: &mut impl FnMut(&str, String)) {
     set("da", frame.da.to_string());
     set("sa", frame.sa.to_string());
     frame.dsap.into_iter().for_each(|sap| set("dsap", sap.to_string()));

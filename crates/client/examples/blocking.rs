@@ -37,7 +37,7 @@ pub fn report(port_name: &str, address: u8) -> Result<Vec<String>, Box<dyn Error
         lines.push(error.to_string());
     }
     // The instance selector goes back to where it was.
-    gauge.finish()?;
+    gauge.restore_selector()?;
     Ok(lines)
 }
 

@@ -1,17 +1,17 @@
 //! What the access column of a row does not allow, in words.
 
-use super::names::Named;
-use profivac_devices::model::{Access, Direction, Via};
+use super::names::NamedParameter;
+use profivac_devices::model::{Access, AccessPath, Direction};
 
 /// Why a parameter is not read or written this way, and what to do.
-pub(super) fn refusal(access: Access, via: Via, direction: Direction, named: &Named) -> String {
+pub(super) fn refusal(access: Access, via: AccessPath, direction: Direction, named: &NamedParameter) -> String {
     let marks = named.parameter.row.access_text;
     let none = match direction {
         Direction::Read => "it cannot be read",
         Direction::Write => "it is read-only",
     };
     let acyclic = Access::READ.union(Access::WRITE);
-    let other = [(Via::Class2, "ms2"), (Via::Class1, "ms1"), (Via::Channel, "pkw")]
+    let other = [(AccessPath::Class2, "ms2"), (AccessPath::Class1, "ms1"), (AccessPath::ParameterChannel, "pkw")]
         .into_iter()
         .find(|(other, _)| *other != via && access.allows(*other, direction));
     match other {

@@ -2,7 +2,7 @@
 
 use profivac_dp::link::active::Failure;
 use profivac_dp::master::services;
-use profivac_host::scan::{Seen, SlaveSeen, look};
+use profivac_host::scan::{FoundStation, SlaveStatus, probe};
 use profivac_host::session::{BusSession, Reply, SessionError};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
@@ -12,23 +12,23 @@ use std::time::Instant;
 const LOCKED: u8 = 0xFF;
 
 /// So often nobody answers where nobody is. free choice: two answers in a row may be lost.
-const ASKED: u8 = 3;
+const ATTEMPTS: u8 = 3;
 
 /// Why a slave has not moved.
 #[derive(Debug, thiserror::Error)]
 pub enum AddressError {
     /// The line.
     #[error(transparent)]
-    Tool(#[from] SessionError),
+    Session(#[from] SessionError),
     /// Nobody is there, or it is no slave.
     #[error("no slave answers at address {0}")]
-    Nobody(u8),
+    NoAnswer(u8),
     /// Somebody has the new address.
     #[error("address {0} is taken: a station answers there")]
-    Taken(u8),
+    AddressInUse(u8),
     /// Another master owns the slave.
     #[error("the slave at address {address} belongs to master {master}: let it go first")]
-    Owned {
+    OwnedByOther {
         /// Its address.
         address: u8,
         /// Whose it is.
@@ -38,13 +38,13 @@ pub enum AddressError {
     #[error(
         "the slave at address {0} does not take an address over the bus: its address switch holds, or it does not have the service ({1:?})"
     )]
-    Closed(u8, Status),
+    ServiceClosed(u8, Status),
     /// It took the telegram and stayed where it was.
     #[error("the slave at address {0} kept its address: it is locked against changes, or its address switch holds")]
-    Stayed(u8),
+    NotChanged(u8),
     /// The telegram was lost.
     #[error("the slave at address {address} did not answer: {failure}; `profivac scan` shows where it is")]
-    Lost {
+    Unconfirmed {
         /// The address it had.
         address: u8,
         /// What happened.
@@ -52,7 +52,7 @@ pub enum AddressError {
     },
     /// It is neither here nor there.
     #[error("the slave answers neither at address {from} nor at {to} now; `profivac scan` shows where it is")]
-    Gone {
+    NotFound {
         /// The old address.
         from: u8,
         /// The new address.
@@ -64,25 +64,25 @@ pub enum AddressError {
 ///
 /// # Errors
 /// [`AddressError`] when nobody is there, somebody owns it, or the new address is taken.
-pub fn check(tool: &mut BusSession, from: u8, to: u8) -> Result<SlaveSeen, AddressError> {
+pub fn check(tool: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, AddressError> {
     if find(tool, to)?.is_some() {
-        return Err(AddressError::Taken(to));
+        return Err(AddressError::AddressInUse(to));
     }
-    let slave = find(tool, from)?.and_then(|seen| seen.slave).ok_or(AddressError::Nobody(from))?;
+    let slave = find(tool, from)?.and_then(|seen| seen.slave).ok_or(AddressError::NoAnswer(from))?;
     match slave.owner {
-        Some(master) => Err(AddressError::Owned { address: from, master }),
+        Some(master) => Err(AddressError::OwnedByOther { address: from, master }),
         None => Ok(slave),
     }
 }
 
 /// Asks until somebody answers: one lost answer must not make a free address of one that is taken.
-fn find(tool: &mut BusSession, address: u8) -> Result<Option<Seen>, SessionError> {
-    for _ in 1..ASKED {
-        if let Some(seen) = look(tool, address)? {
+fn find(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
+    for _ in 1..ATTEMPTS {
+        if let Some(seen) = probe(tool, address)? {
             return Ok(Some(seen));
         }
     }
-    look(tool, address)
+    probe(tool, address)
 }
 
 /// Gives the slave at `from` with this ident number the address `to`, and looks whether it is there. With `lock` it takes no other
@@ -94,23 +94,23 @@ pub fn change(tool: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -
     let mut du = [0; 8];
     let request = SetSlaveAdd { address: to, ident, no_add_chg: if lock { LOCKED } else { 0 }, rem_slave_data: &[] };
     let length = request.emit(&mut du).unwrap_or_default();
-    match tool.ask(&services::set_slave_add(from, du.get(..length).unwrap_or_default()))? {
+    match tool.request(&services::set_slave_add(from, du.get(..length).unwrap_or_default()))? {
         // SC, which is both.
         Reply::Answer { status: Status::Ok | Status::NoReply, .. } => {}
-        Reply::Answer { status, .. } => return Err(AddressError::Closed(from, status)),
-        Reply::Nothing(failure) => return Err(AddressError::Lost { address: from, failure }),
+        Reply::Answer { status, .. } => return Err(AddressError::ServiceClosed(from, status)),
+        Reply::NoAnswer(failure) => return Err(AddressError::Unconfirmed { address: from, failure }),
     }
     let begun = Instant::now();
     loop {
-        let seen = look(tool, to)?.and_then(|seen| seen.slave);
+        let seen = probe(tool, to)?.and_then(|seen| seen.slave);
         if seen.is_some_and(|slave| slave.ident == ident) {
             return Ok(());
         }
-        if look(tool, from)?.is_some() {
-            return Err(AddressError::Stayed(from));
+        if probe(tool, from)?.is_some() {
+            return Err(AddressError::NotChanged(from));
         }
-        if begun.elapsed() >= tool.patience() {
-            return Err(AddressError::Gone { from, to });
+        if begun.elapsed() >= tool.timeout() {
+            return Err(AddressError::NotFound { from, to });
         }
     }
 }

@@ -4,7 +4,7 @@
 //! Between two pieces of work the thread goes on serving the line: a master in a ring must pass the token on.
 
 use super::error::ClientError;
-use super::gauge::{Gauge, Pressure, Reading, Written};
+use super::gauge::{Gauge, ParameterReading, PressureReading, WriteResult};
 use super::identify;
 use crate::ms2::Ms2;
 use profivac_host::session::{BusSession, SessionError};
@@ -20,7 +20,7 @@ use std::thread;
 use std::time::Duration;
 
 /// How long the thread sleeps at most where nobody hands anything in.
-const REST: Duration = Duration::from_secs(1);
+const IDLE_WAIT: Duration = Duration::from_secs(1);
 
 /// A piece of work.
 type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
@@ -29,12 +29,12 @@ type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 #[derive(Clone)]
 pub struct Bus {
     jobs: Sender<Job>,
-    bell: Arc<UnixStream>,
+    wake: Arc<UnixStream>,
 }
 
 /// A gauge on a [`Bus`].
 #[derive(Clone)]
-pub struct Remote {
+pub struct RemoteGauge {
     bus: Bus,
     address: u8,
 }
@@ -65,30 +65,30 @@ impl Bus {
         let (promise, made) = promise();
         let thread = move || match make() {
             Ok(tool) => {
-                promise.keep(Ok(()));
+                promise.resolve(Ok(()));
                 serve(tool, &work, heard);
             }
-            Err(error) => promise.keep(Err(error)),
+            Err(error) => promise.resolve(Err(error)),
         };
         thread::Builder::new().name("bus".to_owned()).spawn(thread).map_err(BusError::System)?;
         made.wait()?.map_err(ClientError::from)?;
-        Ok(Self { jobs, bell: Arc::new(bell) })
+        Ok(Self { jobs, wake: Arc::new(bell) })
     }
 
     /// Hands in work for the master.
-    pub fn run<T: Send + 'static>(&self, work: impl FnOnce(&mut BusSession) -> T + Send + 'static) -> Answer<T> {
+    pub fn submit<T: Send + 'static>(&self, work: impl FnOnce(&mut BusSession) -> T + Send + 'static) -> Pending<T> {
         let (promise, answer) = promise();
         // A job that cannot be sent is dropped, and its promise with it: the answer is that the bus is closed.
-        self.jobs.send(Box::new(move |tool| promise.keep(work(tool)))).ok();
+        self.jobs.send(Box::new(move |tool| promise.resolve(work(tool)))).ok();
         // A full bell rings already.
-        (&*self.bell).write_all(&[0]).ok();
+        (&*self.wake).write_all(&[0]).ok();
         answer
     }
 
     /// The gauge at `address`.
     #[must_use]
-    pub fn gauge(&self, address: u8) -> Remote {
-        Remote { bus: self.clone(), address }
+    pub fn gauge(&self, address: u8) -> RemoteGauge {
+        RemoteGauge { bus: self.clone(), address }
     }
 }
 
@@ -103,14 +103,14 @@ fn serve(mut tool: BusSession, work: &Receiver<Job>, mut bell: UnixStream) {
                 Err(std::sync::mpsc::TryRecvError::Disconnected) => return,
             }
         }
-        let Ok(readable) = tool.serve(&[bell.as_fd()], REST) else { return };
+        let Ok(readable) = tool.serve(&[bell.as_fd()], IDLE_WAIT) else { return };
         if readable.first() == Some(&true) && bell.read(&mut rung).is_ok_and(|octets| octets == 0) {
             return;
         }
     }
 }
 
-impl Remote {
+impl RemoteGauge {
     /// Works with the gauge over MS2, and leaves it as it was found.
     ///
     /// # Errors
@@ -120,11 +120,11 @@ impl Remote {
         work: impl FnOnce(&mut Gauge<Ms2<'_>>) -> Result<T, ClientError> + Send + 'static,
     ) -> Result<T, BusError> {
         let address = self.address;
-        let answer = self.bus.run(move |tool| {
-            let seen = identify::meet(tool, address)?;
+        let answer = self.bus.submit(move |tool| {
+            let seen = identify::wait_for_slave(tool, address)?;
             let mut gauge = Gauge::new(Ms2::new(tool, address), address, seen.ident)?;
             let done = work(&mut gauge);
-            let left = gauge.finish();
+            let left = gauge.restore_selector();
             let done = done?;
             left.map(|()| done)
         });
@@ -135,7 +135,7 @@ impl Remote {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn pressure(&self) -> Result<Pressure, BusError> {
+    pub async fn pressure(&self) -> Result<PressureReading, BusError> {
         self.with(|gauge| gauge.pressure()).await
     }
 
@@ -143,7 +143,7 @@ impl Remote {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn parameter(&self, name: &str) -> Result<Reading, BusError> {
+    pub async fn parameter(&self, name: &str) -> Result<ParameterReading, BusError> {
         let name = name.to_owned();
         self.with(move |gauge| gauge.parameter(&name)).await
     }
@@ -152,7 +152,7 @@ impl Remote {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn write(&self, name: &str, value: &str) -> Result<Written, BusError> {
+    pub async fn write(&self, name: &str, value: &str) -> Result<WriteResult, BusError> {
         let (name, value) = (name.to_owned(), value.to_owned());
         self.with(move |gauge| gauge.write(&name, &value)).await
     }
@@ -161,14 +161,14 @@ impl Remote {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn command(&self, name: &str) -> Result<Written, BusError> {
+    pub async fn command(&self, name: &str) -> Result<WriteResult, BusError> {
         let name = name.to_owned();
         self.with(move |gauge| gauge.command(&name)).await
     }
 }
 
 /// What will be known when the work is done.
-pub struct Answer<T>(Arc<Shared<T>>);
+pub struct Pending<T>(Arc<Shared<T>>);
 
 /// The other end of an answer.
 struct Promise<T>(Arc<Shared<T>>);
@@ -180,14 +180,14 @@ struct Shared<T> {
 
 enum State<T> {
     Open(Option<Waker>),
-    Kept(T),
+    Ready(T),
     /// Broken, or taken already.
-    Over,
+    Closed,
 }
 
-fn promise<T>() -> (Promise<T>, Answer<T>) {
+fn promise<T>() -> (Promise<T>, Pending<T>) {
     let shared = Arc::new(Shared { state: Mutex::new(State::Open(None)), changed: Condvar::new() });
-    (Promise(Arc::clone(&shared)), Answer(shared))
+    (Promise(Arc::clone(&shared)), Pending(shared))
 }
 
 impl<T> Shared<T> {
@@ -208,9 +208,9 @@ impl<T> Shared<T> {
 impl<T> State<T> {
     /// What is there, if anything ever will be.
     fn take(&mut self) -> Option<Result<T, BusError>> {
-        match std::mem::replace(self, Self::Over) {
-            Self::Kept(value) => Some(Ok(value)),
-            Self::Over => Some(Err(BusError::Closed)),
+        match std::mem::replace(self, Self::Closed) {
+            Self::Ready(value) => Some(Ok(value)),
+            Self::Closed => Some(Err(BusError::Closed)),
             open => {
                 *self = open;
                 None
@@ -220,8 +220,8 @@ impl<T> State<T> {
 }
 
 impl<T> Promise<T> {
-    fn keep(self, value: T) {
-        self.0.settle(State::Kept(value));
+    fn resolve(self, value: T) {
+        self.0.settle(State::Ready(value));
     }
 }
 
@@ -230,12 +230,12 @@ impl<T> Drop for Promise<T> {
     fn drop(&mut self) {
         let is_open = matches!(*self.0.lock(), State::Open(_));
         if is_open {
-            self.0.settle(State::Over);
+            self.0.settle(State::Closed);
         }
     }
 }
 
-impl<T> Answer<T> {
+impl<T> Pending<T> {
     /// Waits for it.
     ///
     /// # Errors
@@ -251,7 +251,7 @@ impl<T> Answer<T> {
     }
 }
 
-impl<T> Future for Answer<T> {
+impl<T> Future for Pending<T> {
     type Output = Result<T, BusError>;
 
     fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn an_answer_is_there_when_the_promise_is_kept_or_broken() {
         let (kept, answer) = promise();
-        thread::spawn(move || kept.keep(4711));
+        thread::spawn(move || kept.resolve(4711));
         assert_eq!(answer.wait().unwrap(), 4711);
         let (broken, answer) = promise::<u8>();
         drop(broken);
@@ -293,14 +293,14 @@ mod tests {
         let mut context = Context::from_waker(&waker);
         let (kept, mut answer) = promise();
         assert!(Pin::new(&mut answer).poll(&mut context).is_pending());
-        kept.keep("done");
+        kept.resolve("done");
         woken.try_recv().unwrap();
         assert!(matches!(Pin::new(&mut answer).poll(&mut context), Poll::Ready(Ok("done"))));
     }
 
     #[test]
     fn a_port_that_is_not_there_is_told_at_once() {
-        let opened = Bus::open(|| Err(SessionError::Babble));
+        let opened = Bus::open(|| Err(SessionError::NeverIdle));
         assert_eq!(opened.err().unwrap().to_string(), "the line is never quiet");
     }
 }

@@ -2,16 +2,16 @@
 //!
 //! Owning a slave means Set_Prm: it is parameterised with the unit it has, exchanges data, and is unlocked at the end.
 
-use super::records::{RecordError, Records, Refused};
+use super::records::{RecordError, Records, RefusalCodes};
+use crate::cyclic::CyclicSlave;
 use crate::ms2;
-use crate::watch::Watched;
-use profivac_devices::model::{Configuration, Field, Instruction, Model, NumberType, Telegram, Via};
+use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, TaskKind, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{
-    Handle, Mode, Ms1Parameters, NotTaken, Outcome, PkwParameters, SlaveParameters, State, Trouble, pkw,
+    ExchangeError, Handle, HandlerState, Mode, Ms1Parameters, Outcome, PkwParameters, SlaveParameters, SubmitError, pkw,
 };
-use profivac_host::session::{BusSession, SessionError, take};
-use profivac_wire::acyclic::record::MAX_RECORD;
+use profivac_host::session::{BusSession, SessionError, add_or_restart};
+use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use std::time::{Duration, Instant};
 
 /// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
@@ -21,60 +21,61 @@ const DPV1_ENABLE: u8 = 0x80;
 const ATTEMPTS: usize = 3;
 
 /// How long a slave is given to be unlocked.
-const FAREWELL: Duration = Duration::from_secs(1);
+const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long the line is served at a time.
 const SLICE: Duration = Duration::from_millis(20);
 
 /// A slave in data exchange with this master, until it is dropped.
-pub struct Owned<'a> {
+pub struct Class1Session<'a> {
     tool: &'a mut BusSession,
     address: u8,
-    way: Way,
+    service: Service,
 }
 
 /// How its records are asked for.
-enum Way {
+enum Service {
     Ms1(Ms1Parameters),
-    Channel(PkwParameters),
+    ParameterChannel(PkwParameters),
 }
 
-impl Drop for Owned<'_> {
+impl Drop for Class1Session<'_> {
     fn drop(&mut self) {
         self.release().ok();
     }
 }
 
-impl<'a> Owned<'a> {
+impl<'a> Class1Session<'a> {
     /// Takes a slave that was found free, and waits until it exchanges data.
     ///
     /// # Errors
     /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
-    pub fn take(tool: &'a mut BusSession, watched: &Watched, via: Via) -> Result<Self, RecordError> {
-        Self::take_unless(tool, watched, via, &|| false)
+    pub fn open(tool: &'a mut BusSession, watched: &CyclicSlave, via: AccessPath) -> Result<Self, RecordError> {
+        Self::open_unless(tool, watched, via, &|| false)
     }
 
     /// The same, until `is_stopped`: then the slave is unlocked at once.
     ///
     /// # Errors
     /// As [`take`](Self::take).
-    pub fn take_unless(
+    pub fn open_unless(
         tool: &'a mut BusSession,
-        watched: &Watched,
-        via: Via,
+        watched: &CyclicSlave,
+        via: AccessPath,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Self, RecordError> {
         let model = watched.model;
         let number = present_number(tool, watched);
-        let (configuration, way) = way_of(model, watched.configuration, number, via, tool.baud())?;
+        let (configuration, way) = service_of(model, watched.configuration, number, via, tool.baud())?;
         let usual = watched.parameters(tool.baud());
         let mut user_prm = usual.user_prm.to_vec();
-        if let (Way::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
+        if let (Service::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
             *first |= DPV1_ENABLE;
         }
         let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..usual };
-        let mut owned = Self { tool, address: watched.address, way };
-        take(owned.tool.master(), &parameters).map_err(|error| RecordError::NoWay(error.to_string()))?;
+        let mut owned = Self { tool, address: watched.address, service: way };
+        add_or_restart(owned.tool.master(), &parameters)
+            .map_err(|error| RecordError::Unavailable(error.to_string()))?;
         owned.tool.master().set_mode(Mode::Operate);
         owned.wait_for_data(is_stopped)?;
         Ok(owned)
@@ -85,15 +86,15 @@ impl<'a> Owned<'a> {
         while !self.exchanges() {
             self.serve()?;
             if is_stopped() {
-                return Err(RecordError::Lost("interrupted by a signal".to_owned()));
+                return Err(RecordError::Interrupted("interrupted by a signal".to_owned()));
             }
-            if begun.elapsed() >= self.tool.patience() {
-                let trouble = self.tool.master().trouble(self.address);
+            if begun.elapsed() >= self.tool.timeout() {
+                let trouble = self.tool.master().exchange_error(self.address);
                 let reason = trouble.map_or_else(|| "it was not asked long enough".to_owned(), |it| it.to_string());
                 let sentence = format!("no data are exchanged: {reason}");
                 return Err(match trouble {
-                    None | Some(Trouble::Lost(_)) => RecordError::Lost(sentence),
-                    Some(_) => RecordError::NoWay(sentence),
+                    None | Some(ExchangeError::NoAnswer(_)) => RecordError::Interrupted(sentence),
+                    Some(_) => RecordError::Unavailable(sentence),
                 });
             }
         }
@@ -103,7 +104,8 @@ impl<'a> Owned<'a> {
     /// Whether there are inputs: the first exchange is done.
     fn exchanges(&mut self) -> bool {
         let master = self.tool.master();
-        matches!(master.state(self.address), Some(State::Data { .. })) && master.exchanged_at(self.address).is_some()
+        matches!(master.state(self.address), Some(HandlerState::Data { .. }))
+            && master.exchanged_at(self.address).is_some()
     }
 
     fn serve(&mut self) -> Result<(), RecordError> {
@@ -114,12 +116,14 @@ impl<'a> Owned<'a> {
 
     fn read_once(&mut self, slot: u8, index: u8) -> Result<Option<Vec<u8>>, RecordError> {
         let address = self.address;
-        self.request(|owned| match owned.way {
-            Way::Ms1(parameters) => {
-                let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
+        self.request(|owned| match owned.service {
+            Service::Ms1(parameters) => {
+                let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
                 owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
             }
-            Way::Channel(parameters) => owned.tool.master().pkw_read(address, slot, index, None, &parameters),
+            Service::ParameterChannel(parameters) => {
+                owned.tool.master().pkw_read(address, slot, index, None, &parameters)
+            }
         })
     }
 
@@ -127,7 +131,9 @@ impl<'a> Owned<'a> {
     fn release(&mut self) -> Result<(), RecordError> {
         let begun = Instant::now();
         self.tool.master().release(self.address);
-        while self.tool.master().state(self.address) != Some(State::Inactive) && begun.elapsed() < FAREWELL {
+        while self.tool.master().state(self.address) != Some(HandlerState::Inactive)
+            && begun.elapsed() < RELEASE_TIMEOUT
+        {
             self.serve()?;
         }
         Ok(())
@@ -136,23 +142,23 @@ impl<'a> Owned<'a> {
     /// Hands a request in, when the slave exchanges data, and waits for what becomes of it.
     fn request(
         &mut self,
-        hand_in: impl Fn(&mut Self) -> Result<Handle, NotTaken>,
+        hand_in: impl Fn(&mut Self) -> Result<Handle, SubmitError>,
     ) -> Result<Option<Vec<u8>>, RecordError> {
         if !self.exchanges() {
             self.wait_for_data(&|| false)?;
         }
-        let handle = hand_in(self).map_err(|error| RecordError::Lost(error.to_string()))?;
-        self.tool.outcome(handle, |outcome| match outcome {
+        let handle = hand_in(self).map_err(|error| RecordError::Interrupted(error.to_string()))?;
+        self.tool.wait_for_outcome(handle, |outcome| match outcome {
             Outcome::Read(record) => Ok(Some(record.to_vec())),
             Outcome::Written => Ok(None),
             Outcome::Value(value) => Ok(Some(octets(value))),
             Outcome::Refused(negative) => Err(RecordError::Refused(negative.into())),
             Outcome::Denied(pkw::Error(code)) => {
-                Err(RecordError::Refused(Refused { code_1: None, code: u8::try_from(code).unwrap_or(u8::MAX) }))
+                Err(RecordError::Refused(RefusalCodes { code_1: None, code: u8::try_from(code).unwrap_or(u8::MAX) }))
             }
-            Outcome::Failed(cause) => Err(RecordError::Lost(cause.to_string())),
+            Outcome::Failed(cause) => Err(RecordError::Interrupted(cause.to_string())),
             Outcome::Opened(_) | Outcome::Transported(_) | Outcome::Acknowledged | Outcome::Ended(_) => {
-                Err(RecordError::Lost("the answer belongs to something else".to_owned()))
+                Err(RecordError::Interrupted("the answer belongs to something else".to_owned()))
             }
         })?
     }
@@ -164,38 +170,40 @@ fn octets(value: pkw::Value) -> Vec<u8> {
 }
 
 /// Data Type, as a class 2 master reads it: a configuration with another number would change it.
-fn present_number(tool: &mut BusSession, watched: &Watched) -> Option<NumberType> {
-    let places = watched.model.places.iter().filter(|_| watched.model.features.dpv1);
+fn present_number(tool: &mut BusSession, watched: &CyclicSlave) -> Option<NumberType> {
+    let places = watched.model.blocks.iter().filter(|_| watched.model.features.dpv1);
     let (slot, index) = places
         .filter_map(|place| {
             let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
-            Some((place.addresses.first()?.slot, row.id))
+            Some((place.locations.first()?.slot, row.index))
         })
         .next()?;
     let record = ms2::read(tool, watched.address, slot, index).ok()?;
-    NumberType::of(*record.first()?)
+    NumberType::from_code(*record.first()?)
 }
 
 /// The configuration for a way, and its parameters: the present one, or else one with the number type the device has.
-fn way_of(
+fn service_of(
     model: &'static Model,
     present: &'static Configuration,
     number: Option<NumberType>,
-    via: Via,
+    via: AccessPath,
     baud: Baud,
-) -> Result<(&'static Configuration, Way), RecordError> {
+) -> Result<(&'static Configuration, Service), RecordError> {
     let way = |it: &'static Configuration| match via {
-        Via::Class1 => Some((it, Way::Ms1(Ms1Parameters::new(baud)))),
-        Via::Channel => Some((it, Way::Channel(channel(it, model)?))),
-        Via::Class2 => None,
+        AccessPath::Class1 => Some((it, Service::Ms1(Ms1Parameters::new(baud)))),
+        AccessPath::ParameterChannel => Some((it, Service::ParameterChannel(channel(it, model)?))),
+        AccessPath::Class2 => None,
     };
     let keeps = |it: &&Configuration| number.is_none() || it.number() == number;
     let all = || std::iter::once(present).chain(model.configurations.iter());
     let found = all().filter(keeps).find_map(way).or_else(|| all().find_map(way));
     match (via, found) {
-        (Via::Class1, _) if !model.features.ms1 => Err(RecordError::NoWay("it has no MS1; say --via pkw".to_owned())),
+        (AccessPath::Class1, _) if !model.features.ms1 => {
+            Err(RecordError::Unavailable("it has no MS1; say --via pkw".to_owned()))
+        }
         (_, Some(found)) => Ok(found),
-        (_, None) => Err(RecordError::NoWay("no configuration of it has a parameter channel".to_owned())),
+        (_, None) => Err(RecordError::Unavailable("no configuration of it has a parameter channel".to_owned())),
     }
 }
 
@@ -205,51 +213,52 @@ fn channel(configuration: &Configuration, model: &Model) -> Option<PkwParameters
         telegram?.layout().find(|(_, field)| *field == Field::ParameterChannel).map(|(start, _)| start)
     };
     let writes_octets =
-        |(ak, it): &(u8, Instruction)| matches!(it, Instruction::Write(lengths) if lengths.contains(&1)).then_some(*ak);
-    let byte_ak = model.dialect.instructions.iter().find_map(writes_octets)?;
+        |(ak, it): &(u8, TaskKind)| matches!(it, TaskKind::Write(lengths) if lengths.contains(&1)).then_some(*ak);
+    let byte_ak = model.channel_rules.tasks.iter().find_map(writes_octets)?;
     let (outputs_at, inputs_at) = (at(configuration.outputs)?, at(configuration.inputs)?);
     Some(PkwParameters { outputs_at, inputs_at, byte_ak, ..PkwParameters::GAUGE })
 }
 
-impl Records for Owned<'_> {
-    fn via(&self) -> Via {
-        match self.way {
-            Way::Ms1(_) => Via::Class1,
-            Way::Channel(_) => Via::Channel,
+impl Records for Class1Session<'_> {
+    fn via(&self) -> AccessPath {
+        match self.service {
+            Service::Ms1(_) => AccessPath::Class1,
+            Service::ParameterChannel(_) => AccessPath::ParameterChannel,
         }
     }
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
         let mut read = self.read_once(slot, index);
         for _ in 1..ATTEMPTS {
-            if !matches!(read, Err(RecordError::Lost(_))) {
+            if !matches!(read, Err(RecordError::Interrupted(_))) {
                 break;
             }
             read = self.read_once(slot, index);
         }
-        read?.ok_or_else(|| RecordError::Lost("the answer belongs to something else".to_owned()))
+        read?.ok_or_else(|| RecordError::Interrupted("the answer belongs to something else".to_owned()))
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
         let address = self.address;
-        let value = match self.way {
-            Way::Ms1(_) => None,
-            Way::Channel(_) => {
-                let too_long =
-                    || RecordError::NoWay("the parameter channel carries 1, 2 or 4 octets; say --via ms2".to_owned());
+        let value = match self.service {
+            Service::Ms1(_) => None,
+            Service::ParameterChannel(_) => {
+                let too_long = || {
+                    RecordError::Unavailable("the parameter channel carries 1, 2 or 4 octets; say --via ms2".to_owned())
+                };
                 Some(pkw::Value::from_octets(octets).ok_or_else(too_long)?)
             }
         };
-        self.request(|owned| match (&owned.way, value) {
-            (Way::Channel(parameters), Some(value)) => {
+        self.request(|owned| match (&owned.service, value) {
+            (Service::ParameterChannel(parameters), Some(value)) => {
                 let parameters = *parameters;
                 owned.tool.master().pkw_write(address, slot, index, value, &parameters)
             }
-            (Way::Ms1(parameters), _) => {
+            (Service::Ms1(parameters), _) => {
                 let parameters = *parameters;
                 owned.tool.master().ms1_write(address, slot, index, octets, &parameters)
             }
-            (Way::Channel(_), None) => Err(NotTaken::NoChannel),
+            (Service::ParameterChannel(_), None) => Err(SubmitError::NoChannel),
         })?;
         Ok(())
     }
@@ -263,14 +272,21 @@ mod tests {
     #[test]
     fn every_device_has_a_parameter_channel_where_its_manual_says() {
         for model in MODELS {
-            let found = way_of(model, model.default_configuration, None, Via::Channel, Baud::B19200);
-            let Ok((configuration, Way::Channel(parameters))) = found else { panic!("{}", model.name) };
+            let found =
+                service_of(model, model.default_configuration, None, AccessPath::ParameterChannel, Baud::B19200);
+            let Ok((configuration, Service::ParameterChannel(parameters))) = found else { panic!("{}", model.name) };
             let byte_ak = if model.ident == 0x05D9 { 2 } else { 10 };
             assert_eq!((parameters.outputs_at, parameters.inputs_at, parameters.byte_ak), (0, 0, byte_ak));
             assert!(configuration.output_octets() >= 8 && configuration.input_octets() >= 8);
             for number in [NumberType::Integer, NumberType::Float] {
                 let model = model;
-                let found = way_of(model, model.default_configuration, Some(number), Via::Channel, Baud::B19200);
+                let found = service_of(
+                    model,
+                    model.default_configuration,
+                    Some(number),
+                    AccessPath::ParameterChannel,
+                    Baud::B19200,
+                );
                 let Ok((configuration, _)) = found else { panic!("{}", model.name) };
                 assert!(!model.features.dpv1 || configuration.number() == Some(number), "{}", model.name);
             }

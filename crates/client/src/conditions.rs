@@ -3,11 +3,11 @@
 
 use super::error::ClientError;
 use super::gauge::Gauge;
-use super::names::{Named, Names};
+use super::names::{NamedParameter, ParameterNames};
 use super::records::Records;
-use super::values::{Value, number};
-use profivac_devices::model::{Code, Codes, Need};
-use profivac_devices::profile::{Event, State};
+use super::values::{Value, format_number};
+use profivac_devices::model::{Code, Codes, Precondition};
+use profivac_devices::profile::{DeviceState, StateEvent};
 
 /// Slot and index of Device State in every block device.
 const DEVICE_STATE: (u8, u8) = (0, 25);
@@ -16,14 +16,20 @@ const DEVICE_STATE: (u8, u8) = (0, 25);
 const STATE_COMMAND: (u8, u8) = (0, 15);
 
 /// The states by their codes.
-const STATES: [State; 6] =
-    [State::SelfTesting, State::Idle, State::SelfTestException, State::Executing, State::Abort, State::CriticalFault];
+const STATES: [DeviceState; 6] = [
+    DeviceState::SelfTesting,
+    DeviceState::Idle,
+    DeviceState::SelfTestException,
+    DeviceState::Executing,
+    DeviceState::Abort,
+    DeviceState::CriticalFault,
+];
 
 /// A condition of a command, and whether it holds now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Condition {
     /// What must be the case.
-    pub wanted: String,
+    pub required: String,
     /// What is the case.
     pub found: String,
     /// Why it is not met and what to do; nothing if it is.
@@ -31,21 +37,21 @@ pub struct Condition {
 }
 
 /// What is asked of a gauge before a command.
-enum Ask<'a> {
+enum Requirement<'a> {
     /// An arrow of the state diagram begins at the state the gauge is in.
-    Arrow(&'a Named, Event),
+    Transition(&'a NamedParameter, StateEvent),
     /// It measures.
-    Executing(&'a Named),
+    Executing(&'a NamedParameter),
     /// Emission Status is not off.
-    Emission(&'a Named),
+    Emission(&'a NamedParameter),
     /// A Process Value is below so many Pa.
-    Below(&'a Named, f64),
+    Below(&'a NamedParameter, f64),
 }
 
 /// The conditions of a code in words, by the tables alone: no gauge is asked.
 #[must_use]
-pub fn wanted(names: &Names, named: &Named, code: &'static Code) -> Vec<String> {
-    asks(names, named, code).iter().map(Ask::wanted).collect()
+pub fn required_texts(names: &ParameterNames, named: &NamedParameter, code: &'static Code) -> Vec<String> {
+    requirements(names, named, code).iter().map(Requirement::text).collect()
 }
 
 /// All conditions of a code with what is the case now.
@@ -54,12 +60,12 @@ pub fn wanted(names: &Names, named: &Named, code: &'static Code) -> Vec<String> 
 /// What reading may lead to.
 pub(super) fn all<R: Records>(
     gauge: &mut Gauge<R>,
-    named: &Named,
+    named: &NamedParameter,
     code: Option<&'static Code>,
 ) -> Result<Vec<Condition>, ClientError> {
     let Some(code) = code else { return Ok(Vec::new()) };
     let names = gauge.names();
-    asks(&names, named, code).iter().map(|ask| ask.look(gauge)).collect()
+    requirements(&names, named, code).iter().map(|ask| ask.evaluate(gauge)).collect()
 }
 
 /// Checks the conditions of a code.
@@ -68,47 +74,54 @@ pub(super) fn all<R: Records>(
 /// [`ClientError::Condition`] says what is missing.
 pub(super) fn check<R: Records>(
     gauge: &mut Gauge<R>,
-    named: &Named,
+    named: &NamedParameter,
     code: Option<&'static Code>,
 ) -> Result<(), ClientError> {
     let Some(code) = code else { return Ok(()) };
     let names = gauge.names();
-    for ask in asks(&names, named, code) {
-        if let Some(reason) = ask.look(gauge)?.unmet {
-            return Err(ClientError::Condition { place: gauge.place(named), command: code.name, reason });
+    for ask in requirements(&names, named, code) {
+        if let Some(reason) = ask.evaluate(gauge)?.unmet {
+            return Err(ClientError::Condition { place: gauge.location(named), command: code.name, reason });
         }
     }
     Ok(())
 }
 
 /// What is asked before a code is written. What a device does not have is not asked for.
-fn asks<'a>(names: &'a Names, named: &'a Named, code: &'static Code) -> Vec<Ask<'a>> {
+fn requirements<'a>(names: &'a ParameterNames, named: &'a NamedParameter, code: &'static Code) -> Vec<Requirement<'a>> {
     let (slot, index) = DEVICE_STATE;
     let state = names.at(slot, 0, index);
-    let arrow = state.zip(event(named, code)).map(|(state, event)| Ask::Arrow(state, event));
-    let needs = code.needs.iter().filter_map(|need| match *need {
-        Need::Executing => state.map(Ask::Executing),
-        Need::Emission => {
-            beside(names, named, named.parameter.place.instance, |name| name == "Emission Status").map(Ask::Emission)
+    let arrow = state.zip(event(named, code)).map(|(state, event)| Requirement::Transition(state, event));
+    let needs = code.preconditions.iter().filter_map(|need| match *need {
+        Precondition::Executing => state.map(Requirement::Executing),
+        Precondition::EmissionOn => {
+            parameter_of_instance(names, named, named.parameter.place.instance, |name| name == "Emission Status")
+                .map(Requirement::Emission)
         }
-        Need::Below(instance, pa) => {
+        Precondition::PressureBelow(instance, pa) => {
             let instance = instance.unwrap_or(named.parameter.place.instance);
-            beside(names, named, instance, |name| name.contains("Value (PV)")).map(|value| Ask::Below(value, pa))
+            parameter_of_instance(names, named, instance, |name| name.contains("Value (PV)"))
+                .map(|value| Requirement::Below(value, pa))
         }
     });
     arrow.into_iter().chain(needs).collect()
 }
 
 /// The event of the state diagram that a code of Device Block State Command is.
-fn event(named: &Named, code: &'static Code) -> Option<Event> {
+fn event(named: &NamedParameter, code: &'static Code) -> Option<StateEvent> {
     let row = named.parameter.row;
-    let is_state_command = (named.parameter.place.slot, row.id) == STATE_COMMAND;
+    let is_state_command = (named.parameter.place.slot, row.index) == STATE_COMMAND;
     let number = u8::try_from(code.number).ok().filter(|_| is_state_command && matches!(row.codes, Codes::Commands(_)));
-    Event::of_command(number?).ok().flatten()
+    StateEvent::of_command(number?).ok().flatten()
 }
 
 /// The parameter with this name in the same slot, of this instance.
-fn beside<'a>(names: &'a Names, named: &Named, instance: u8, is: impl Fn(&str) -> bool) -> Option<&'a Named> {
+fn parameter_of_instance<'a>(
+    names: &'a ParameterNames,
+    named: &NamedParameter,
+    instance: u8,
+    is: impl Fn(&str) -> bool,
+) -> Option<&'a NamedParameter> {
     let slot = named.parameter.place.slot;
     names.all().iter().find(|other| {
         let place = other.parameter.place;
@@ -116,11 +129,11 @@ fn beside<'a>(names: &'a Names, named: &Named, instance: u8, is: impl Fn(&str) -
     })
 }
 
-impl Ask<'_> {
+impl Requirement<'_> {
     /// In words.
-    fn wanted(&self) -> String {
+    fn text(&self) -> String {
         match self {
-            Self::Arrow(_, event) => format!("the gauge is in {}", beginnings(*event)),
+            Self::Transition(_, event) => format!("the gauge is in {}", source_states(*event)),
             Self::Executing(_) => "the gauge is in EXECUTING".to_owned(),
             Self::Emission(_) => "the emission is on".to_owned(),
             Self::Below(value, pa) => format!("{} is below {}", value.name, mbar(*pa)),
@@ -128,12 +141,12 @@ impl Ask<'_> {
     }
 
     /// Asks the gauge.
-    fn look<R: Records>(&self, gauge: &mut Gauge<R>) -> Result<Condition, ClientError> {
+    fn evaluate<R: Records>(&self, gauge: &mut Gauge<R>) -> Result<Condition, ClientError> {
         let (found, unmet) = match self {
-            Self::Arrow(named, event) => {
+            Self::Transition(named, event) => {
                 let state = state(gauge, named)?;
-                let stays = state.is_some_and(|state| state.after(*event).is_err());
-                let from = beginnings(*event);
+                let stays = state.is_some_and(|state| state.next(*event).is_err());
+                let from = source_states(*event);
                 (
                     format!("it is in {}", state_name(state)),
                     stays
@@ -142,7 +155,7 @@ impl Ask<'_> {
             }
             Self::Executing(named) => {
                 let state = state(gauge, named)?;
-                let idles = state.is_some_and(|state| state != State::Executing);
+                let idles = state.is_some_and(|state| state != DeviceState::Executing);
                 let name = state_name(state);
                 (
                     format!("it is in {name}"),
@@ -156,14 +169,14 @@ impl Ask<'_> {
             }
             Self::Below(value, limit) => pressure(gauge, value, *limit)?,
         };
-        Ok(Condition { wanted: self.wanted(), found, unmet })
+        Ok(Condition { required: self.text(), found, unmet })
     }
 }
 
 /// What is found of a pressure that must be below a limit, and why that is not met.
 fn pressure<R: Records>(
     gauge: &mut Gauge<R>,
-    value: &Named,
+    value: &NamedParameter,
     limit_pa: f64,
 ) -> Result<(String, Option<String>), ClientError> {
     let limit = mbar(limit_pa);
@@ -181,15 +194,15 @@ fn pressure<R: Records>(
 }
 
 fn mbar(pa: f64) -> String {
-    format!("{} mbar", number(pa / 100.0))
+    format!("{} mbar", format_number(pa / 100.0))
 }
 
-fn state<R: Records>(gauge: &mut Gauge<R>, named: &Named) -> Result<Option<State>, ClientError> {
+fn state<R: Records>(gauge: &mut Gauge<R>, named: &NamedParameter) -> Result<Option<DeviceState>, ClientError> {
     let reading = gauge.read(named)?;
     Ok(STATES.into_iter().find(|state| reading.value == Value::Integer(state.code().into())))
 }
 
-const fn state_name(state: Option<State>) -> &'static str {
+const fn state_name(state: Option<DeviceState>) -> &'static str {
     match state {
         Some(state) => state.name(),
         None => "no known state",
@@ -197,7 +210,7 @@ const fn state_name(state: Option<State>) -> &'static str {
 }
 
 /// The states from which an arrow of the state diagram begins.
-fn beginnings(event: Event) -> String {
-    let from: Vec<_> = STATES.into_iter().filter(|state| state.after(event).is_ok()).map(State::name).collect();
+fn source_states(event: StateEvent) -> String {
+    let from: Vec<_> = STATES.into_iter().filter(|state| state.next(event).is_ok()).map(DeviceState::name).collect();
     from.join(", ")
 }

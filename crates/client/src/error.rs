@@ -1,8 +1,8 @@
 //! What went wrong with a gauge, in one sentence that names address, parameter, slot and index, what was refused and why,
 //! and what to do.
 
-use super::names::{Named, TargetError};
-use super::records::{RecordError, Refused};
+use super::names::{NamedParameter, TargetError};
+use super::records::{RecordError, RefusalCodes};
 use super::values::ValueError;
 use profivac_devices::model::Codes;
 use profivac_host::session::SessionError;
@@ -11,16 +11,16 @@ use std::fmt;
 
 /// What was done when it went wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doing {
+pub enum Operation {
     /// A parameter was read.
-    Reading,
+    Read,
     /// A parameter was written, or a command sent.
-    Writing,
+    Write,
 }
 
 /// Which parameter of which device.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Location {
     /// The device.
     pub device: &'static str,
     /// The address of the slave.
@@ -40,10 +40,10 @@ pub struct Place {
 pub enum ClientError {
     /// The line.
     #[error(transparent)]
-    Tool(#[from] SessionError),
+    Session(#[from] SessionError),
     /// Nobody is there.
     #[error("nobody answers at address {0}; `profivac scan` shows who is there")]
-    Nobody(u8),
+    NoAnswer(u8),
     /// Somebody is there who has no parameters.
     #[error("the station at address {0} is a master, not a gauge")]
     Master(u8),
@@ -51,7 +51,7 @@ pub enum ClientError {
     #[error(
         "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has: its parameters have no names here"
     )]
-    Unknown {
+    UnknownDevice {
         /// Its address.
         address: u8,
         /// Ident_Number.
@@ -64,7 +64,7 @@ pub enum ClientError {
     #[error("{place}: {error}")]
     Value {
         /// Where.
-        place: Place,
+        place: Location,
         /// What the parameter takes.
         error: ValueError,
     },
@@ -72,7 +72,7 @@ pub enum ClientError {
     #[error("{place}: {reason}")]
     Access {
         /// Where.
-        place: Place,
+        place: Location,
         /// Why, and what to do.
         reason: String,
     },
@@ -80,7 +80,7 @@ pub enum ClientError {
     #[error("{place}: {command} was not sent: {reason}")]
     Condition {
         /// Where.
-        place: Place,
+        place: Location,
         /// The command.
         command: &'static str,
         /// What is missing, and what to do.
@@ -90,17 +90,17 @@ pub enum ClientError {
     #[error("{place}: {doing} was refused with {refused}{advice}")]
     Refused {
         /// Where.
-        place: Place,
+        place: Location,
         /// What was done.
-        doing: Doing,
+        doing: Operation,
         /// Its codes.
-        refused: Refused,
+        refused: RefusalCodes,
         /// What to do.
         advice: String,
     },
     /// The way to the records is not there.
     #[error("{device} at address {address}: {reason}")]
-    NoWay {
+    Unavailable {
         /// The device.
         device: &'static str,
         /// The address of the slave.
@@ -110,19 +110,19 @@ pub enum ClientError {
     },
     /// Nothing came, or nothing that can be used.
     #[error("{place}: {doing} was cut short: {reason}")]
-    Lost {
+    Interrupted {
         /// Where.
-        place: Place,
+        place: Location,
         /// What was done.
-        doing: Doing,
+        doing: Operation,
         /// What happened.
         reason: String,
     },
     /// A value is not what it was written to be.
     #[error("{place}: {written} was written, but it reads {found}")]
-    Differs {
+    NotKept {
         /// Where.
-        place: Place,
+        place: Location,
         /// What was written.
         written: String,
         /// What is there.
@@ -132,7 +132,7 @@ pub enum ClientError {
 
 /// How bad an error is, for whoever makes an exit code of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Severity {
+pub enum ErrorKind {
     /// The device refused, or would have.
     Refused,
     /// What was asked for cannot be.
@@ -144,46 +144,55 @@ pub enum Severity {
 impl ClientError {
     /// How bad it is.
     #[must_use]
-    pub const fn severity(&self) -> Severity {
+    pub const fn kind(&self) -> ErrorKind {
         match self {
-            Self::Tool(SessionError::Parameters(_)) | Self::Target(_) | Self::Unknown { .. } => Severity::Usage,
-            Self::Value { error, .. } if !error.out_of_range => Severity::Usage,
-            Self::Tool(_) | Self::Nobody(_) | Self::Lost { .. } => Severity::Line,
+            Self::Session(SessionError::Parameters(_)) | Self::Target(_) | Self::UnknownDevice { .. } => {
+                ErrorKind::Usage
+            }
+            Self::Value { error, .. } if !error.out_of_range => ErrorKind::Usage,
+            Self::Session(_) | Self::NoAnswer(_) | Self::Interrupted { .. } => ErrorKind::Line,
             Self::Value { .. }
             | Self::Master(_)
             | Self::Access { .. }
             | Self::Condition { .. }
             | Self::Refused { .. }
-            | Self::NoWay { .. }
-            | Self::Differs { .. } => Severity::Refused,
+            | Self::Unavailable { .. }
+            | Self::NotKept { .. } => ErrorKind::Refused,
         }
     }
 
     /// What became of a record, at its place.
-    pub(super) fn of(error: RecordError, doing: Doing, place: Place, named: Option<&Named>) -> Self {
+    pub(super) fn from_record(
+        error: RecordError,
+        doing: Operation,
+        place: Location,
+        named: Option<&NamedParameter>,
+    ) -> Self {
         match error {
-            RecordError::Tool(error) => Self::Tool(error),
+            RecordError::Session(error) => Self::Session(error),
             RecordError::Refused(refused) => Self::Refused { advice: advice(&refused, named), place, doing, refused },
-            RecordError::NoWay(reason) => Self::NoWay { device: place.device, address: place.address, reason },
-            RecordError::Lost(reason) => Self::Lost { place, doing, reason: advised(reason, doing) },
+            RecordError::Unavailable(reason) => {
+                Self::Unavailable { device: place.device, address: place.address, reason }
+            }
+            RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason: advised(reason, doing) },
         }
     }
 }
 
 /// What is lost on the way may have arrived.
-fn advised(reason: String, doing: Doing) -> String {
+fn advised(reason: String, doing: Operation) -> String {
     match doing {
-        Doing::Reading => reason,
-        Doing::Writing => format!("{reason}; it may have been written, read it"),
+        Operation::Read => reason,
+        Operation::Write => format!("{reason}; it may have been written, read it"),
     }
 }
 
 /// What to do about a refusal.
-fn advice(refused: &Refused, named: Option<&Named>) -> String {
+fn advice(refused: &RefusalCodes, named: Option<&NamedParameter>) -> String {
     let codes = named.map(|named| &named.parameter.row.codes);
     let is_presentation = named.is_some_and(|named| named.parameter.row.name.starts_with("Data "));
     let lock = named.filter(|named| super::settings::has_lock(named));
-    if let (Some(named), Refused::MODE) = (lock, refused.code) {
+    if let (Some(named), RefusalCodes::MODE) = (lock, refused.code) {
         let place = named.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
         let separator = if place.contains('.') { '/' } else { '.' };
         return format!(
@@ -191,15 +200,15 @@ fn advice(refused: &Refused, named: Option<&Named>) -> String {
         );
     }
     let text = match (refused.code_1, refused.code) {
-        (_, Refused::ALREADY) => "nothing needs to be done",
-        (_, Refused::MODE) if is_presentation => {
+        (_, RefusalCodes::ALREADY) => "nothing needs to be done",
+        (_, RefusalCodes::MODE) if is_presentation => {
             "unit and number type change only in IDLE and without cyclic exchange: write stop first, or let the owning master go"
         }
-        (_, Refused::MODE) => "read device.device-state, and the parameter that says who sets this one",
-        (_, Refused::CONFLICT) if codes.is_some_and(Codes::is_command) => {
+        (_, RefusalCodes::MODE) => "read device.device-state, and the parameter that says who sets this one",
+        (_, RefusalCodes::CONFLICT) if codes.is_some_and(Codes::is_command) => {
             "the state or the pressure does not allow it: read device.device-state and the process value"
         }
-        (_, Refused::RANGE) => "`profivac list` shows what it takes",
+        (_, RefusalCodes::RANGE) => "`profivac list` shows what it takes",
         (Some(ErrorCode::INVALID_INDEX | ErrorCode::INVALID_SLOT), _) => {
             "this device does not have it now: a part that is not fitted, or another instance is shown"
         }
@@ -211,16 +220,16 @@ fn advice(refused: &Refused, named: Option<&Named>) -> String {
     format!("; {text}")
 }
 
-impl fmt::Display for Doing {
+impl fmt::Display for Operation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Reading => "reading",
-            Self::Writing => "writing",
+            Self::Read => "reading",
+            Self::Write => "writing",
         })
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { device, address, name, slot, instance, index } = self;
         write!(f, "{device} at address {address}, {}", name.as_deref().unwrap_or("record"))?;

@@ -6,7 +6,7 @@
 
 use profivac_devices::model::{Configuration, Field, Model, NumberType, Telegram};
 use profivac_dp::link::Baud;
-use profivac_dp::slave::MAX_INITIATE;
+use profivac_dp::slave::MAX_INITIATE_PDU;
 use profivac_wire::cfg::{Area, Identifiers};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -140,7 +140,7 @@ impl File {
         self.value("C2_Max_Data_Len", MAX_RECORD);
         self.value("C2_Response_Timeout", RESPONSE_TIMEOUT);
         self.value("C2_Max_Count_Channels", CONNECTIONS);
-        self.value("Max_Initiate_PDU_Length", MAX_INITIATE);
+        self.value("Max_Initiate_PDU_Length", MAX_INITIATE_PDU);
         self.flag("WD_Base_1ms_supp", model.dpv1_status & WD_BASE_1MS != 0);
     }
 
@@ -151,11 +151,11 @@ impl File {
         let coded: Vec<_> = model.user_prm.iter().filter(|prm| prm.octets.len() == usual.len()).collect();
         self.line("PrmText=1");
         for prm in &coded {
-            self.line(&format!("Text({})=\"{}\"", prm.code(), prm.name));
+            self.line(&format!("Text({})=\"{}\"", prm.unit_code(), prm.name));
         }
         self.line("EndPrmText");
         let code = u16::from_be_bytes(usual.last_chunk().copied().unwrap_or_default());
-        let codes: Vec<_> = coded.iter().map(|prm| prm.code().to_string()).collect();
+        let codes: Vec<_> = coded.iter().map(|prm| prm.unit_code().to_string()).collect();
         self.line("ExtUserPrmData=1 \"Unit\"");
         self.line(&format!("Unsigned16 {code} {}", codes.join(",")));
         self.line("Prm_Text_Ref=1");
@@ -194,8 +194,8 @@ fn span(identifier: &[u8]) -> String {
 
 /// The user parameters a master sends if nobody chooses: mbar where there is mbar.
 fn usual_prm(model: &Model) -> Option<Vec<u8>> {
-    let coded = || model.user_prm.iter().filter(|prm| model.unit(prm.code()).is_some());
-    let mbar = coded().find(|prm| model.unit_named("mbar").is_some_and(|unit| unit.code == prm.code()));
+    let coded = || model.user_prm.iter().filter(|prm| model.unit(prm.unit_code()).is_some());
+    let mbar = coded().find(|prm| model.unit_named("mbar").is_some_and(|unit| unit.code == prm.unit_code()));
     let mut octets = mbar.or_else(|| coded().next())?.octets.to_vec();
     if let Some(first) = octets.first_mut().filter(|_| model.features.ms1) {
         *first |= model.dpv1_status & DPV1_ENABLE;

@@ -4,8 +4,8 @@ use super::error::ClientError;
 use super::records::Records;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
-use profivac_devices::pxg55x::table::VERSIONS;
-use profivac_host::scan::{SlaveSeen, look};
+use profivac_devices::pxg55x::table::VARIANTS;
+use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
 use std::time::Instant;
@@ -17,19 +17,19 @@ const DEVICE_CONFIGURATION: (u8, u8) = (0, 24);
 ///
 /// # Errors
 /// [`ClientError::Nobody`], or [`ClientError::Master`].
-pub fn meet(tool: &mut BusSession, address: u8) -> Result<SlaveSeen, ClientError> {
+pub fn wait_for_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, ClientError> {
     let begun = Instant::now();
     loop {
-        match look(tool, address)? {
-            Some(seen) if seen.station != StationType::Slave => return Err(ClientError::Master(address)),
+        match probe(tool, address)? {
+            Some(seen) if seen.station_type != StationType::Slave => return Err(ClientError::Master(address)),
             seen => {
                 if let Some(slave) = seen.and_then(|seen| seen.slave) {
                     return Ok(slave);
                 }
             }
         }
-        if begun.elapsed() >= tool.patience() {
-            return Err(ClientError::Nobody(address));
+        if begun.elapsed() >= tool.timeout() {
+            return Err(ClientError::NoAnswer(address));
         }
     }
 }
@@ -40,8 +40,8 @@ pub fn meet(tool: &mut BusSession, address: u8) -> Result<SlaveSeen, ClientError
 /// [`ClientError::Unknown`] if there is none.
 pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
     let mut known = MODELS.into_iter().filter(|model| model.ident == ident);
-    let first = known.next().ok_or(ClientError::Unknown { address, ident })?;
-    let versions: Vec<_> = VERSIONS.iter().filter(|version| version.model.ident == ident).collect();
+    let first = known.next().ok_or(ClientError::UnknownDevice { address, ident })?;
+    let versions: Vec<_> = VARIANTS.iter().filter(|version| version.model.ident == ident).collect();
     if versions.is_empty() {
         return Ok(first);
     }
@@ -49,12 +49,12 @@ pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'st
     // A gauge that does not tell is taken for the first: the tables differ in what is fitted only.
     let Ok(octets) = records.read(slot, index) else { return Ok(first) };
     let text = String::from_utf8_lossy(&octets).into_owned();
-    let best = versions.into_iter().max_by_key(|version| likeness(&text, version.configuration));
+    let best = versions.into_iter().max_by_key(|version| similarity(&text, version.configuration));
     Ok(best.map_or(first, |version| &version.model))
 }
 
 /// Words both have, less those only one has.
-fn likeness(a: &str, b: &str) -> i32 {
+fn similarity(a: &str, b: &str) -> i32 {
     let lacks = |text: &str, word: &&str| !text.split_whitespace().any(|other| other == *word);
     let only =
         |a: &str, b: &str| i32::try_from(a.split_whitespace().filter(|word| lacks(b, word)).count()).unwrap_or(0);
@@ -67,9 +67,9 @@ mod tests {
 
     #[test]
     fn the_configuration_tells_the_gauges_of_a_series_apart() {
-        for version in &VERSIONS {
+        for version in &VARIANTS {
             let best =
-                VERSIONS.iter().max_by_key(|other| likeness(version.configuration, other.configuration)).unwrap();
+                VARIANTS.iter().max_by_key(|other| similarity(version.configuration, other.configuration)).unwrap();
             assert_eq!(best.configuration, version.configuration);
         }
     }

@@ -20,6 +20,7 @@ pub mod address;
 pub mod bus;
 pub mod class1;
 pub mod conditions;
+pub mod cyclic;
 mod error;
 mod gauge;
 pub mod gsd;
@@ -30,8 +31,7 @@ pub mod pressure;
 pub mod records;
 pub mod settings;
 pub mod values;
-pub mod watch;
 
 pub use conditions::Condition;
-pub use error::{ClientError, Doing, Place, Severity};
-pub use gauge::{Gauge, Order, Pressure, Reading, Written};
+pub use error::{ClientError, ErrorKind, Location, Operation};
+pub use gauge::{Gauge, ParameterReading, PreparedWrite, PressureReading, WriteResult};

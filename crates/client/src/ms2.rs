@@ -3,11 +3,11 @@
 //! Nothing of this needs the slave to be parameterised, and nothing disturbs the master that owns it.
 
 use crate::records::{RecordError, Records};
-use profivac_devices::model::Via;
-use profivac_dp::master::{Cause, End, Handle, Ms2Parameters, NotTaken, Outcome};
+use profivac_devices::model::AccessPath;
+use profivac_dp::master::{Cause, ConnectionEnd, Handle, Ms2Parameters, Outcome, SubmitError};
 use profivac_host::session::{BusMaster, BusSession, SessionError};
 use profivac_wire::acyclic::Negative;
-use profivac_wire::acyclic::record::MAX_RECORD;
+use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::control::Status;
 
 /// How often a record is asked for when telegrams were lost on the way.
@@ -18,22 +18,22 @@ const ATTEMPTS: usize = 3;
 pub enum Ms2Error {
     /// Nothing could be asked.
     #[error(transparent)]
-    Tool(#[from] SessionError),
+    Session(#[from] SessionError),
     /// It is no DP-V1 slave, or has no such record.
     #[error("it has no such record for class 2 masters")]
     Unsupported,
     /// The connection is gone.
     #[error("{0}")]
-    Ended(End),
+    Ended(ConnectionEnd),
     /// The slave refused.
     #[error("refused with {code_1}", code_1 = .0.code_1)]
     Refused(Negative),
     /// The master cannot ask so.
     #[error("{0}")]
-    NotTaken(#[from] NotTaken),
+    NotSubmitted(#[from] SubmitError),
     /// What came is the response to something else.
     #[error("the answer belongs to something else")]
-    Other,
+    UnexpectedAnswer,
 }
 
 /// Reads the record at `slot` and `index` of the slave at `address`, with a connection of its own.
@@ -60,16 +60,16 @@ impl Drop for Ms2<'_> {
 }
 
 /// What a slave says to a request.
-enum Answer {
+enum Response {
     Opened,
     Record(Vec<u8>),
     Written,
     Refused(Negative),
-    Ended(End),
+    Ended(ConnectionEnd),
     Other,
 }
 
-impl Answer {
+impl Response {
     fn of(outcome: Outcome<'_>) -> Self {
         match outcome {
             Outcome::Opened(_) => Self::Opened,
@@ -90,19 +90,19 @@ impl Answer {
         match self {
             Self::Refused(negative) => Ms2Error::Refused(negative),
             Self::Ended(end) => Ms2Error::Ended(end),
-            Self::Opened | Self::Record(_) | Self::Written | Self::Other => Ms2Error::Other,
+            Self::Opened | Self::Record(_) | Self::Written | Self::Other => Ms2Error::UnexpectedAnswer,
         }
     }
 }
 
 /// Whether the access point was closed, so that nothing can have been done.
-const fn was_closed(answer: &Answer) -> bool {
-    matches!(answer, Answer::Ended(End::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }))
+const fn was_closed(answer: &Response) -> bool {
+    matches!(answer, Response::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }))
 }
 
 impl<'a> Ms2<'a> {
     /// The master that asks, for what has to be done between two records.
-    pub const fn tool(&mut self) -> &mut BusSession {
+    pub const fn session(&mut self) -> &mut BusSession {
         self.tool
     }
 
@@ -116,17 +116,17 @@ impl<'a> Ms2<'a> {
     /// # Errors
     /// [`Ms2Error`] says how far it got.
     pub fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-        let wanted = u8::try_from(MAX_RECORD).unwrap_or(u8::MAX);
+        let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
         let mut read = || self.request(|master, connection| master.ms2_read(connection, slot, index, wanted));
         let mut answer = read()?;
         for _ in 1..ATTEMPTS {
-            if !matches!(answer, Answer::Ended(_)) {
+            if !matches!(answer, Response::Ended(_)) {
                 break;
             }
             answer = read()?;
         }
         match answer {
-            Answer::Record(record) => Ok(record),
+            Response::Record(record) => Ok(record),
             other => Err(other.error()),
         }
     }
@@ -137,7 +137,7 @@ impl<'a> Ms2<'a> {
     /// [`Ms2Error`] says how far it got.
     pub fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), Ms2Error> {
         match self.request(|master, connection| master.ms2_write(connection, slot, index, octets))? {
-            Answer::Written => Ok(()),
+            Response::Written => Ok(()),
             other => Err(other.error()),
         }
     }
@@ -146,7 +146,7 @@ impl<'a> Ms2<'a> {
     fn close(&mut self) -> Result<(), Ms2Error> {
         if let Some(connection) = self.connection.take() {
             self.tool.master().ms2_close(connection)?;
-            self.tool.outcome(connection, Answer::of)?;
+            self.tool.wait_for_outcome(connection, Response::of)?;
         }
         Ok(())
     }
@@ -154,8 +154,8 @@ impl<'a> Ms2<'a> {
     /// A request on the connection. One that the slave closed meanwhile, because nobody asked for long, is opened once more.
     fn request(
         &mut self,
-        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), NotTaken>,
-    ) -> Result<Answer, Ms2Error> {
+        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), SubmitError>,
+    ) -> Result<Response, Ms2Error> {
         if let Some(connection) = self.connection {
             let answer = self.on(connection, &hand_in)?;
             if !was_closed(&answer) {
@@ -171,28 +171,28 @@ impl<'a> Ms2<'a> {
     fn on(
         &mut self,
         connection: Handle,
-        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), NotTaken>,
-    ) -> Result<Answer, Ms2Error> {
+        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), SubmitError>,
+    ) -> Result<Response, Ms2Error> {
         // What came since the last request: the end of the connection, or what nobody waited for any more.
-        let answer = match self.tool.master().outcome(connection).map(Answer::of) {
-            Some(ended @ Answer::Ended(_)) => ended,
+        let answer = match self.tool.master().outcome(connection).map(Response::of) {
+            Some(ended @ Response::Ended(_)) => ended,
             Some(_) | None => {
                 hand_in(self.tool.master(), connection)?;
-                self.tool.outcome(connection, Answer::of)?
+                self.tool.wait_for_outcome(connection, Response::of)?
             }
         };
-        if matches!(answer, Answer::Ended(_)) {
+        if matches!(answer, Response::Ended(_)) {
             self.connection = None;
         }
         Ok(answer)
     }
 
     /// Opens a connection, or says why there is none.
-    fn open(&mut self) -> Result<Result<Handle, Answer>, Ms2Error> {
+    fn open(&mut self) -> Result<Result<Handle, Response>, Ms2Error> {
         let parameters = Ms2Parameters::new(self.tool.baud());
         let connection = self.tool.master().ms2_open(self.address, &parameters)?;
-        Ok(match self.tool.outcome(connection, Answer::of)? {
-            Answer::Opened => {
+        Ok(match self.tool.wait_for_outcome(connection, Response::of)? {
+            Response::Opened => {
                 self.connection = Some(connection);
                 Ok(connection)
             }
@@ -202,8 +202,8 @@ impl<'a> Ms2<'a> {
 }
 
 impl Records for Ms2<'_> {
-    fn via(&self) -> Via {
-        Via::Class2
+    fn via(&self) -> AccessPath {
+        AccessPath::Class2
     }
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
@@ -218,13 +218,17 @@ impl Records for Ms2<'_> {
 impl From<Ms2Error> for RecordError {
     fn from(error: Ms2Error) -> Self {
         match error {
-            Ms2Error::Tool(error) => Self::Tool(error),
+            Ms2Error::Session(error) => Self::Session(error),
             Ms2Error::Refused(negative) => Self::Refused(negative.into()),
-            Ms2Error::Ended(End::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => {
-                Self::NoWay("it has no MS2 connection, or none left: other class 2 masters may hold them".to_owned())
+            Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => {
+                Self::Unavailable(
+                    "it has no MS2 connection, or none left: other class 2 masters may hold them".to_owned(),
+                )
             }
-            Ms2Error::Unsupported | Ms2Error::Ended(End::Refused(_)) => Self::NoWay(error.to_string()),
-            Ms2Error::Ended(_) | Ms2Error::NotTaken(_) | Ms2Error::Other => Self::Lost(error.to_string()),
+            Ms2Error::Unsupported | Ms2Error::Ended(ConnectionEnd::Refused(_)) => Self::Unavailable(error.to_string()),
+            Ms2Error::Ended(_) | Ms2Error::NotSubmitted(_) | Ms2Error::UnexpectedAnswer => {
+                Self::Interrupted(error.to_string())
+            }
         }
     }
 }

@@ -4,7 +4,7 @@
 //! hyphens do not count, a word that only one parameter has is enough, and so is the beginning of a name.
 
 use profivac_devices::catalog::MODELS;
-use profivac_devices::model::{Address, Block, Code, Model, Row};
+use profivac_devices::model::{Block, Code, Location, Model, Row};
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Slot and instance.
-    pub place: &'static Address,
+    pub place: &'static Location,
     /// Its block.
     pub block: &'static Block,
     /// Its row in the table.
@@ -23,17 +23,17 @@ pub struct Parameter {
 const SUGGESTIONS: usize = 3;
 
 /// From this likeness on a name is a suggestion.
-const ALIKE: f64 = 0.75;
+const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.
 #[derive(Clone, Debug)]
-pub struct Names {
-    list: Vec<Named>,
+pub struct ParameterNames {
+    list: Vec<NamedParameter>,
 }
 
 /// A parameter with its name.
 #[derive(Clone, Debug)]
-pub struct Named {
+pub struct NamedParameter {
     /// The parameter.
     pub parameter: Parameter,
     /// What it is called: `pirani.process-value`.
@@ -46,9 +46,9 @@ pub struct Named {
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
     /// One parameter.
-    Named(&'a Named),
+    Parameter(&'a NamedParameter),
     /// What stands at this slot and index, whatever instance is shown.
-    Shown {
+    CurrentInstance {
         /// The slot.
         slot: u8,
         /// The index.
@@ -86,7 +86,7 @@ pub enum TargetError {
     },
     /// Not a slot, an instance or an index.
     #[error("expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got {0:?}")]
-    Numbers(String),
+    InvalidNumbers(String),
 }
 
 fn suggestion(alike: &[String]) -> String {
@@ -97,17 +97,17 @@ fn suggestion(alike: &[String]) -> String {
     }
 }
 
-impl fmt::Display for Named {
+impl fmt::Display for NamedParameter {
     /// Name and numbers.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.name, self.parameter.numbers())
     }
 }
 
-impl Named {
+impl NamedParameter {
     /// Whether both are about the same part: slot and instance.
     #[must_use]
-    pub fn is_beside(&self, other: &Self) -> bool {
+    pub fn is_same_instance(&self, other: &Self) -> bool {
         let (place, other) = (self.parameter.place, other.parameter.place);
         (place.slot, place.instance) == (other.slot, other.instance)
     }
@@ -117,27 +117,28 @@ impl Parameter {
     /// `1/19`, or `1:2/19` where several instances share the slot.
     #[must_use]
     pub fn numbers(&self) -> String {
-        let Address { slot, instance, .. } = self.place;
+        let Location { slot, instance, .. } = self.place;
         match instance {
-            0 => format!("{slot}/{}", self.row.id),
-            _ => format!("{slot}:{instance}/{}", self.row.id),
+            0 => format!("{slot}/{}", self.row.index),
+            _ => format!("{slot}:{instance}/{}", self.row.index),
         }
     }
 
     /// Whether both stand at the same slot, instance and index.
     fn is_at(&self, other: &Self) -> bool {
-        (self.place.slot, self.place.instance, self.row.id) == (other.place.slot, other.place.instance, other.row.id)
+        (self.place.slot, self.place.instance, self.row.index)
+            == (other.place.slot, other.place.instance, other.row.index)
     }
 }
 
-impl Names {
+impl ParameterNames {
     /// The names of a device.
     #[must_use]
     pub fn of(model: &'static Model) -> Self {
         let mut all: Vec<Parameter> = Vec::new();
-        for place in model.places {
+        for place in model.blocks {
             for (address, row) in
-                place.addresses.iter().flat_map(|it| place.block.rows.iter().map(move |row| (it, row)))
+                place.locations.iter().flat_map(|it| place.block.rows.iter().map(move |row| (it, row)))
             {
                 let parameter = Parameter { place: address, block: place.block, row };
                 // Two blocks with the same rows may stand at one place: the device decides which of them it is.
@@ -148,35 +149,36 @@ impl Names {
         }
         all.sort_by_key(|parameter| (parameter.place.slot, parameter.place.instance));
         let words: Vec<Words> = all.into_iter().map(Words::of).collect();
-        Self { list: words.iter().map(|it| Named::among(it, &words)).collect() }
+        Self { list: words.iter().map(|it| NamedParameter::from_words(it, &words)).collect() }
     }
 
     /// The names of a device of [`MODELS`], made once for whoever asks often.
     #[must_use]
-    pub fn known(model: &Model) -> Option<&'static Self> {
-        static KNOWN: LazyLock<Vec<Names>> = LazyLock::new(|| MODELS.iter().map(|model| Names::of(model)).collect());
+    pub fn of_catalog(model: &Model) -> Option<&'static Self> {
+        static KNOWN: LazyLock<Vec<ParameterNames>> =
+            LazyLock::new(|| MODELS.iter().map(|model| ParameterNames::of(model)).collect());
         let place = MODELS.iter().position(|known| known.name == model.name)?;
         KNOWN.get(place)
     }
 
     /// All of them, by slot, instance and table.
     #[must_use]
-    pub fn all(&self) -> &[Named] {
+    pub fn all(&self) -> &[NamedParameter] {
         &self.list
     }
 
     /// The parameter at these numbers.
     #[must_use]
-    pub fn at(&self, slot: u8, instance: u8, index: u8) -> Option<&Named> {
+    pub fn at(&self, slot: u8, instance: u8, index: u8) -> Option<&NamedParameter> {
         self.list.iter().find(|named| {
             let Parameter { place, row, .. } = named.parameter;
-            (place.slot, place.instance, row.id) == (slot, instance, index)
+            (place.slot, place.instance, row.index) == (slot, instance, index)
         })
     }
 
     /// Everything at this slot and index, one for each instance.
-    pub fn at_index(&self, slot: u8, index: u8) -> impl Iterator<Item = &Named> {
-        self.list.iter().filter(move |named| (named.parameter.place.slot, named.parameter.row.id) == (slot, index))
+    pub fn at_index(&self, slot: u8, index: u8) -> impl Iterator<Item = &NamedParameter> {
+        self.list.iter().filter(move |named| (named.parameter.place.slot, named.parameter.row.index) == (slot, index))
     }
 
     /// What `text` stands for.
@@ -185,10 +187,10 @@ impl Names {
     /// [`TargetError`] with what was expected, and with what is called alike.
     pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
         if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
-            return self.by_numbers(text).ok_or_else(|| TargetError::Numbers(text.to_owned()));
+            return self.by_numbers(text).ok_or_else(|| TargetError::InvalidNumbers(text.to_owned()));
         }
         let wanted = key(text);
-        let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&Named> {
+        let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&NamedParameter> {
             self.list.iter().filter(|named| !wanted.is_empty() && named.keys.iter().any(|key| fits(key))).collect()
         };
         let rows = || {
@@ -199,12 +201,12 @@ impl Names {
         };
         let steps = [by(&|key| key == wanted), rows(), by(&|key| key.starts_with(&wanted))];
         match steps.iter().find(|found| !found.is_empty()).map(Vec::as_slice) {
-            Some([only]) => Ok(Target::Named(only)),
+            Some([only]) => Ok(Target::Parameter(only)),
             Some(several) => {
                 let candidates = several.iter().map(ToString::to_string).collect();
                 Err(TargetError::Ambiguous { text: text.to_owned(), candidates })
             }
-            None => Err(TargetError::Unknown { device, text: text.to_owned(), alike: self.alike(text) }),
+            None => Err(TargetError::Unknown { device, text: text.to_owned(), alike: self.similar(text) }),
         }
     }
 
@@ -213,15 +215,15 @@ impl Names {
         let raw = Target::Raw { slot, index };
         let mut found = self.at_index(slot, index);
         Some(match (instance, found.next(), found.next()) {
-            (Some(instance), ..) => self.at(slot, instance, index).map_or(raw, Target::Named),
+            (Some(instance), ..) => self.at(slot, instance, index).map_or(raw, Target::Parameter),
             (None, None, _) => raw,
-            (None, Some(only), None) => Target::Named(only),
-            (None, Some(_), Some(_)) => Target::Shown { slot, index },
+            (None, Some(only), None) => Target::Parameter(only),
+            (None, Some(_), Some(_)) => Target::CurrentInstance { slot, index },
         })
     }
 
     /// The names that look most like `text`.
-    fn alike(&self, text: &str) -> Vec<String> {
+    fn similar(&self, text: &str) -> Vec<String> {
         let wanted = slug(text);
         let likeness = |name: &str| {
             let row = name.rsplit(['.', '/']).next().unwrap_or(name);
@@ -231,7 +233,7 @@ impl Names {
         let parameters = self.list.iter().map(|named| named.name.clone());
         let commands = self.commands().map(|(named, code)| command_name(named, code));
         let mut alike: Vec<_> = parameters.chain(commands).map(|name| (likeness(&name), name)).collect();
-        alike.retain(|(likeness, _)| *likeness >= ALIKE);
+        alike.retain(|(likeness, _)| *likeness >= MIN_SIMILARITY);
         alike.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name).collect()
     }
@@ -240,9 +242,9 @@ impl Names {
     ///
     /// # Errors
     /// [`TargetError::Ambiguous`] when several parts have the command.
-    pub fn command(&self, text: &str) -> Result<Option<(&Named, &'static Code)>, TargetError> {
+    pub fn command(&self, text: &str) -> Result<Option<(&NamedParameter, &'static Code)>, TargetError> {
         let wanted = key(text);
-        let is_called = |named: &Named, code: &Code| {
+        let is_called = |named: &NamedParameter, code: &Code| {
             let command = key(code.name);
             let places = named.keys.iter().cloned().chain([key(named.parameter.place.name)]);
             wanted == command || places.into_iter().any(|place| wanted == place + &command)
@@ -259,15 +261,15 @@ impl Names {
     }
 
     /// Every command of the device.
-    pub fn commands(&self) -> impl Iterator<Item = (&Named, &'static Code)> {
+    pub fn commands(&self) -> impl Iterator<Item = (&NamedParameter, &'static Code)> {
         let orders = self.list.iter().filter(|named| named.parameter.row.codes.is_command());
-        orders.flat_map(|named| named.parameter.row.codes.list().iter().map(move |code| (named, code)))
+        orders.flat_map(|named| named.parameter.row.codes.codes().iter().map(move |code| (named, code)))
     }
 }
 
 /// `cdg.zero-adjust`
 #[must_use]
-pub fn command_name(named: &Named, code: &Code) -> String {
+pub fn command_name(named: &NamedParameter, code: &Code) -> String {
     let place = named.parameter.place;
     format!("{}{}{}", place_slug(place), separator(place), code.name)
 }
@@ -299,18 +301,19 @@ impl Words {
     }
 
     /// Whether another place with the same name has a parameter with the same name.
-    fn is_like(&self, other: &Self) -> bool {
+    fn has_same_name(&self, other: &Self) -> bool {
         self.place == other.place && self.row == other.row
     }
 }
 
-impl Named {
-    fn among(words: &Words, all: &[Words]) -> Self {
+impl NamedParameter {
+    fn from_words(words: &Words, all: &[Words]) -> Self {
         let Words { parameter, place, block, row } = words;
         let short = format!("{place}{}{row}", separator(parameter.place));
         let long = format!("{place}.{block}/{row}");
         // The same words in two blocks at one place: the first has them, and the block tells the others apart.
-        let is_first = all.iter().find(|other| words.is_like(other)).is_some_and(|it| it.parameter.is_at(parameter));
+        let is_first =
+            all.iter().find(|other| words.has_same_name(other)).is_some_and(|it| it.parameter.is_at(parameter));
         let mut keys = vec![key(&long), key(place) + &key(block) + &key(parameter.row.name)];
         for row in row_keys(parameter.row, parameter.block) {
             keys.push(key(block) + &row);
@@ -325,7 +328,7 @@ impl Named {
 }
 
 /// `trip-point.1` of "Trip Point 1".
-fn place_slug(place: &Address) -> String {
+fn place_slug(place: &Location) -> String {
     let words = slug(place.name);
     match words.rsplit_once('-') {
         Some((word, number)) if number.bytes().all(|octet| octet.is_ascii_digit()) => format!("{word}.{number}"),
@@ -334,14 +337,14 @@ fn place_slug(place: &Address) -> String {
 }
 
 /// What stands between place and parameter: a second dot would look like a third level.
-fn separator(place: &Address) -> char {
+fn separator(place: &Location) -> char {
     if place_slug(place).contains('.') { '/' } else { '.' }
 }
 
 /// The words of a row; what stands in brackets only where another row of the block has the same words before it.
 fn row_slug(row: &Row, block: &Block) -> String {
     let short = slug(before_brackets(row.name));
-    let same = block.rows.iter().take_while(|other| other.id != row.id);
+    let same = block.rows.iter().take_while(|other| other.index != row.index);
     if same.map(|other| slug(before_brackets(other.name))).any(|other| other == short) { slug(row.name) } else { short }
 }
 
@@ -388,14 +391,14 @@ mod tests {
     use super::*;
     use profivac_devices::catalog::model_named;
 
-    fn names(device: &str) -> Names {
-        Names::of(model_named(device).unwrap())
+    fn names(device: &str) -> ParameterNames {
+        ParameterNames::of(model_named(device).unwrap())
     }
 
     fn numbers_of(device: &'static str, text: &str) -> String {
         match names(device).find(device, text) {
-            Ok(Target::Named(named)) => named.parameter.numbers(),
-            Ok(Target::Shown { slot, index }) => format!("shown {slot}/{index}"),
+            Ok(Target::Parameter(named)) => named.parameter.numbers(),
+            Ok(Target::CurrentInstance { slot, index }) => format!("shown {slot}/{index}"),
             Ok(Target::Raw { slot, index }) => format!("raw {slot}/{index}"),
             Err(error) => error.to_string(),
         }
@@ -434,10 +437,10 @@ mod tests {
             let names = names(device);
             assert!(names.all().len() > 40, "{device}");
             for named in names.all() {
-                let Ok(Target::Named(found)) = names.find(device, &named.name) else { panic!("{device} {named}") };
+                let Ok(Target::Parameter(found)) = names.find(device, &named.name) else { panic!("{device} {named}") };
                 assert_eq!(found.to_string(), named.to_string(), "{device}");
                 let shown = names.find(device, &named.parameter.numbers());
-                assert!(matches!(shown, Ok(Target::Named(_) | Target::Shown { .. })), "{device} {named}");
+                assert!(matches!(shown, Ok(Target::Parameter(_) | Target::CurrentInstance { .. })), "{device} {named}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Records of a slave, whichever way they are read and written.
 
-use profivac_devices::model::Via;
+use profivac_devices::model::AccessPath;
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::{ErrorCode, Negative};
 use std::fmt;
@@ -8,7 +8,7 @@ use std::fmt;
 /// A way to the records of one slave.
 pub trait Records {
     /// Which way it is.
-    fn via(&self) -> Via;
+    fn via(&self) -> AccessPath;
 
     /// Reads a record.
     ///
@@ -24,7 +24,7 @@ pub trait Records {
 }
 
 impl<R: Records + ?Sized> Records for Box<R> {
-    fn via(&self) -> Via {
+    fn via(&self) -> AccessPath {
         (**self).via()
     }
 
@@ -42,21 +42,21 @@ impl<R: Records + ?Sized> Records for Box<R> {
 pub enum RecordError {
     /// The line.
     #[error(transparent)]
-    Tool(#[from] SessionError),
+    Session(#[from] SessionError),
     /// The slave refused.
     #[error("{0}")]
-    Refused(Refused),
+    Refused(RefusalCodes),
     /// The slave does not have this way.
     #[error("{0}")]
-    NoWay(String),
+    Unavailable(String),
     /// Nothing came, or nothing that can be used.
     #[error("{0}")]
-    Lost(String),
+    Interrupted(String),
 }
 
 /// The codes of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Refused {
+pub struct RefusalCodes {
     /// Error_Code_1 of DP-V1, where there is one.
     pub code_1: Option<ErrorCode>,
     /// The manual's own code: that of the parameter channel, and Error_Code_2 of DP-V1.
@@ -77,7 +77,7 @@ const CODES: [(u8, &str); 10] = [
     (202, "object state conflict: not possible in the present state"),
 ];
 
-impl Refused {
+impl RefusalCodes {
     /// Already in the requested state.
     pub const ALREADY: u8 = 201;
     /// Not possible in this state.
@@ -89,7 +89,7 @@ impl Refused {
 
     /// The code in the words of the manual.
     #[must_use]
-    pub fn words(&self) -> &'static str {
+    pub fn text(&self) -> &'static str {
         CODES
             .into_iter()
             .find(|(code, _)| *code == self.code)
@@ -97,18 +97,18 @@ impl Refused {
     }
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for RefusalCodes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.code_1, self.code) {
             // Error_Code_2 need not say anything.
             (Some(code_1), 0) if code_1 != ErrorCode::INVALID_SLOT => write!(f, "{code_1}"),
-            (Some(code_1), code) => write!(f, "{code_1}, code {code}: {}", self.words()),
-            (None, code) => write!(f, "code {code}: {}", self.words()),
+            (Some(code_1), code) => write!(f, "{code_1}, code {code}: {}", self.text()),
+            (None, code) => write!(f, "code {code}: {}", self.text()),
         }
     }
 }
 
-impl From<Negative> for Refused {
+impl From<Negative> for RefusalCodes {
     fn from(negative: Negative) -> Self {
         Self { code_1: Some(negative.code_1), code: negative.code_2 }
     }
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_refusal_is_told_in_the_manuals_words() {
-        let refused = |code_1, code| Refused { code_1, code }.to_string();
+        let refused = |code_1, code| RefusalCodes { code_1, code }.to_string();
         assert_eq!(
             refused(Some(ErrorCode::STATE_CONFLICT), 17),
             "state conflict (B5), code 17: instruction not allowed in this state"

@@ -3,9 +3,9 @@
 //!
 //! The file is TOML. `[settings]` is what [`restore`] writes; `[readings]` is what else was read, for people.
 
-use super::error::{ClientError, Severity};
-use super::gauge::{Gauge, Order, Reading};
-use super::names::{Named, Names, Target};
+use super::error::{ClientError, ErrorKind};
+use super::gauge::{Gauge, ParameterReading, PreparedWrite};
+use super::names::{NamedParameter, ParameterNames, Target};
 use super::records::Records;
 use profivac_devices::model::{Access, Codes, DataType, Direction};
 use serde::Deserialize;
@@ -29,12 +29,12 @@ pub struct Dump {
     /// Ident_Number.
     pub ident: u16,
     /// Every readable parameter, or why it could not be read.
-    pub readings: Vec<Read>,
+    pub readings: Vec<ReadResult>,
 }
 
 /// A file that was read.
 #[derive(Debug)]
-pub struct File {
+pub struct SettingsFile {
     /// The device.
     pub device: String,
     /// Ident_Number.
@@ -56,7 +56,7 @@ pub struct Setting {
 
 /// Why a file is none, or none for this gauge.
 #[derive(Debug, thiserror::Error)]
-pub enum FileError {
+pub enum SettingsFileError {
     /// It is no such TOML.
     #[error("line {line}, column {column}: {reason}")]
     Syntax {
@@ -87,14 +87,14 @@ pub enum FileError {
 #[derive(Debug)]
 pub struct Difference {
     /// What would be written.
-    pub order: Order,
+    pub write: PreparedWrite,
     /// What is there.
-    pub now: Reading,
+    pub current: ParameterReading,
 }
 
 /// What became of one setting.
 #[derive(Debug)]
-pub enum Restored {
+pub enum RestoreOutcome {
     /// It was another value, and is the one of the file now.
     Written {
         /// The parameter.
@@ -110,71 +110,71 @@ pub enum Restored {
 
 /// Whether a parameter is kept and can be written by request, and is a value.
 #[must_use]
-pub fn is_setting(named: &Named) -> bool {
+pub fn is_setting(named: &NamedParameter) -> bool {
     let row = named.parameter.row;
-    row.is_kept() && row.access.intersects(Access::WRITE) && !row.codes.is_command() && row.name != SELECTOR
+    row.is_stored() && row.access.intersects(Access::WRITE) && !row.codes.is_command() && row.name != SELECTOR
 }
 
 /// Whether a parameter can be written only while its set is open.
-pub(super) fn has_lock(named: &Named) -> bool {
+pub(super) fn has_lock(named: &NamedParameter) -> bool {
     let parameter = named.parameter;
     parameter.row.name != LOCK && parameter.block.rows.iter().any(|row| row.name == LOCK)
 }
 
 /// What opens the set a parameter belongs to, if it belongs to one.
 #[must_use]
-pub fn lock_of(names: &Names, named: &Named) -> Option<Named> {
+pub fn lock_of(names: &ParameterNames, named: &NamedParameter) -> Option<NamedParameter> {
     let place = named.parameter.place;
     let row = named.parameter.block.rows.iter().find(|row| row.name == LOCK).filter(|_| has_lock(named))?;
-    names.at(place.slot, place.instance, row.id).cloned()
+    names.at(place.slot, place.instance, row.index).cloned()
 }
 
 /// Opens a set for changes.
 ///
 /// # Errors
 /// As [`Gauge::write`].
-pub fn open<R: Records>(gauge: &mut Gauge<R>, lock: &Named) -> Result<(), ClientError> {
+pub fn open_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Result<(), ClientError> {
     let order = gauge.prepare(lock, OPEN)?;
-    gauge.carry_out(order).map(|_| ())
+    gauge.execute(order).map(|_| ())
 }
 
 /// Hands a set over: it holds from here on.
 ///
 /// # Errors
 /// As [`Gauge::write`]; most likely the parameters of the set contradict each other.
-pub fn close<R: Records>(gauge: &mut Gauge<R>, lock: &Named) -> Result<(), ClientError> {
+pub fn close_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Result<(), ClientError> {
     let order = gauge.prepare(lock, CLOSED)?;
-    gauge.carry_out(order).map(|_| ())
+    gauge.execute(order).map(|_| ())
 }
 
 /// How often an instance is read when somebody else moves the selector meanwhile.
 const ATTEMPTS: usize = 3;
 
 /// What was read of a parameter, or why it could not be.
-pub type Read = (Named, Result<Reading, ClientError>);
+pub type ReadResult = (NamedParameter, Result<ParameterReading, ClientError>);
 
 /// Reads what one instance has, and tells before each how many are done. That it was this instance is asked for once, at the
 /// end.
 fn dump_instance<R: Records>(
     gauge: &mut Gauge<R>,
-    group: &[&Named],
+    group: &[&NamedParameter],
     tell: &mut dyn FnMut(usize),
-) -> Result<Vec<Read>, ClientError> {
+) -> Result<Vec<ReadResult>, ClientError> {
     let Some(last) = group.last() else { return Ok(Vec::new()) };
     for _ in 0..ATTEMPTS {
         let mut readings = Vec::new();
         for named in group {
             tell(readings.len());
             match gauge.read_once(named) {
-                Err(error) if error.severity() == Severity::Line => return Err(error),
+                Err(error) if error.kind() == ErrorKind::Line => return Err(error),
                 reading => readings.push(((*named).clone(), reading)),
             }
         }
-        if gauge.still_shows(last)? {
+        if gauge.is_still_selected(last)? {
             return Ok(readings);
         }
     }
-    Err(gauge.unsteady())
+    Err(gauge.selector_contention())
 }
 
 /// Reads everything that can be read.
@@ -182,22 +182,25 @@ fn dump_instance<R: Records>(
 /// # Errors
 /// When the line is lost; what the gauge refuses is part of the result.
 pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
-    dump_telling(gauge, |_, _| {})
+    dump_with_progress(gauge, |_, _| {})
 }
 
 /// The same, and tells on the way how many of all are done: on a slow line it takes long.
 ///
 /// # Errors
 /// As [`dump`].
-pub fn dump_telling<R: Records>(gauge: &mut Gauge<R>, mut tell: impl FnMut(usize, usize)) -> Result<Dump, ClientError> {
+pub fn dump_with_progress<R: Records>(
+    gauge: &mut Gauge<R>,
+    mut tell: impl FnMut(usize, usize),
+) -> Result<Dump, ClientError> {
     let names = gauge.names();
     let via = gauge.records().via();
-    let is_read = |named: &&Named| {
+    let is_read = |named: &&NamedParameter| {
         let row = named.parameter.row;
         !row.codes.is_command() && row.access.allows(via, Direction::Read)
     };
     let wanted: Vec<_> = names.all().iter().filter(is_read).collect();
-    let place = |named: &Named| (named.parameter.place.slot, named.parameter.place.instance);
+    let place = |named: &NamedParameter| (named.parameter.place.slot, named.parameter.place.instance);
     let mut readings = Vec::new();
     for group in wanted.chunk_by(|a, b| place(a) == place(b)) {
         let before = readings.len();
@@ -206,7 +209,7 @@ pub fn dump_telling<R: Records>(gauge: &mut Gauge<R>, mut tell: impl FnMut(usize
     tell(readings.len(), wanted.len());
     if readings.is_empty() {
         let reason = "nothing can be read this way; say --via pkw".to_owned();
-        return Err(ClientError::NoWay { device: gauge.model().name, address: gauge.address(), reason });
+        return Err(ClientError::Unavailable { device: gauge.model().name, address: gauge.address(), reason });
     }
     Ok(Dump { device: gauge.model().name, ident: gauge.model().ident, readings })
 }
@@ -259,15 +262,15 @@ struct Raw {
     readings: BTreeMap<String, String>,
 }
 
-impl File {
+impl SettingsFile {
     /// Reads the text of a file.
     ///
     /// # Errors
     /// [`FileError::Syntax`] with line and column.
-    pub fn parse(text: &str) -> Result<Self, FileError> {
+    pub fn parse(text: &str) -> Result<Self, SettingsFileError> {
         let raw: Raw = toml::from_str(text).map_err(|error| {
             let (line, column) = position(text, error.span().map_or(0, |span| span.start));
-            FileError::Syntax { line, column, reason: error.message().trim_end().replace('\n', ", ") }
+            SettingsFileError::Syntax { line, column, reason: error.message().trim_end().replace('\n', ", ") }
         })?;
         let setting = |(name, value): (String, Spanned<String>)| {
             let at = position(text, value.span().start);
@@ -280,13 +283,13 @@ impl File {
     ///
     /// # Errors
     /// [`FileError::Device`] if not.
-    pub fn check<R: Records>(&self, gauge: &Gauge<R>) -> Result<(), FileError> {
+    pub fn check<R: Records>(&self, gauge: &Gauge<R>) -> Result<(), SettingsFileError> {
         let model = gauge.model();
         if model.ident == self.ident {
             return Ok(());
         }
         let (device, ident) = (model.name, model.ident);
-        Err(FileError::Device { file_device: self.device.clone(), file_ident: self.ident, device, ident })
+        Err(SettingsFileError::Device { file_device: self.device.clone(), file_ident: self.ident, device, ident })
     }
 
     /// The settings in the order in which they are written: unit and number type, then what chooses how something works, then
@@ -294,27 +297,27 @@ impl File {
     ///
     /// # Errors
     /// [`FileError::Syntax`] at a setting this gauge does not have, before anything is asked.
-    pub fn in_order<R: Records>(&self, gauge: &Gauge<R>) -> Result<Vec<(Named, Setting)>, FileError> {
+    pub fn in_order<R: Records>(&self, gauge: &Gauge<R>) -> Result<Vec<(NamedParameter, Setting)>, SettingsFileError> {
         let names = gauge.names();
         let mut found = Vec::new();
         for setting in &self.settings {
-            let wrong = |reason: String| FileError::Syntax { line: setting.at.0, column: setting.at.1, reason };
+            let wrong = |reason: String| SettingsFileError::Syntax { line: setting.at.0, column: setting.at.1, reason };
             match names.find(gauge.model().name, &setting.name) {
-                Ok(Target::Named(named)) if is_setting(named) => found.push((named.clone(), setting.clone())),
+                Ok(Target::Parameter(named)) if is_setting(named) => found.push((named.clone(), setting.clone())),
                 Ok(_) => return Err(wrong(format!("{} is no setting of {}", setting.name, gauge.model().name))),
                 Err(error) => return Err(wrong(error.to_string())),
             }
         }
         found.sort_by_key(|(named, _)| {
             let place = named.parameter.place;
-            (turn(named), place.slot, place.instance, named.parameter.row.id)
+            (write_rank(named), place.slot, place.instance, named.parameter.row.index)
         });
         Ok(found)
     }
 }
 
 /// When a setting is written.
-fn turn(named: &Named) -> u8 {
+fn write_rank(named: &NamedParameter) -> u8 {
     let row = named.parameter.row;
     match (&row.codes, row.data_type) {
         (Codes::Units, _) => 0,
@@ -339,7 +342,7 @@ fn position(text: &str, at: usize) -> (usize, usize) {
 /// [`ClientError`] when it cannot be read, or cannot be written with such a value.
 pub fn compare<R: Records>(
     gauge: &mut Gauge<R>,
-    named: &Named,
+    named: &NamedParameter,
     setting: &Setting,
 ) -> Result<Option<Difference>, ClientError> {
     let order = gauge.prepare(named, &setting.value)?;
@@ -347,11 +350,11 @@ pub fn compare<R: Records>(
         Some(before) => before.clone(),
         None => gauge.read(named)?,
     };
-    Ok((!is_same(named, &order.octets, &now.octets)).then_some(Difference { order, now }))
+    Ok((!is_same(named, &order.octets, &now.octets)).then_some(Difference { write: order, current: now }))
 }
 
 /// Whether two values are the same. A pressure that was converted between units may differ in its last digit.
-fn is_same(named: &Named, a: &[u8], b: &[u8]) -> bool {
+fn is_same(named: &NamedParameter, a: &[u8], b: &[u8]) -> bool {
     let number = |octets: &[u8]| octets.try_into().ok().map(f32::from_be_bytes);
     match (named.parameter.row.data_type, number(a), number(b)) {
         (DataType::ByType | DataType::Float, Some(a), Some(b)) => (a - b).abs() <= 1e-6 * a.abs().max(b.abs()),
@@ -363,21 +366,21 @@ fn is_same(named: &Named, a: &[u8], b: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`ClientError`] as [`Gauge::carry_out`], and [`ClientError::Differs`].
-pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Result<Restored, ClientError> {
+pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Result<RestoreOutcome, ClientError> {
     let (octets, text, named) =
-        (difference.order.octets.clone(), difference.order.text.clone(), difference.order.named.clone());
-    match gauge.carry_out(difference.order) {
+        (difference.write.octets.clone(), difference.write.text.clone(), difference.write.named.clone());
+    match gauge.execute(difference.write) {
         Ok(written) => {
             let after = written.after.as_ref().map_or_else(|| text.clone(), |after| after.text.clone());
             let is_there = written.after.as_ref().is_none_or(|after| is_same(&named, &octets, &after.octets));
             if is_there {
-                return Ok(Restored::Written { name: named.name, before: difference.now.text, after });
+                return Ok(RestoreOutcome::Written { name: named.name, before: difference.current.text, after });
             }
-            let place = gauge.place(&named);
-            Ok(Restored::Refused(ClientError::Differs { place, written: text, found: after }))
+            let place = gauge.location(&named);
+            Ok(RestoreOutcome::Refused(ClientError::NotKept { place, written: text, found: after }))
         }
-        Err(error) if error.severity() == Severity::Line => Err(error),
-        Err(error) => Ok(Restored::Refused(error)),
+        Err(error) if error.kind() == ErrorKind::Line => Err(error),
+        Err(error) => Ok(RestoreOutcome::Refused(error)),
     }
 }
 
@@ -386,13 +389,13 @@ mod tests {
     use super::super::records::RecordError;
     use super::*;
     use profivac_devices::catalog::model_named;
-    use profivac_devices::model::Via;
+    use profivac_devices::model::AccessPath;
 
     const FILE: &str = "device = \"bcg450\"\nident = 0x08E6\n\n[settings]\n\"pirani.safe-state\" = \"zero\"\n";
 
     #[test]
     fn a_file_has_settings_and_where_they_stand() {
-        let file = File::parse(FILE).unwrap();
+        let file = SettingsFile::parse(FILE).unwrap();
         assert_eq!((file.device.as_str(), file.ident), ("bcg450", 0x08E6));
         let at = (5, 23);
         assert_eq!(file.settings, [Setting { name: "pirani.safe-state".to_owned(), value: "zero".to_owned(), at }]);
@@ -407,7 +410,7 @@ mod tests {
             (FILE.replace("0x08E6", "0x108E6"), "line 2, column 9: "),
             (FILE.replace("device = \"bcg450\"\n", ""), "line "),
         ] {
-            let said = File::parse(&text).unwrap_err().to_string();
+            let said = SettingsFile::parse(&text).unwrap_err().to_string();
             assert!(said.starts_with(place) && !said.contains('\n'), "{said:?} instead of {place}");
         }
     }
@@ -416,7 +419,7 @@ mod tests {
     fn texts_are_quoted() {
         assert_eq!(quoted("a \"b\" \\ \u{1}"), "\"a \\\"b\\\" \\\\ \\u0001\"");
         let text = format!("device = {}\nident = 1", quoted("a \"b\" \\ \u{1}"));
-        assert_eq!(File::parse(&text).unwrap().device, "a \"b\" \\ \u{1}");
+        assert_eq!(SettingsFile::parse(&text).unwrap().device, "a \"b\" \\ \u{1}");
     }
 
     /// A gauge in which another tool moves the selector after every so many reads.
@@ -427,8 +430,8 @@ mod tests {
     }
 
     impl Records for Shared {
-        fn via(&self) -> Via {
-            Via::Class2
+        fn via(&self) -> AccessPath {
+            AccessPath::Class2
         }
 
         fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
@@ -454,18 +457,18 @@ mod tests {
 
     fn dumped(every: usize) -> Result<Dump, ClientError> {
         let records = Shared { shown: 2, reads: 0, every };
-        let mut gauge = Gauge::known(records, 5, model_named("bcg450").unwrap());
+        let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
         let dump = dump(&mut gauge);
-        gauge.finish().unwrap();
+        gauge.restore_selector().unwrap();
         dump
     }
 
     #[test]
     fn a_dump_tells_how_far_it_is() {
         let records = Shared { shown: 2, reads: 0, every: 0 };
-        let mut gauge = Gauge::known(records, 5, model_named("bcg450").unwrap());
+        let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
         let mut told = Vec::new();
-        let dump = dump_telling(&mut gauge, |done, all| told.push((done, all))).unwrap();
+        let dump = dump_with_progress(&mut gauge, |done, all| told.push((done, all))).unwrap();
         let all = dump.readings.len();
         assert!(all > 50, "{all}");
         assert_eq!(told, (0..=all).map(|done| (done, all)).collect::<Vec<_>>());

@@ -3,8 +3,8 @@
 //! Pressures are numbers in the unit the device has now; a pressure written in another unit is converted. Numbers that have a
 //! name in the manual are shown and taken by it.
 
-use super::names::{Named, key};
-use profivac_devices::model::{Codes, DataType, Format, Model, NumberType, Row, Scale, Unit};
+use super::names::{NamedParameter, key};
+use profivac_devices::model::{Codes, DataType, Model, NumberType, PressureFormat, Row, Scale, Unit};
 
 /// The value of a parameter as it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,9 +33,9 @@ pub struct ValueError {
 
 /// What the value of a row means on one device, now.
 #[derive(Clone, Copy, Debug)]
-pub struct Meaning<'a> {
+pub struct ValueFormat<'a> {
     /// The parameter.
-    pub named: &'a Named,
+    pub named: &'a NamedParameter,
     /// Its device.
     pub model: &'static Model,
     /// The unit of all its pressures.
@@ -77,25 +77,25 @@ pub fn hex(octets: &[u8]) -> String {
 /// A number as short as it can be, with an exponent where it would be long.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "it came as a float of 32 bits")]
-pub fn number(number: f64) -> String {
+pub fn format_number(number: f64) -> String {
     let number = number as f32;
     let plain = number == 0.0 || (0.01..100_000.0).contains(&number.abs());
     if plain { number.to_string() } else { format!("{number:e}") }
 }
 
-impl Meaning<'_> {
+impl ValueFormat<'_> {
     const fn row(&self) -> &'static Row {
         self.named.parameter.row
     }
 
     /// The value in words.
     #[must_use]
-    pub fn show(&self, value: &Value) -> String {
+    pub fn format(&self, value: &Value) -> String {
         match value {
-            Value::Integer(number) => self.show_integer(*number),
+            Value::Integer(number) => self.format_integer(*number),
             Value::Number(it) => match (self.row().data_type, self.unit) {
-                (DataType::ByType, Some(unit)) => format!("{} {}", number(*it), unit.name),
-                _ => self.name_of_float(*it).unwrap_or_else(|| number(*it)),
+                (DataType::ByType, Some(unit)) => format!("{} {}", format_number(*it), unit.name),
+                _ => self.name_of_float(*it).unwrap_or_else(|| format_number(*it)),
             },
             Value::Text(text) => text.clone(),
             Value::Octets(octets) => match (octets.as_slice(), self.row().codes.is_command()) {
@@ -109,7 +109,7 @@ impl Meaning<'_> {
 
     /// The name of a number that has one.
     fn name_of(&self, number: i64) -> Option<String> {
-        self.row().codes.of(number).map(|code| code.name.to_owned())
+        self.row().codes.code(number).map(|code| code.name.to_owned())
     }
 
     /// BG 5530 has a float that holds a code.
@@ -118,7 +118,7 @@ impl Meaning<'_> {
         (number.fract() == 0.0 && number.abs() < 1e6).then(|| self.name_of(number as i64)).flatten()
     }
 
-    fn show_integer(&self, number: i64) -> String {
+    fn format_integer(&self, number: i64) -> String {
         match self.row().codes {
             Codes::Bits(bits) => {
                 let set: Vec<_> =
@@ -154,7 +154,7 @@ impl Meaning<'_> {
             }
         };
         octets.ok_or_else(|| ValueError {
-            expected: self.takes(number),
+            expected: self.expected(number),
             received: text.to_owned(),
             out_of_range: text.split_whitespace().next().is_some_and(|number| number.parse::<f64>().is_ok()),
         })
@@ -162,9 +162,9 @@ impl Meaning<'_> {
 
     /// What it takes, in words.
     #[must_use]
-    pub fn takes(&self, number: NumberType) -> String {
+    pub fn expected(&self, number: NumberType) -> String {
         let row = self.row();
-        let names = || row.codes.list().iter().map(|code| code.name).collect::<Vec<_>>().join(", ");
+        let names = || row.codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", ");
         match (&row.codes, row.data_type) {
             (Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_), _) => format!("one of {}", names()),
             (Codes::Units, _) => {
@@ -218,7 +218,7 @@ impl Meaning<'_> {
         let known = match row.codes {
             // A combination of commands.
             Codes::BitCommands(codes) => number & !codes.iter().fold(0, |all, code| all | i64::from(code.number)) == 0,
-            Codes::Names(_) | Codes::Commands(_) => row.codes.of(number).is_some(),
+            Codes::Names(_) | Codes::Commands(_) => row.codes.code(number).is_some(),
             Codes::Units => u16::try_from(number).is_ok_and(|code| self.model.unit(code).is_some()),
             _ => true,
         };
@@ -230,7 +230,7 @@ impl Meaning<'_> {
         if self.row().codes == Codes::Units {
             return self.model.unit_named(text).map(|unit| unit.code.into());
         }
-        let code = self.row().codes.list().iter().find(|code| key(code.name) == key(text))?;
+        let code = self.row().codes.codes().iter().find(|code| key(code.name) == key(text))?;
         Some(code.number.into())
     }
 
@@ -241,7 +241,7 @@ impl Meaning<'_> {
 
     #[expect(clippy::cast_possible_truncation, reason = "checked, and a float of 32 bits has no more digits")]
     fn float(&self, text: &str) -> Option<Vec<u8>> {
-        let number = match (self.code(text), self.row().codes.list()) {
+        let number = match (self.code(text), self.row().codes.codes()) {
             (Some(code), _) => code as f64,
             (None, []) => text.parse().ok()?,
             // A number that must be one of the table.
@@ -285,9 +285,15 @@ impl Meaning<'_> {
             _ if from == to => Some(value),
             (Scale::PerMbar(from), Scale::PerMbar(to)) => Some(value / from * to),
             _ => {
-                let format =
-                    |unit| Some(Format { unit, number: NumberType::Float, counts: self.counts()?, highest: u16::MAX });
-                Some(format(to)?.number_of(format(from)?.pa_of(value)?))
+                let format = |unit| {
+                    Some(PressureFormat {
+                        unit,
+                        number: NumberType::Float,
+                        counts: self.counts()?,
+                        max_integer: u16::MAX,
+                    })
+                };
+                Some(format(to)?.number_from_pa(format(from)?.pa_from_number(value)?))
             }
         }
     }
@@ -298,7 +304,7 @@ impl Meaning<'_> {
             place if place.instance > 0 => place.instance,
             place => place.slot,
         };
-        let facts = self.model.ranges.iter().find(|facts| facts.part.instance == instance);
+        let facts = self.model.parts.iter().find(|facts| facts.part.instance == instance);
         facts.map(|facts| facts.counts)
     }
 }
@@ -337,14 +343,14 @@ fn octets(text: &str, length: usize) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::names::{Names, Target};
+    use crate::names::{ParameterNames, Target};
     use profivac_devices::catalog::model_named;
 
-    fn with<T>(device: &str, target: &str, unit: &str, ask: impl FnOnce(&Meaning<'_>) -> T) -> T {
+    fn with<T>(device: &str, target: &str, unit: &str, ask: impl FnOnce(&ValueFormat<'_>) -> T) -> T {
         let model = model_named(device).unwrap();
-        let names = Names::of(model);
-        let Ok(Target::Named(named)) = names.find(model.name, target) else { panic!("{target}") };
-        ask(&Meaning { named, model, unit: model.unit_named(unit) })
+        let names = ParameterNames::of(model);
+        let Ok(Target::Parameter(named)) = names.find(model.name, target) else { panic!("{target}") };
+        ask(&ValueFormat { named, model, unit: model.unit_named(unit) })
     }
 
     fn parsed(device: &str, target: &str, text: &str) -> String {
@@ -355,7 +361,7 @@ mod tests {
     }
 
     fn shown(device: &str, target: &str, octets: &[u8]) -> String {
-        with(device, target, "mbar", |meaning| meaning.show(&Value::of(meaning.row(), octets)))
+        with(device, target, "mbar", |meaning| meaning.format(&Value::of(meaning.row(), octets)))
     }
 
     #[test]
@@ -450,12 +456,12 @@ mod tests {
     #[test]
     fn every_value_that_is_shown_is_taken() {
         for model in profivac_devices::catalog::MODELS {
-            let names = Names::of(model);
+            let names = ParameterNames::of(model);
             for named in names.all() {
-                let meaning = Meaning { named, model: model, unit: model.unit_named("mbar") };
-                for code in named.parameter.row.codes.list() {
+                let meaning = ValueFormat { named, model: model, unit: model.unit_named("mbar") };
+                for code in named.parameter.row.codes.codes() {
                     let octets = meaning.parse(code.name, NumberType::Float).unwrap();
-                    assert_eq!(meaning.show(&Value::of(named.parameter.row, &octets)), code.name, "{named}");
+                    assert_eq!(meaning.format(&Value::of(named.parameter.row, &octets)), code.name, "{named}");
                 }
             }
         }

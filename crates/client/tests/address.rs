@@ -54,6 +54,6 @@ fn tool(lost: u8) -> BusSession {
 fn a_lost_answer_does_not_make_a_taken_address_free() {
     for lost in 0..3 {
         let answer = check(&mut tool(lost), 126, 6);
-        assert!(matches!(answer, Err(AddressError::Taken(6))), "{lost} lost: {answer:?}");
+        assert!(matches!(answer, Err(AddressError::AddressInUse(6))), "{lost} lost: {answer:?}");
     }
 }

@@ -10,36 +10,36 @@
 //! The slave is parameterised and released again and again, with outputs of zero; whoever uses it must not need it meanwhile.
 
 pub mod checks;
+pub mod dialogue;
 pub mod probe;
-pub mod talk;
 
-use probe::{Heard, Probe};
+use dialogue::{CheckError, Dialogue, Link, LoggedCycle, SlaveUnderTest};
+use probe::{Probe, Received};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_host::port::{Port, PortError};
 use profivac_host::segment::Segment;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-use talk::{Exchange, Subject, Talk, Wire, Wrong};
 
 /// What became of a check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The rule holds.
-    Holds,
+    Passed,
     /// It does not.
-    Broken {
+    Violated {
         /// What was expected.
         expected: String,
         /// What was said last, and what came.
-        shown: Option<Exchange>,
+        shown: Option<LoggedCycle>,
     },
     /// It cannot be said of this slave, and why.
     Skipped(&'static str),
 }
 
 /// A check and what became of it.
-pub struct Finding {
+pub struct CheckResult {
     /// The check.
     pub check: &'static checks::Check,
     /// What became of it.
@@ -52,26 +52,26 @@ pub struct Finding {
 /// # Errors
 /// [`PortError`] when the port is lost.
 pub fn run(
-    wire: &mut dyn Wire,
-    subject: &Subject,
-    mut tell: impl FnMut(&Finding) -> ControlFlow<()>,
-) -> Result<Vec<Finding>, PortError> {
-    let mut talk = Talk::new(wire, subject);
+    wire: &mut dyn Link,
+    subject: &SlaveUnderTest,
+    mut tell: impl FnMut(&CheckResult) -> ControlFlow<()>,
+) -> Result<Vec<CheckResult>, PortError> {
+    let mut talk = Dialogue::new(wire, subject);
     let mut findings = Vec::new();
     for check in checks::all() {
         talk.take_log();
-        let checked = (check.ask)(&mut talk);
+        let checked = (check.run)(&mut talk);
         let outcome = match checked {
-            Ok(()) => Outcome::Holds,
-            Err(Wrong::NotApplicable(why)) => Outcome::Skipped(why),
-            Err(Wrong::Port(error)) => return Err(error),
-            Err(Wrong::Broken(expected)) => {
+            Ok(()) => Outcome::Passed,
+            Err(CheckError::NotApplicable(why)) => Outcome::Skipped(why),
+            Err(CheckError::Port(error)) => return Err(error),
+            Err(CheckError::Violated(expected)) => {
                 let shown = talk.take_log().pop();
                 recover(&mut talk)?;
-                Outcome::Broken { expected, shown }
+                Outcome::Violated { expected, shown }
             }
         };
-        let finding = Finding { check, outcome };
+        let finding = CheckResult { check, outcome };
         let goes_on = tell(&finding);
         findings.push(finding);
         if goes_on.is_break() {
@@ -83,20 +83,20 @@ pub fn run(
 }
 
 /// The next check begins with a slave that waits for parameters, whatever the one before came to.
-fn recover(talk: &mut Talk<'_>) -> Result<(), PortError> {
+fn recover(talk: &mut Dialogue<'_>) -> Result<(), PortError> {
     match talk.release() {
-        Err(Wrong::Port(error)) => Err(error),
-        Ok(()) | Err(Wrong::Broken(_) | Wrong::NotApplicable(_)) => Ok(()),
+        Err(CheckError::Port(error)) => Err(error),
+        Ok(()) | Err(CheckError::Violated(_) | CheckError::NotApplicable(_)) => Ok(()),
     }
 }
 
 /// The way to a slave through a port, in real time.
-pub struct PortWire {
+pub struct PortLink {
     segment: Segment<[Probe; 1]>,
     baud: Baud,
 }
 
-impl PortWire {
+impl PortLink {
     /// Takes the line of `port`.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters) -> Self {
@@ -119,17 +119,17 @@ impl PortWire {
     }
 }
 
-impl Wire for PortWire {
+impl Link for PortLink {
     fn address(&self) -> u8 {
         let [probe] = self.segment.stations();
         probe.address()
     }
 
-    fn ask(&mut self, octets: &[u8]) -> Result<Heard, PortError> {
-        self.probe().say(octets);
+    fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
+        self.probe().send(octets);
         loop {
             self.segment.serve(&[], Duration::from_secs(1))?;
-            if let Some(heard) = self.probe().heard() {
+            if let Some(heard) = self.probe().received() {
                 return Ok(heard.clone());
             }
         }

@@ -10,7 +10,7 @@ use profivac_wire::{BROADCAST, MAX_TELEGRAM, Telegram};
 
 /// What came back.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum Received {
     /// Nothing within the slot time.
     Nothing,
     /// Octets that are no telegram.
@@ -23,11 +23,11 @@ pub enum Heard {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// It has nothing to say.
-    Quiet,
+    Idle,
     /// It speaks when the line has been idle for so long.
     Ready { idle_tbit: u64 },
     /// It speaks.
-    Leaving,
+    Sending,
     /// Somebody may answer.
     Waiting { until: BitTime },
 }
@@ -39,7 +39,7 @@ pub struct Probe {
     state: State,
     busy: BitTime,
     octets: Vec<u8>,
-    heard: Heard,
+    heard: Received,
     other: Option<u8>,
 }
 
@@ -48,7 +48,7 @@ impl Probe {
     #[must_use]
     pub const fn new(bus: BusParameters, now: BitTime) -> Self {
         let octets = Vec::new();
-        Self { bus, state: State::Quiet, busy: now, octets, heard: Heard::Nothing, other: None }
+        Self { bus, state: State::Idle, busy: now, octets, heard: Received::Nothing, other: None }
     }
 
     /// The address it has as a master.
@@ -70,16 +70,16 @@ impl Probe {
     }
 
     /// Says `octets` as soon as the line has been idle for T_ID2, or T_ID1 if that is longer.
-    pub fn say(&mut self, octets: &[u8]) {
+    pub fn send(&mut self, octets: &[u8]) {
         self.octets = octets.iter().take(MAX_TELEGRAM).copied().collect();
-        self.heard = Heard::Nothing;
+        self.heard = Received::Nothing;
         self.state = State::Ready { idle_tbit: self.bus.id1_tbit().max(self.bus.id2_tbit()) };
     }
 
     /// What came back, once that is known.
     #[must_use]
-    pub fn heard(&self) -> Option<&Heard> {
-        (self.state == State::Quiet).then_some(&self.heard)
+    pub fn received(&self) -> Option<&Received> {
+        (self.state == State::Idle).then_some(&self.heard)
     }
 
     fn slot_tbit(&self) -> u64 {
@@ -90,12 +90,12 @@ impl Probe {
 impl Station for Probe {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.busy = self.busy.max(end);
-        self.other = master_behind(telegram).or(self.other);
-        if matches!(self.state, State::Leaving | State::Waiting { .. }) {
+        self.other = sending_master(telegram).or(self.other);
+        if matches!(self.state, State::Sending | State::Waiting { .. }) {
             let mut octets = [0; MAX_TELEGRAM];
             let length = telegram.emit(&mut octets).unwrap_or_default();
-            self.heard = Heard::Telegram(octets.iter().take(length).copied().collect());
-            self.state = State::Quiet;
+            self.heard = Received::Telegram(octets.iter().take(length).copied().collect());
+            self.state = State::Idle;
         }
         None
     }
@@ -103,7 +103,7 @@ impl Station for Probe {
     fn activity(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
         if let State::Waiting { until } = &mut self.state {
-            self.heard = Heard::Damaged;
+            self.heard = Received::Damaged;
             // A telegram that has begun is heard to its end.
             *until = end + u64::from(self.bus.slot_tbit) + CHARACTER_TBIT;
         }
@@ -111,7 +111,7 @@ impl Station for Probe {
 
     fn sent(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
-        if self.state == State::Leaving {
+        if self.state == State::Sending {
             self.state = State::Waiting { until: end + self.slot_tbit() };
         }
     }
@@ -120,14 +120,14 @@ impl Station for Probe {
         let due = self.wake_at().filter(|due| *due <= now)?;
         match self.state {
             State::Ready { .. } => {
-                self.state = State::Leaving;
+                self.state = State::Sending;
                 Some(Transmit { not_before: due, octets: &self.octets })
             }
             State::Waiting { .. } => {
-                self.state = State::Quiet;
+                self.state = State::Idle;
                 None
             }
-            State::Quiet | State::Leaving => None,
+            State::Idle | State::Sending => None,
         }
     }
 
@@ -135,17 +135,17 @@ impl Station for Probe {
         match self.state {
             State::Ready { idle_tbit } => Some(self.busy + idle_tbit),
             State::Waiting { until } => Some(until),
-            State::Quiet | State::Leaving => None,
+            State::Idle | State::Sending => None,
         }
     }
 }
 
 /// The master that only can have sent `telegram`.
-fn master_behind(telegram: &Telegram<'_>) -> Option<u8> {
+fn sending_master(telegram: &Telegram<'_>) -> Option<u8> {
     match telegram {
         Telegram::Token { da, sa } if *da < BROADCAST && *sa < BROADCAST => Some(*sa),
-        Telegram::Frame(frame) if matches!(frame.control(), Control::Request { .. }) => Some(frame.sa),
-        Telegram::Token { .. } | Telegram::Frame(_) | Telegram::ShortAck => None,
+        Telegram::Data(frame) if matches!(frame.control(), Control::Request { .. }) => Some(frame.sa),
+        Telegram::Token { .. } | Telegram::Data(_) | Telegram::ShortAck => None,
     }
 }
 
@@ -162,7 +162,7 @@ mod tests {
 
     /// Says the request; returns when it has left.
     fn say(probe: &mut Probe) -> BitTime {
-        probe.say(&REQUEST);
+        probe.send(&REQUEST);
         let due = probe.wake_at().unwrap();
         assert_eq!(probe.poll(due).map(|transmit| transmit.octets.to_vec()), Some(REQUEST.to_vec()));
         probe.sent(due + 66);
@@ -173,9 +173,9 @@ mod tests {
     fn silence_is_known_after_the_slot_time() {
         let mut probe = probe();
         let sent = say(&mut probe);
-        assert_eq!((probe.heard(), probe.wake_at()), (None, Some(sent + 100)));
+        assert_eq!((probe.received(), probe.wake_at()), (None, Some(sent + 100)));
         assert_eq!(probe.poll(sent + 100), None);
-        assert_eq!(probe.heard(), Some(&Heard::Nothing));
+        assert_eq!(probe.received(), Some(&Received::Nothing));
     }
 
     #[test]
@@ -185,7 +185,7 @@ mod tests {
         probe.activity(sent + 22);
         let answer = [0x10, 2, 8, 0, 0x0A, 0x16];
         probe.telegram(sent + 77, &Telegram::parse(&answer).unwrap());
-        assert_eq!(probe.heard(), Some(&Heard::Telegram(answer.to_vec())));
+        assert_eq!(probe.received(), Some(&Received::Telegram(answer.to_vec())));
         assert_eq!(probe.other_master(), None);
     }
 
@@ -197,7 +197,7 @@ mod tests {
         let end = probe.wake_at().unwrap();
         assert_eq!(end, sent + 22 + 111);
         probe.poll(end);
-        assert_eq!(probe.heard(), Some(&Heard::Damaged));
+        assert_eq!(probe.received(), Some(&Received::Damaged));
     }
 
     #[test]

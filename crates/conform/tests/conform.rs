@@ -2,16 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_conform::probe::Heard;
-use profivac_conform::talk::{self, Subject, Wire};
-use profivac_conform::{Finding, Outcome, checks, run};
+use profivac_conform::dialogue::{self, Link, SlaveUnderTest};
+use profivac_conform::probe::Received;
+use profivac_conform::{CheckResult, Outcome, checks, run};
 use profivac_devices::catalog::MODELS;
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard as Decoded, Receiver, Station, T_SYN_TBIT};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received as Decoded, Receiver, Station, T_SYN_TBIT};
 use profivac_host::port::PortError;
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::Spec;
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::DeviceSpec;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_wire::{Sap, Telegram};
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -28,36 +28,36 @@ struct Memo {
 
 impl Memo {
     fn of(spec: &str) -> Self {
-        let spec: Spec = spec.parse().unwrap();
-        let conditions = Conditions {
+        let spec: DeviceSpec = spec.parse().unwrap();
+        let conditions = GasConditions {
             pressure: "1e-3 mbar".parse().unwrap(),
             atmosphere: "1000 mbar".parse().unwrap(),
             gas: Gas::N2,
         };
-        let unit = spec.build(Memory::volatile(), BAUD).unwrap();
+        let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
         let device = VirtualDevice::new(unit, PLACE, BAUD, conditions);
         Self { device, receiver: Receiver::with_idle(BitTime(0), T_SYN_TBIT), now: BitTime(1000) }
     }
 }
 
-impl Wire for Memo {
+impl Link for Memo {
     fn address(&self) -> u8 {
         2
     }
 
-    fn ask(&mut self, octets: &[u8]) -> Result<Heard, PortError> {
+    fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
         self.now = self.now + 60;
         self.device.poll(self.now);
-        let mut heard = Heard::Nothing;
+        let mut heard = Received::Nothing;
         for octet in octets {
             self.now = self.now + CHARACTER_TBIT;
             if let Decoded::Telegram(telegram) = self.receiver.octet(self.now, *octet)
                 && let Some(answer) = self.device.telegram(self.now, &telegram)
             {
-                heard = Heard::Telegram(answer.octets.to_vec());
+                heard = Received::Telegram(answer.octets.to_vec());
             }
         }
-        let Heard::Telegram(answer) = &heard else {
+        let Received::Telegram(answer) = &heard else {
             self.now = self.now + 100;
             return Ok(heard);
         };
@@ -78,21 +78,21 @@ impl Wire for Memo {
     }
 }
 
-fn subject(name: &str) -> Subject {
+fn subject(name: &str) -> SlaveUnderTest {
     let model = MODELS.iter().find(|model| model.name == name).unwrap();
     let prm = model.user_prm.first().map_or(&[][..], |prm| prm.octets);
     let cfg = model.configurations.first().unwrap().octets;
-    Subject { address: PLACE, ident: model.ident, cfg: cfg.to_vec(), user_prm: prm.to_vec() }
+    SlaveUnderTest { address: PLACE, ident: model.ident, cfg: cfg.to_vec(), user_prm: prm.to_vec() }
 }
 
 /// The checks that a slave on `wire` does not pass.
-fn broken(wire: &mut dyn Wire, subject: &Subject) -> Vec<String> {
+fn broken(wire: &mut dyn Link, subject: &SlaveUnderTest) -> Vec<String> {
     let findings = run(wire, subject, |_| ControlFlow::Continue(())).unwrap();
-    let told = |finding: &Finding| match &finding.outcome {
-        Outcome::Broken { expected, shown } => {
+    let told = |finding: &CheckResult| match &finding.outcome {
+        Outcome::Violated { expected, shown } => {
             Some(format!("{}: expected {expected}, {shown:02X?}", finding.check.name))
         }
-        Outcome::Holds | Outcome::Skipped(_) => None,
+        Outcome::Passed | Outcome::Skipped(_) => None,
     };
     findings.iter().filter_map(told).collect()
 }
@@ -117,8 +117,10 @@ fn who_breaks_off_leaves_the_slave_released() {
             if told == count { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert_eq!(findings.unwrap().len(), count);
-        let diagnosis = talk::octets(PLACE, 2, Sap::SlaveDiag, 0x6D, &[]);
-        let Heard::Telegram(answer) = wire.ask(&diagnosis).unwrap() else { panic!("no diagnosis after {count}") };
+        let diagnosis = dialogue::octets(PLACE, 2, Sap::SlaveDiag, 0x6D, &[]);
+        let Received::Telegram(answer) = wire.send_and_receive(&diagnosis).unwrap() else {
+            panic!("no diagnosis after {count}")
+        };
         assert_eq!((answer[DU + 1] & 1, answer[DU + 3]), (1, 0xFF), "after {count}");
     }
 }
@@ -140,17 +142,17 @@ struct Faulty {
 }
 
 /// What the fault makes of a request and its answer; `before` is the answer before.
-type Fault = fn(asked: &[u8], came: Heard, before: &[u8]) -> Heard;
+type Fault = fn(asked: &[u8], came: Received, before: &[u8]) -> Received;
 
-impl Wire for Faulty {
+impl Link for Faulty {
     fn address(&self) -> u8 {
         self.memo.address()
     }
 
-    fn ask(&mut self, octets: &[u8]) -> Result<Heard, PortError> {
-        let came = self.memo.ask(octets)?;
+    fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
+        let came = self.memo.send_and_receive(octets)?;
         let came = (self.fault)(octets, came, &self.before);
-        if let Heard::Telegram(came) = &came {
+        if let Received::Telegram(came) = &came {
             self.before = came.clone();
         }
         Ok(came)
@@ -163,13 +165,13 @@ impl Wire for Faulty {
 
 const SC: u8 = 0xE5;
 
-fn telegram(octets: &[u8]) -> Heard {
-    Heard::Telegram(octets.to_vec())
+fn telegram(octets: &[u8]) -> Received {
+    Received::Telegram(octets.to_vec())
 }
 
 /// The answer with an octet of its data unit or head replaced, and a new sum.
-fn with(came: &Heard, place: usize, change: impl Fn(u8) -> u8) -> Heard {
-    let Heard::Telegram(octets) = came else { return came.clone() };
+fn with(came: &Received, place: usize, change: impl Fn(u8) -> u8) -> Received {
+    let Received::Telegram(octets) = came else { return came.clone() };
     let mut octets = octets.clone();
     if octets[0] != 0x68 || place >= octets.len() - 2 {
         return came.clone();
@@ -184,12 +186,12 @@ fn dsap(asked: &[u8]) -> Option<u8> {
     asked.get(7).copied().filter(|_| asked[0] == 0x68 && asked[4] & 0x80 != 0)
 }
 
-fn is_rs(came: &Heard) -> bool {
-    matches!(came, Heard::Telegram(octets) if octets.len() == 6 && octets[3] == 0x03)
+fn is_rs(came: &Received) -> bool {
+    matches!(came, Received::Telegram(octets) if octets.len() == 6 && octets[3] == 0x03)
 }
 
 /// RS where the slave says so becomes something else.
-fn open_instead(asked: &[u8], came: Heard, sap: u8) -> Heard {
+fn open_instead(asked: &[u8], came: Received, sap: u8) -> Received {
     if dsap(asked) == Some(sap) && is_rs(&came) { telegram(&[SC]) } else { came }
 }
 
@@ -210,7 +212,7 @@ const FAULTS: &[(&str, Fault)] = &[
     }),
     ("layer2.no-request", |asked, came, _| if asked[0] == 0xDC { telegram(&[SC]) } else { came }),
     ("layer2.closed", |asked, came, _| open_instead(asked, came, 63)),
-    ("layer2.sd3", |asked, came, _| if asked[0] == 0xA2 { Heard::Nothing } else { came }),
+    ("layer2.sd3", |asked, came, _| if asked[0] == 0xA2 { Received::Nothing } else { came }),
     ("layer2.repetition", |asked, came, before| {
         // The diagnosis counts how often it was read.
         if dsap(asked) == Some(60) {
@@ -252,7 +254,7 @@ const FAULTS: &[(&str, Fault)] = &[
     ("start-up.unlock", |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU + 3, |_| 2) } else { came }),
     ("start-up.watchdog", |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU, |_| 0) } else { came }),
     ("exchange.inputs", |asked, came, _| match (dsap(asked), &came) {
-        (None, Heard::Telegram(octets)) if octets[0] == 0x68 => telegram(&[SC]),
+        (None, Received::Telegram(octets)) if octets[0] == 0x68 => telegram(&[SC]),
         _ => came,
     }),
     ("exchange.diagnosis-flag", |asked, came, _| match dsap(asked) {
@@ -276,7 +278,7 @@ const FAULTS: &[(&str, Fault)] = &[
         _ => came,
     }),
     ("ms2.refusal", |_, came, _| match &came {
-        Heard::Telegram(octets) if octets.get(DU) == Some(&0xDE) => with(&came, DU + 2, |_| 0xC2),
+        Received::Telegram(octets) if octets.get(DU) == Some(&0xDE) => with(&came, DU + 2, |_| 0xC2),
         _ => came,
     }),
     (

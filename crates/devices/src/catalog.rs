@@ -1,17 +1,17 @@
 //! The twelve device models, in the order of their manuals, and how to find one.
 
 use crate::model::Model;
-use crate::pxg55x::table::VERSIONS;
+use crate::pxg55x::table::VARIANTS;
 use crate::{bcg450, img400, tpg, xpg400};
 
 /// All device models.
 pub static MODELS: [&Model; 12] = [
-    &VERSIONS[0].model,
-    &VERSIONS[1].model,
-    &VERSIONS[2].model,
-    &VERSIONS[6].model,
-    &VERSIONS[7].model,
-    &VERSIONS[8].model,
+    &VARIANTS[0].model,
+    &VARIANTS[1].model,
+    &VARIANTS[2].model,
+    &VARIANTS[6].model,
+    &VARIANTS[7].model,
+    &VARIANTS[8].model,
     &xpg400::table::BPG400.model,
     &xpg400::table::HPG400.model,
     &bcg450::table::MODEL,

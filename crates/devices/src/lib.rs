@@ -66,14 +66,15 @@
 pub mod bcg450;
 pub mod catalog;
 pub mod img400;
-mod instrument;
 pub mod model;
 pub mod profile;
 pub mod pxg55x;
+mod simulation;
 pub mod store;
 pub mod tpg;
 pub mod xpg400;
 
-pub use instrument::{
-    Action, Drive, Few, Indicated, Instrument, Part, Principle, REPORT_CAPACITY, Report, Span, Unknown,
+pub use simulation::{
+    Action, BoundedVec, Drive, MeasuringRange, Part, PartReading, Principle, REPORT_CAPACITY, SimulatedDevice,
+    StateReport, UnsupportedAction,
 };

@@ -17,7 +17,7 @@ pub enum Key {
     /// The station address.
     Address,
     /// A value without an index: an adjustment, run hours.
-    Hidden(u8),
+    Internal(u8),
 }
 
 /// The memory took nothing. What it held before, it still holds.
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     const FIRST: Key = Key::Parameter { slot: 1, instance: 2, index: 39 };
-    const SECOND: Key = Key::Hidden(0);
+    const SECOND: Key = Key::Internal(0);
 
     #[test]
     fn what_was_saved_last_is_loaded() {

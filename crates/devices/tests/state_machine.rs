@@ -5,30 +5,30 @@
 #[path = "support/golden.rs"]
 mod golden;
 
-use profivac_devices::profile::{Event, State, TRANSITIONS};
+use profivac_devices::profile::{DeviceState, StateEvent, TRANSITIONS};
 use std::fmt::Write;
 
-const STATES: [State; 7] = [
-    State::Init,
-    State::SelfTesting,
-    State::Idle,
-    State::SelfTestException,
-    State::Executing,
-    State::Abort,
-    State::CriticalFault,
+const STATES: [DeviceState; 7] = [
+    DeviceState::Init,
+    DeviceState::SelfTesting,
+    DeviceState::Idle,
+    DeviceState::SelfTestException,
+    DeviceState::Executing,
+    DeviceState::Abort,
+    DeviceState::CriticalFault,
 ];
 
-const EVENTS: [Event; 10] = [
-    Event::Reset,
-    Event::Abort,
-    Event::Recover,
-    Event::Execute,
-    Event::Stop,
-    Event::PerformDiagnostic,
-    Event::Initialised,
-    Event::Passed,
-    Event::Failed,
-    Event::Fault,
+const EVENTS: [StateEvent; 10] = [
+    StateEvent::Reset,
+    StateEvent::Abort,
+    StateEvent::Recover,
+    StateEvent::Execute,
+    StateEvent::Stop,
+    StateEvent::PerformDiagnostic,
+    StateEvent::Initialised,
+    StateEvent::Passed,
+    StateEvent::Failed,
+    StateEvent::Fault,
 ];
 
 #[test]
@@ -36,7 +36,7 @@ fn every_event_in_every_state() {
     let mut text = String::from("from               event              to, or the code of the refusal\n");
     for state in STATES {
         for event in EVENTS {
-            let result = match state.after(event) {
+            let result = match state.next(event) {
                 Ok(to) => to.name().to_string(),
                 Err(refusal) => refusal.channel_code().to_string(),
             };

@@ -5,7 +5,9 @@ mod support;
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{End, Handle, Master, Ms1Parameters, Ms2Parameters, Notice, Outcome, Phase, Settings, What};
+use profivac_dp::master::{
+    AcyclicEvent, ConnectionEnd, EventKind, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome, Phase, Settings,
+};
 use profivac_wire::acyclic::{AbortReason, AlarmAck, Call, ErrorCode, Im0};
 use support::bus;
 use support::desk::Desk;
@@ -68,12 +70,15 @@ fn ms2_as_printed() {
 
     desk.station.user.ms2_close(connection).unwrap();
     desk.dialogue("M 68 08 08 68 88 82 5C 30 32 58 00 20 40 16\n S E5");
-    let end = End::Closed(AbortReason::User(0));
+    let end = ConnectionEnd::Closed(AbortReason::User(0));
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
     assert_eq!(desk.station.user.outcome(connection), None, "the handle is used up");
-    let told: Vec<_> = std::iter::from_fn(|| desk.station.user.next_event()).map(|event| event.what).collect();
-    let notice = |notice| What::Acyclic(connection, notice);
-    assert_eq!(told, [notice(Notice::Done), notice(Notice::Done), notice(Notice::Ended(end))]);
+    let told: Vec<_> = std::iter::from_fn(|| desk.station.user.next_event()).map(|event| event.kind).collect();
+    let notice = |notice| EventKind::Acyclic(connection, notice);
+    assert_eq!(
+        told,
+        [notice(AcyclicEvent::OutcomeReady), notice(AcyclicEvent::OutcomeReady), notice(AcyclicEvent::Ended(end))]
+    );
 }
 
 /// profibus-wire 5.4: I&M0 is called and read on the connection, at once after it was opened with one poll.

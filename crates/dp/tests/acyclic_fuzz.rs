@@ -13,7 +13,7 @@ use profivac_dp::master::{
 use profivac_dp::slave::{Features, Slave};
 use profivac_wire::acyclic::AlarmAck;
 use profivac_wire::control::{Control, StationType, Status};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 use support::plain::Plain;
 use support::{Random, bus};
 
@@ -98,8 +98,8 @@ impl Bus {
             (6, Some(handle)) => drop(user.ms2_transport(handle, slot, index, &data)),
             (7, Some(handle)) => drop(user.ms2_close(handle)),
             (8..12, Some(handle)) => drop(user.outcome(handle)),
-            (12, _) => drop(user.submit(&services::slave_diag(address))),
-            (13, _) => drop(user.take()),
+            (12, _) => drop(user.submit_request(&services::slave_diag(address))),
+            (13, _) => drop(user.take_confirmation()),
             (14..20, _) => drop(user.next_event()),
             (20, _) if random.below(20) == 0 => user.restart(address),
             (21, _) if random.below(20) == 0 => user.set_mode(Mode::Clear),
@@ -140,7 +140,7 @@ fn parameters(random: &mut Random) -> (Ms1Parameters, Ms2Parameters, PkwParamete
 
 /// Another answer than the one of the slave.
 fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) -> Option<Vec<u8>> {
-    let Telegram::Frame(asked) = request else { return answer };
+    let Telegram::Data(asked) = request else { return answer };
     let kind = random.below(8);
     if let (0..2, Some(mut octets)) = (kind, answer.clone()) {
         let place = random.below(octets.len());
@@ -161,13 +161,13 @@ fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) 
     let has_data = matches!(status, Status::DataLow | Status::DataHigh);
     let (dsap, ssap) = if has_data { (asked.ssap, asked.dsap) } else { (None, None) };
     let du = if has_data { &du[..] } else { &[] };
-    let frame = Frame { da: asked.sa, sa: asked.da, dsap, ssap, fc, du };
+    let frame = DataTelegram { da: asked.sa, sa: asked.da, dsap, ssap, fc, du };
     match kind {
         2 => None,
         3 => Some(vec![0xE5]),
         _ => {
             let mut octets = [0; 255];
-            let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+            let length = Telegram::Data(frame).emit(&mut octets).unwrap();
             Some(octets[..length].to_vec())
         }
     }

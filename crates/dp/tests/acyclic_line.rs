@@ -7,8 +7,8 @@ mod support;
 use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{
-    Cause, End, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, NotTaken, Notice, Outcome, Phase, Settings,
-    SlaveParameters, What, services,
+    AcyclicEvent, Cause, ConnectionEnd, EventKind, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Phase,
+    Settings, SlaveParameters, SubmitError, services,
 };
 use profivac_dp::slave::Features;
 use profivac_wire::acyclic::AbortReason;
@@ -66,7 +66,7 @@ fn open(line: &mut Bus, address: u8) -> Handle {
 }
 
 /// The end of a connection, in less than three seconds.
-fn end(line: &mut Bus, connection: Handle) -> End {
+fn end(line: &mut Bus, connection: Handle) -> ConnectionEnd {
     line.run_until(3 * second(), |line| line.master.user.ms2_phase(connection) == Some(Phase::Ended));
     match line.master.user.outcome(connection) {
         Some(Outcome::Ended(end)) => end,
@@ -111,11 +111,11 @@ fn connections_take_turns() {
     let mut line = exchanging(&[8, 9, 10]);
     let connections = [open(&mut line, 8), open(&mut line, 8), open(&mut line, 9), open(&mut line, 10)];
     let refused = line.master.user.ms2_open(8, &quick());
-    assert_eq!(refused, Err(NotTaken::Full { places: 4 }));
+    assert_eq!(refused, Err(SubmitError::Full { places: 4 }));
     let ms1 = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
     let (mut reads, mut jobs, mut raw) = ([0u32; 4], 0u32, 0u32);
     let mut job = line.master.user.ms1_read(9, 1, 16, 8, &ms1).unwrap();
-    line.master.user.submit(&services::slave_diag(8)).unwrap();
+    line.master.user.submit_request(&services::slave_diag(8)).unwrap();
     let exchanges = |line: &Bus| [8, 9, 10].map(|address| line.master.user.counters(address).unwrap().exchanges);
     let (before, cycles) = (exchanges(&line), line.master.user.cycles());
     for connection in connections {
@@ -133,9 +133,9 @@ fn connections_take_turns() {
             jobs += 1;
             job = line.master.user.ms1_read(9, 1, 16, 8, &ms1).unwrap();
         }
-        if line.master.user.take().is_some() {
+        if line.master.user.take_confirmation().is_some() {
             raw += 1;
-            line.master.user.submit(&services::slave_diag(8)).unwrap();
+            line.master.user.submit_request(&services::slave_diag(8)).unwrap();
         }
         line.now >= until
     });
@@ -177,7 +177,7 @@ fn the_abort_of_the_slave_is_told() {
         octets => octets.to_vec(),
     }));
     let began = line.now;
-    assert_eq!(end(&mut line, connection), End::Aborted(AbortReason::INVALID_REQUEST));
+    assert_eq!(end(&mut line, connection), ConnectionEnd::Aborted(AbortReason::INVALID_REQUEST));
     assert!((line.now - began).abs_diff(second()) < second() / 100, "after T");
 }
 
@@ -191,7 +191,7 @@ fn a_connection_over_a_broken_line_ends_at_both_sides() {
         _ => octets.to_vec(),
     }));
     let lost = Cause::Lost(profivac_dp::link::active::Failure::Silence);
-    assert_eq!(end(&mut line, connection), End::Failed { reason: AbortReason::Fdl(15), cause: lost });
+    assert_eq!(end(&mut line, connection), ConnectionEnd::Failed { reason: AbortReason::Fdl(15), cause: lost });
     line.run_for(3 * second());
     // The slave has freed its connection by itself: both are there again.
     line.tamper = None;
@@ -207,12 +207,12 @@ fn a_slave_that_lost_its_power_has_closed_the_access_point() {
     line.slaves[0].power_up(8);
     let reason = AbortReason::Fdl(3);
     let cause = Cause::Status(Status::ServiceNotActivated);
-    assert_eq!(end(&mut line, lost), End::Failed { reason, cause }, "seen by the next Idle");
+    assert_eq!(end(&mut line, lost), ConnectionEnd::Failed { reason, cause }, "seen by the next Idle");
     assert_eq!(line.master.user.ms2_phase(stays), Some(Phase::Open));
     // The user opens it again; the access point is another connection now.
     let again = open(&mut line, 8);
     assert_ne!(again, lost);
-    assert_eq!(line.master.user.ms2_read(lost, 1, 16, 8), Err(NotTaken::Gone));
+    assert_eq!(line.master.user.ms2_read(lost, 1, 16, 8), Err(SubmitError::UnknownHandle));
 }
 
 #[test]
@@ -221,11 +221,12 @@ fn a_slave_without_a_free_connection_says_so() {
     let first = open(&mut line, 8);
     open(&mut line, 8);
     let third = line.master.user.ms2_open(8, &quick()).unwrap();
-    let closed = End::Failed { reason: AbortReason::Fdl(3), cause: Cause::Status(Status::ServiceNotActivated) };
+    let closed =
+        ConnectionEnd::Failed { reason: AbortReason::Fdl(3), cause: Cause::Status(Status::ServiceNotActivated) };
     assert_eq!(end(&mut line, third), closed);
     // One is closed, and there is room again.
     line.master.user.ms2_close(first).unwrap();
-    assert_eq!(end(&mut line, first), End::Closed(AbortReason::User(0)));
+    assert_eq!(end(&mut line, first), ConnectionEnd::Closed(AbortReason::User(0)));
     open(&mut line, 8);
 }
 
@@ -249,7 +250,8 @@ fn what_is_over_makes_room() {
     }
     open(&mut line, 8);
     let events: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let ended = events.iter().filter(|event| matches!(event.what, What::Acyclic(_, Notice::Ended(_)))).count();
+    let ended =
+        events.iter().filter(|event| matches!(event.kind, EventKind::Acyclic(_, AcyclicEvent::Ended(_)))).count();
     assert_eq!(ended, 20);
     assert!(!line.master.user.take_overflow());
 }
@@ -259,21 +261,21 @@ fn what_is_over_makes_room() {
 fn ms1_needs_data_exchange_and_dpv1() {
     let parameters = Ms1Parameters::new(BAUD);
     let mut line = line(&[8]);
-    assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(NotTaken::NotExchanging(8)));
+    assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(SubmitError::NotExchanging(8)));
     line.master.user.add(&SlaveParameters { user_prm: &[0, 0, 0], ..SlaveParameters::new(8, IDENT, &CFG) }).unwrap();
     line.master.user.set_mode(Mode::Operate);
     line.run_until(second(), |line| line.master.user.exchanging() == 1);
-    assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(NotTaken::NotEnabled(8)));
+    assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(SubmitError::NotEnabled(8)));
 
     let mut line = exchanging(&[8]);
     let write = line.master.user.ms1_write(8, 1, 16, &[1, 2, 3], &parameters).unwrap();
-    assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(NotTaken::Busy));
+    assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(SubmitError::Busy));
     assert_eq!(told(&mut line, write), "Written");
     let read = line.master.user.ms1_read(8, 1, 16, 8, &parameters).unwrap();
     assert_eq!(told(&mut line, read), "Read([01, 02, 03])");
     let read = line.master.user.ms1_read(8, 1, 17, 8, &parameters).unwrap();
     assert!(told(&mut line, read).starts_with("Refused("));
-    let length = |octets| Err(NotTaken::Length { octets, room: 240 });
+    let length = |octets| Err(SubmitError::Length { octets, room: 240 });
     assert_eq!(line.master.user.ms1_write(8, 1, 16, &[0; 241], &parameters), length(241));
     assert_eq!(line.master.user.ms1_read(8, 1, 16, 0, &parameters), length(0));
 }

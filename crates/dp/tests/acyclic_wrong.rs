@@ -5,8 +5,8 @@ mod support;
 
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{Failure, Mismatch};
-use profivac_dp::master::{Cause, End, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome, Trouble};
-use profivac_wire::{Frame, Telegram};
+use profivac_dp::master::{Cause, ConnectionEnd, ExchangeError, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome};
+use profivac_wire::{DataTelegram, Telegram};
 use support::desk::Desk;
 
 const BAUD: Baud = Baud::B1500000;
@@ -31,15 +31,15 @@ impl Relation {
     }
 
     /// A response with these octets.
-    fn response(self, du: &[u8]) -> Frame<'_> {
+    fn response(self, du: &[u8]) -> DataTelegram<'_> {
         let (server, client) = self.saps();
-        Frame { da: 2, sa: 8, dsap: Some(client), ssap: Some(server), fc: 0x08, du }
+        DataTelegram { da: 2, sa: 8, dsap: Some(client), ssap: Some(server), fc: 0x08, du }
     }
 }
 
-fn octets(frame: Frame<'_>) -> Vec<u8> {
+fn octets(frame: DataTelegram<'_>) -> Vec<u8> {
     let mut octets = [0; 255];
-    let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
     octets[..length].to_vec()
 }
 
@@ -62,7 +62,7 @@ fn read(desk: &mut Station, relation: Relation) -> Handle {
             let parameters = Ms2Parameters { send_timeout: 10, response_timeout: 10, ..Ms2Parameters::new(BAUD) };
             let connection = user.ms2_open(8, &parameters).unwrap();
             desk.asks();
-            desk.hears_octets(11, &octets(Frame { ssap: Some(49), ..Ms2.response(&[0x56, 48, 0, 10]) }));
+            desk.hears_octets(11, &octets(DataTelegram { ssap: Some(49), ..Ms2.response(&[0x56, 48, 0, 10]) }));
             desk.asks();
             let opened = [0x57, 0xF0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
             desk.hears_octets(11, &octets(Ms2.response(&opened)));
@@ -92,7 +92,9 @@ fn cause(relation: Relation, wrong: &[u8]) -> Result<Vec<u8>, Cause> {
         loop {
             match desk.station.user.outcome(handle) {
                 Some(Outcome::Read(record)) => return Ok(record.to_vec()),
-                Some(Outcome::Failed(cause) | Outcome::Ended(End::Failed { cause, .. })) => return Err(cause),
+                Some(Outcome::Failed(cause) | Outcome::Ended(ConnectionEnd::Failed { cause, .. })) => {
+                    return Err(cause);
+                }
                 Some(other) => panic!("{other:?}"),
                 None => {}
             }
@@ -122,14 +124,14 @@ fn wrong_telegrams() {
     for relation in [Ms1, Ms2] {
         let right = relation.response(&RIGHT);
         for (wrong, mismatch) in [
-            (Frame { sa: 9, ..right }, Mismatch::Source(9)),
-            (Frame { da: 3, ..right }, Mismatch::Destination(3)),
-            (Frame { ssap: Some(47), ..right }, Mismatch::AccessPoint),
-            (Frame { dsap: Some(62), ..right }, Mismatch::AccessPoint),
-            (Frame { dsap: None, ssap: None, ..right }, Mismatch::AccessPoint),
-            (Frame { fc: 0x00, ..right }, Mismatch::Function(0x00)),
-            (Frame { fc: 0x09, ..right }, Mismatch::Form),
-            (Frame { fc: 0x03, ..right }, Mismatch::Form),
+            (DataTelegram { sa: 9, ..right }, Mismatch::Source(9)),
+            (DataTelegram { da: 3, ..right }, Mismatch::Destination(3)),
+            (DataTelegram { ssap: Some(47), ..right }, Mismatch::AccessPoint),
+            (DataTelegram { dsap: Some(62), ..right }, Mismatch::AccessPoint),
+            (DataTelegram { dsap: None, ssap: None, ..right }, Mismatch::AccessPoint),
+            (DataTelegram { fc: 0x00, ..right }, Mismatch::Function(0x00)),
+            (DataTelegram { fc: 0x09, ..right }, Mismatch::Form),
+            (DataTelegram { fc: 0x03, ..right }, Mismatch::Form),
         ] {
             let expected = Err(Cause::Lost(Failure::Mismatch(mismatch)));
             assert_eq!(cause(relation, &octets(wrong)), expected, "{relation:?} {wrong:?}");
@@ -315,7 +317,7 @@ fn ms1_that_is_out_of_step_begins_anew_with_data_exchange() {
             }
         }
         desk.says();
-        assert_eq!(desk.station.user.trouble(8), Some(Trouble::Ms1));
+        assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Ms1));
         assert_eq!(desk.station.user.inputs(8), None);
         let parameters = Ms1Parameters::new(BAUD);
         assert!(desk.station.user.ms1_read(8, 1, 16, 8, &parameters).is_err(), "not before it exchanges data");

@@ -5,7 +5,7 @@
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, State, services};
+use profivac_dp::master::{HandlerState, Master, Mode, Settings, SlaveParameters, services};
 use profivac_wire::global::ControlCommand;
 use std::collections::BTreeSet;
 use support::line::{From, Line};
@@ -46,8 +46,8 @@ fn act(line: &mut Bus, random: &mut Random) {
             let _ = master.control(ControlCommand::from_bits_retain(random.below(256) as u8), parameters.group);
         }
         _ => {
-            let _ = master.submit(&services::slave_diag(address));
-            let _ = master.take();
+            let _ = master.submit_request(&services::slave_diag(address));
+            let _ = master.take_confirmation();
         }
     }
     if random.below(20) == 0 {
@@ -61,7 +61,8 @@ fn check(line: &Bus) {
     let master = &line.master.user;
     let addresses: Vec<u8> = master.addresses().collect();
     assert_eq!(addresses.iter().collect::<BTreeSet<_>>().len(), addresses.len(), "{addresses:?}");
-    let exchanging = addresses.iter().filter(|address| matches!(master.state(**address), Some(State::Data { .. })));
+    let exchanging =
+        addresses.iter().filter(|address| matches!(master.state(**address), Some(HandlerState::Data { .. })));
     assert_eq!(exchanging.count(), master.exchanging());
     for address in ADDRESSES {
         assert_eq!(addresses.contains(&address), master.state(address).is_some());

@@ -5,7 +5,9 @@ mod support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Event, Master, Mode, Rejected, Settings, SlaveParameters, State, Trouble, What};
+use profivac_dp::master::{
+    Event, EventKind, ExchangeError, HandlerState, Master, Mode, Settings, SlaveListError, SlaveParameters,
+};
 use profivac_wire::cfg::CfgError;
 use profivac_wire::control::Status;
 use support::desk::Desk;
@@ -71,8 +73,8 @@ fn diag(du: &str) -> String {
     support::text(&octets)
 }
 
-fn events(master: &mut Master<32, 32>) -> Vec<What> {
-    std::iter::from_fn(|| master.next_event()).map(|event| event.what).collect()
+fn events(master: &mut Master<32, 32>) -> Vec<EventKind> {
+    std::iter::from_fn(|| master.next_event()).map(|event| event.kind).collect()
 }
 
 #[test]
@@ -103,7 +105,7 @@ fn the_start_up_is_the_one_of_the_real_trace() {
          M 68 05 05 68 08 02 7D 00 00 87 16          | and its outputs, FCB = 1
          S E5                                        | no inputs",
     );
-    assert_eq!(desk.station.user.state(8), Some(State::Data { diag: false }));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Data { diag: false }));
 }
 
 #[test]
@@ -167,9 +169,9 @@ fn a_slave_of_another_master_is_left_alone_until_it_is_free() {
         asked.push(said.start);
         desk.hears(&locked);
     }
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Owned { master: 5 }));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Owned { master: 5 }));
     let told = events(&mut desk.station.user);
-    assert_eq!(told.iter().filter(|what| matches!(what, What::Trouble(_))).count(), 1, "told once: {told:?}");
+    assert_eq!(told.iter().filter(|what| matches!(what, EventKind::Trouble(_))).count(), 1, "told once: {told:?}");
     // Slowly: the pauses double from 10 ms to 250 ms.
     let pauses: Vec<_> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
@@ -187,25 +189,25 @@ fn another_device_is_never_sent_parameters() {
     let mut desk = desk_in_diag1();
     desk.hears(&diag("02 05 00 FF 43 21"));
     assert_eq!(desk.asks().octets[7], 0x3C);
-    let trouble = Trouble::Ident { expected: IDENT, received: 0x4321 };
-    assert_eq!(desk.station.user.trouble(8), Some(trouble));
+    let trouble = ExchangeError::Ident { expected: IDENT, received: 0x4321 };
+    assert_eq!(desk.station.user.exchange_error(8), Some(trouble));
     assert_eq!(trouble.to_string(), "it is another device: ident number 4321 instead of 1234");
 }
 
 #[test]
 fn what_the_second_diagnosis_says_decides() {
     for (du, trouble) in [
-        ("42 05 00 FF 12 34", Trouble::PrmFault),
-        ("06 05 00 FF 12 34", Trouble::CfgFault),
-        ("02 05 00 FF 12 34", Trouble::PrmReq),
-        ("00 0C 00 FF 12 34", Trouble::PrmReq),
-        ("00 0C 00 03 12 34", Trouble::Owned { master: 3 }),
-        ("00 0C 00 02 12", Trouble::Length { expected: 6, received: 5 }),
+        ("42 05 00 FF 12 34", ExchangeError::PrmFault),
+        ("06 05 00 FF 12 34", ExchangeError::CfgFault),
+        ("02 05 00 FF 12 34", ExchangeError::PrmReq),
+        ("00 0C 00 FF 12 34", ExchangeError::PrmReq),
+        ("00 0C 00 03 12 34", ExchangeError::Owned { master: 3 }),
+        ("00 0C 00 02 12", ExchangeError::Length { expected: 6, received: 5 }),
     ] {
         let mut desk = desk_in_diag2();
         desk.hears(&diag(du));
-        assert_eq!(desk.station.user.trouble(8), Some(trouble), "{du}");
-        assert_eq!(desk.station.user.state(8), Some(State::Diag1), "{du}");
+        assert_eq!(desk.station.user.exchange_error(8), Some(trouble), "{du}");
+        assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1), "{du}");
         // From the beginning, the first time at once.
         assert_eq!(desk.asks().octets[7], 0x3C, "{du}");
         desk.hears(POWER_UP);
@@ -219,13 +221,13 @@ fn a_slave_that_is_not_ready_is_asked_again_but_not_for_ever() {
     let checking = diag("02 0C 00 02 12 34");
     let begin = desk.now;
     desk.hears(&checking);
-    while desk.station.user.state(8) != Some(State::Diag1) {
+    while desk.station.user.state(8) != Some(HandlerState::Diag1) {
         assert_eq!(desk.asks().octets[7], 0x3C);
         desk.hears(&checking);
     }
     let took = desk.now - begin;
     assert!(took.abs_diff(settings().ready_tbit) < 1000, "{took}");
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::NotReady));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::NotReady));
 
     let mut desk = desk_in_diag2();
     desk.hears(&checking);
@@ -241,7 +243,7 @@ fn single_lost_diagnoses_do_not_add_up() {
         // With its repetition and the first contact after it, two failures in a row.
         (0..4).for_each(|_| drop(desk.asks()));
     }
-    assert!(matches!(desk.station.user.state(8), Some(State::Diag2 { .. })));
+    assert!(matches!(desk.station.user.state(8), Some(HandlerState::Diag2 { .. })));
     assert_eq!(desk.station.user.counters(8).unwrap().lost, 10);
 }
 
@@ -257,7 +259,7 @@ fn a_slave_taken_up_again_does_not_wait_for_the_end_of_its_pause() {
     let begin = desk.now;
     assert_eq!(desk.asks().octets, hex("10 08 02 49 53 16"));
     assert!(desk.now - begin < 1_000);
-    assert_eq!(desk.station.user.trouble(8), None);
+    assert_eq!(desk.station.user.exchange_error(8), None);
 }
 
 #[test]
@@ -268,7 +270,7 @@ fn static_diagnosis_holds_back_the_exchange() {
         desk.hears(&diag("00 0E 00 02 12 34"));
         assert_eq!(desk.asks().octets[7], 0x3C);
     }
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::StaticDiag));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::StaticDiag));
     assert_eq!(desk.station.user.inputs(8), None);
     desk.hears(READY);
     assert_eq!(desk.asks().octets[6], 0x46);
@@ -290,11 +292,11 @@ fn diag_update_delay_bears_with_a_slave_that_still_asks_for_parameters() {
     for _ in 0..2 {
         assert_eq!(desk.asks().octets[7], 0x3C);
         desk.hears(POWER_UP);
-        assert_eq!(desk.station.user.trouble(8), None);
+        assert_eq!(desk.station.user.exchange_error(8), None);
     }
     assert_eq!(desk.asks().octets[7], 0x3C);
     desk.hears(POWER_UP);
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::PrmReq));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::PrmReq));
 }
 
 #[test]
@@ -303,8 +305,8 @@ fn set_prm_and_chk_cfg_want_an_acknowledgement_and_nothing_else() {
     desk.hears(POWER_UP);
     assert_eq!(desk.asks().octets[7], 0x3D);
     desk.hears("10 02 08 03 0D 16");
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Refused(Status::ServiceNotActivated)));
-    assert_eq!(desk.station.user.state(8), Some(State::Diag1));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Refused(Status::ServiceNotActivated)));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1));
 }
 
 #[test]
@@ -314,7 +316,7 @@ fn a_refused_configuration_is_tried_again_slowly_while_the_others_exchange() {
     line.attach(Plain::new(IDENT, &CFG), 3);
     line.attach(Plain::new(IDENT, &CFG), 4);
     line.run_for(3_000_000);
-    assert_eq!(line.master.user.trouble(3), Some(Trouble::CfgFault));
+    assert_eq!(line.master.user.exchange_error(3), Some(ExchangeError::CfgFault));
     assert_eq!(line.master.user.exchanging(), 1);
     let sent_to_3 = line.trace.iter().filter(|entry| entry.octets.get(4) == Some(&0x83)).count();
     // Two seconds: 0, 10, 30, 70, 150, 310, 560 ... ms after the first failure, four messages each.
@@ -330,10 +332,10 @@ fn a_refused_parameter_is_told_by_the_diagnosis() {
     let mut device = Plain::new(IDENT, &CFG);
     device.accepts_prm = false;
     line.attach(device, 8);
-    line.run_until(100_000, |line| line.master.user.trouble(8) == Some(Trouble::PrmFault));
+    line.run_until(100_000, |line| line.master.user.exchange_error(8) == Some(ExchangeError::PrmFault));
     line.slaves[0].device_mut().accepts_prm = true;
     line.run_until(1_000_000, |line| line.master.user.inputs(8).is_some());
-    assert_eq!(line.master.user.trouble(8), None);
+    assert_eq!(line.master.user.exchange_error(8), None);
 }
 
 #[test]
@@ -384,7 +386,7 @@ fn the_events_tell_the_story() {
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
     let story: Vec<Event> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let told: Vec<String> = story.iter().map(|event| event.what.to_string()).collect();
+    let told: Vec<String> = story.iter().map(|event| event.kind.to_string()).collect();
     assert_eq!(told, ["DIAG1", "new diagnosis", "PRM", "CFG", "DIAG2", "new diagnosis", "DATA"]);
     assert!(story.iter().all(|event| event.address == 8));
     assert!(story.is_sorted_by_key(|event| event.at));
@@ -399,14 +401,14 @@ fn events_that_nobody_takes_are_lost_and_that_is_told() {
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
     let told: Vec<_> =
-        std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.what.to_string()).collect();
+        std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind.to_string()).collect();
     assert_eq!(told, ["DIAG1", "new diagnosis", "PRM"], "the oldest are kept");
     assert!(line.master.user.take_overflow());
     assert!(!line.master.user.take_overflow(), "told once");
     // What comes later is told again.
     line.master.user.release(8);
     line.run_for(5_000);
-    assert_eq!(line.master.user.next_event().map(|event| event.what), Some(What::Entered(State::Release)));
+    assert_eq!(line.master.user.next_event().map(|event| event.kind), Some(EventKind::Entered(HandlerState::Release)));
     assert!(!line.master.user.take_overflow());
 }
 
@@ -416,7 +418,7 @@ fn a_released_slave_is_free_for_others_and_may_come_back() {
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
     line.master.user.release(8);
-    line.run_until(10_000, |line| line.master.user.state(8) == Some(State::Inactive));
+    line.run_until(10_000, |line| line.master.user.state(8) == Some(HandlerState::Inactive));
     assert_eq!(line.slaves[0].state().owner(), None);
     assert_eq!(line.master.user.inputs(8), None);
     let first = line.trace.len();
@@ -442,18 +444,18 @@ fn parameters_that_cannot_work_are_refused() {
     ] {
         assert_eq!(master.add(&bad).unwrap_err().to_string(), sentence);
     }
-    assert_eq!(master.add(&SlaveParameters { cfg: &[0xC6], ..good }), Err(Rejected::Cfg(CfgError::Truncated)));
+    assert_eq!(master.add(&SlaveParameters { cfg: &[0xC6], ..good }), Err(SlaveListError::Cfg(CfgError::Truncated)));
     assert_eq!(master.add(&good), Ok(()));
-    assert_eq!(master.add(&good), Err(Rejected::Taken(8)));
-    assert_eq!(master.add(&SlaveParameters { address: 9, ..good }), Err(Rejected::Full { capacity: 1 }));
+    assert_eq!(master.add(&good), Err(SlaveListError::Taken(8)));
+    assert_eq!(master.add(&SlaveParameters { address: 9, ..good }), Err(SlaveListError::Full { capacity: 1 }));
 }
 
 #[test]
 fn a_slave_that_answers_nothing_but_fdl_status_goes_back_to_the_beginning() {
     let mut desk = desk_in_diag1();
     desk.dialogue(&format!("M {DIAG_FIRST}\nM {DIAG_FIRST}\nM 10 08 02 49 53 16"));
-    assert_eq!(desk.station.user.state(8), Some(State::Offline));
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Lost(Failure::Silence)));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Offline));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
 }
 
 #[test]

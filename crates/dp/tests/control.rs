@@ -6,7 +6,9 @@ mod support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{COMMANDS, Master, Mode, NotSent, Settings, SlaveParameters, State, Trouble, What};
+use profivac_dp::master::{
+    ControlError, EventKind, ExchangeError, HandlerState, MAX_PENDING_COMMANDS, Master, Mode, Settings, SlaveParameters,
+};
 use profivac_wire::diag::StationStatus;
 use profivac_wire::global::ControlCommand;
 use support::bus;
@@ -76,7 +78,7 @@ fn all(outputs: [[u8; 2]; 3]) -> Vec<Option<Vec<u8>>> {
 
 fn control(line: &mut Bus, command: ControlCommand, group: u8) {
     assert_eq!(line.master.user.control(command, group), Ok(()));
-    line.run_until(20_000, |line| line.master.user.controls_waiting() == 0);
+    line.run_until(20_000, |line| line.master.user.pending_commands() == 0);
     line.run_for(3_000);
 }
 
@@ -176,8 +178,8 @@ fn commands_keep_their_order_and_their_number_is_limited() {
     for group in 1..=8 {
         assert_eq!(line.master.user.control(ControlCommand::FREEZE, group), Ok(()));
     }
-    assert_eq!((COMMANDS, line.master.user.controls_waiting()), (8, 8));
-    assert_eq!(line.master.user.control(ControlCommand::FREEZE, 9), Err(NotSent::Full));
+    assert_eq!((MAX_PENDING_COMMANDS, line.master.user.pending_commands()), (8, 8));
+    assert_eq!(line.master.user.control(ControlCommand::FREEZE, 9), Err(ControlError::Full));
     line.run_for(20_000);
     let sent: Vec<_> = line.trace[first..]
         .iter()
@@ -200,7 +202,7 @@ fn a_command_that_cannot_be_is_refused_in_words() {
         assert_eq!(sentence(&mut line, command), expected);
     }
     line.master.user.set_mode(Mode::Stop);
-    assert_eq!(line.master.user.control(ControlCommand::SYNC, 0), Err(NotSent::NobodyListens));
+    assert_eq!(line.master.user.control(ControlCommand::SYNC, 0), Err(ControlError::NoSlaveExchanging));
 }
 
 #[test]
@@ -213,7 +215,7 @@ fn commands_for_slaves_that_are_gone_are_dropped() {
     let first = line.trace.len();
     line.run_until(2_000_000, |line| line.master.user.inputs(3).is_some());
     line.run_for(5_000);
-    assert_eq!(line.master.user.controls_waiting(), 0);
+    assert_eq!(line.master.user.pending_commands(), 0);
     assert!(!line.messages(first).contains(&SYNC_1.to_string()));
 }
 
@@ -346,9 +348,9 @@ fn auto_clear_takes_all_slaves_to_safe_outputs_when_one_is_lost() {
     line.run_for(3_000);
     assert_eq!((&outputs(&line)[0], &outputs(&line)[2]), (&Some(vec![0, 0]), &Some(vec![0, 0])));
     let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let what: Vec<_> = told.iter().map(|event| event.what).collect();
-    let lost = Trouble::Lost(Failure::Silence);
-    assert_eq!(what, [What::Trouble(lost), What::Entered(State::Offline), What::AutoClear]);
+    let what: Vec<_> = told.iter().map(|event| event.kind).collect();
+    let lost = ExchangeError::NoAnswer(Failure::Silence);
+    assert_eq!(what, [EventKind::Trouble(lost), EventKind::Entered(HandlerState::Offline), EventKind::AutoClear]);
     assert!(told.iter().all(|event| event.address == 4));
     // It stays so when the slave is back, until it is told otherwise.
     line.tamper = None;

@@ -5,7 +5,7 @@ mod support;
 
 use profivac_dp::link::active::{Active, Failure, Mismatch};
 use profivac_dp::link::{Baud, BitTime, Station as _};
-use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, State, Trouble, What};
+use profivac_dp::master::{EventKind, ExchangeError, HandlerState, Master, Mode, Settings, SlaveParameters};
 use profivac_wire::control::Status;
 use profivac_wire::diag::StationStatus;
 use support::desk::Desk;
@@ -113,8 +113,8 @@ fn dh_is_followed_by_slave_diag_and_then_by_exchange() {
     assert!(diag.status.contains(StationStatus::EXT_DIAG));
     assert_eq!(diag.ext_diag, [0x02, 0x7F]);
     assert_eq!(
-        std::iter::from_fn(|| desk.station.user.next_event()).last().map(|event| event.what),
-        Some(What::Diagnosis)
+        std::iter::from_fn(|| desk.station.user.next_event()).last().map(|event| event.kind),
+        Some(EventKind::Diagnosis)
     );
 }
 
@@ -134,7 +134,7 @@ fn a_slave_with_news_is_diagnosed_once_and_not_for_ever() {
     assert_eq!(line.master.user.counters(8).unwrap().diagnoses, 4);
     assert_eq!(news(&mut line), 0);
     assert_eq!(line.master.user.diagnosis(8).unwrap().ext_diag, [0x03, 0xAA, 0xBB]);
-    assert_eq!(line.master.user.state(8), Some(State::Data { diag: false }));
+    assert_eq!(line.master.user.state(8), Some(HandlerState::Data { diag: false }));
 }
 
 #[test]
@@ -165,8 +165,8 @@ fn an_answer_that_does_not_fit_never_becomes_a_value() {
         desk.asks();
         assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "{answer}");
         // A wrong FCS is a damaged answer: told when the slave is lost, and not before.
-        let trouble = mismatch.map(|mismatch| Trouble::Lost(Failure::Mismatch(mismatch)));
-        assert_eq!(desk.station.user.trouble(8), trouble, "{answer}");
+        let trouble = mismatch.map(|mismatch| ExchangeError::NoAnswer(Failure::Mismatch(mismatch)));
+        assert_eq!(desk.station.user.exchange_error(8), trouble, "{answer}");
         assert_eq!(desk.station.user.counters(8).unwrap().lost, 1, "{answer}");
     }
 }
@@ -179,7 +179,11 @@ fn an_answer_of_the_wrong_length_restarts_the_slave() {
         let mut desk = exchanging();
         desk.asks();
         desk.hears(answer);
-        assert_eq!(desk.station.user.trouble(8), Some(Trouble::Length { expected: 2, received }), "{answer}");
+        assert_eq!(
+            desk.station.user.exchange_error(8),
+            Some(ExchangeError::Length { expected: 2, received }),
+            "{answer}"
+        );
         assert_eq!(desk.station.user.inputs(8), None, "{answer}");
         assert_eq!(desk.asks().octets[7], 0x3C, "Slave_Diag: {answer}");
     }
@@ -194,7 +198,7 @@ fn an_answer_longer_than_any_image_restarts_the_slave() {
     let fcs = octets[4..].iter().fold(0u8, |sum, octet| sum.wrapping_add(*octet));
     octets.extend([fcs, 0x16]);
     desk.hears_octets(11, &octets);
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Length { expected: 2, received: 244 }));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Length { expected: 2, received: 244 }));
 }
 
 #[test]
@@ -203,9 +207,9 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     line.slaves[0].power_up(8);
     let first = line.trace.len();
     line.run_until(10_000, |line| line.master.user.counters(8).unwrap().starts == 2);
-    let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.what).collect();
-    assert_eq!(told[0], What::Trouble(Trouble::Refused(Status::ServiceNotActivated)));
-    assert_eq!(told[1], What::Entered(State::Diag1));
+    let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
+    assert_eq!(told[0], EventKind::Trouble(ExchangeError::Refused(Status::ServiceNotActivated)));
+    assert_eq!(told[1], EventKind::Entered(HandlerState::Diag1));
     // RS, diagnosis, parameters, configuration, diagnosis: nothing else is needed.
     let messages = line.messages(first);
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
@@ -265,7 +269,7 @@ fn an_answer_that_was_on_its_way_when_the_slave_was_released_is_not_taken() {
     assert_eq!(desk.station.user.inputs(8), None);
     assert_eq!(desk.asks().text(), "68 0C 0C 68 88 82 7D 3D 3E 40 00 00 00 12 34 00 88 16");
     desk.hears("E5");
-    assert_eq!(desk.station.user.state(8), Some(State::Inactive));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Inactive));
 }
 
 #[test]
@@ -275,10 +279,10 @@ fn rr_and_ue_are_borne_with_for_a_while() {
         for round in 1..=3 {
             assert_eq!(desk.asks().octets[4], 8, "{answer}");
             desk.hears(answer);
-            assert_eq!(desk.station.user.trouble(8).is_some(), round == 3, "{answer}");
+            assert_eq!(desk.station.user.exchange_error(8).is_some(), round == 3, "{answer}");
         }
-        assert_eq!(desk.station.user.trouble(8), Some(Trouble::Refused(status)));
-        assert_eq!(desk.station.user.state(8), Some(State::Diag1));
+        assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Refused(status)));
+        assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1));
     }
 }
 
@@ -293,8 +297,8 @@ fn a_slave_that_falls_silent_is_lost_after_the_miss_limit() {
          M {first_contact}
          M 10 08 02 49 53 16                | lost: who is there?"
     ));
-    assert_eq!(desk.station.user.state(8), Some(State::Offline));
-    assert_eq!(desk.station.user.trouble(8), Some(Trouble::Lost(Failure::Silence)));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Offline));
+    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
     assert_eq!(desk.station.user.inputs(8), None);
     assert_eq!(desk.station.user.counters(8).unwrap().lost, 3);
 }
@@ -307,7 +311,7 @@ fn a_slave_is_not_lost_because_another_master_spoke() {
         assert_eq!(desk.asks().octets[4], 8);
         desk.hears_after(100, "10 05 03 49 51 16");
     }
-    assert_eq!((desk.station.user.exchanging(), desk.station.user.trouble(8)), (1, None));
+    assert_eq!((desk.station.user.exchanging(), desk.station.user.exchange_error(8)), (1, None));
     assert_eq!(desk.station.user.counters(8).unwrap().lost, 0);
     assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]));
 }
@@ -319,8 +323,8 @@ fn a_slave_that_comes_back_in_time_was_never_away() {
     desk.asks();
     desk.asks();
     desk.hears(INPUTS);
-    assert_eq!(desk.station.user.state(8), Some(State::Data { diag: false }));
-    assert_eq!(desk.station.user.trouble(8), None);
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Data { diag: false }));
+    assert_eq!(desk.station.user.exchange_error(8), None);
     assert_eq!(desk.asks().octets[6], 0x5D, "first contact, then FCB = 0");
 }
 
@@ -350,7 +354,7 @@ fn a_mute_bus_is_survived() {
     // 0.7 s
     line.run_for(1_050_000);
     assert_eq!(line.master.user.exchanging(), 0);
-    assert_eq!(line.master.user.state(8), Some(State::Offline));
+    assert_eq!(line.master.user.state(8), Some(HandlerState::Offline));
     line.tamper = None;
     let back = line.now;
     line.run_until(400_000, |line| line.master.user.exchanging() == 2);
@@ -534,14 +538,14 @@ fn the_extended_diagnosis_is_told_entry_by_entry() {
 fn a_diagnosis_in_exchange_may_end_it() {
     for (diag, trouble, next) in [
         // Another master took it over.
-        ("68 0B 0B 68 82 88 08 3E 3C 00 0C 00 05 12 34 E3 16", Trouble::Owned { master: 5 }, State::Diag1),
-        ("68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", Trouble::PrmReq, State::Diag1),
+        ("68 0B 0B 68 82 88 08 3E 3C 00 0C 00 05 12 34 E3 16", ExchangeError::Owned { master: 5 }, HandlerState::Diag1),
+        ("68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", ExchangeError::PrmReq, HandlerState::Diag1),
     ] {
         let mut desk = desk();
         desk.hears(INPUTS_HIGH);
         desk.asks();
         desk.hears(diag);
-        assert_eq!(desk.station.user.trouble(8), Some(trouble));
+        assert_eq!(desk.station.user.exchange_error(8), Some(trouble));
         assert_eq!(desk.station.user.state(8), Some(next));
         assert_eq!(desk.station.user.inputs(8), None);
     }
@@ -550,11 +554,11 @@ fn a_diagnosis_in_exchange_may_end_it() {
     desk.hears(INPUTS_HIGH);
     desk.asks();
     desk.hears("68 0B 0B 68 82 88 08 3E 3C 00 0E 00 02 12 34 E2 16");
-    assert!(matches!(desk.station.user.state(8), Some(State::Diag2 { .. })));
+    assert!(matches!(desk.station.user.state(8), Some(HandlerState::Diag2 { .. })));
     assert_eq!(desk.station.user.inputs(8), None);
     assert_eq!(desk.asks().octets[7], 0x3C);
     desk.hears(READY);
-    assert_eq!(desk.station.user.state(8), Some(State::Data { diag: false }));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Data { diag: false }));
 }
 
 #[test]

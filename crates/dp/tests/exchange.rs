@@ -4,8 +4,8 @@
 mod bench;
 
 use bench::{Answer, Bench, Gauge, MASTER, RR, RS, Seen, emit, hex, low};
-use profivac_dp::slave::{Features, State};
-use profivac_wire::{Frame, Telegram};
+use profivac_dp::slave::{Features, SlaveState};
+use profivac_wire::{DataTelegram, Telegram};
 
 const RD_INP: u8 = 56;
 const RD_OUTP: u8 = 57;
@@ -26,8 +26,8 @@ fn configured(cfg: &str, inputs: &str) -> Bench {
 /// Global_Control as an SDN with this FC, to this station or to everybody (127).
 fn control(bench: &mut Bench, sa: u8, da: u8, fc: u8, du: &str) {
     let du = hex(du);
-    let frame = Frame { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
-    assert_eq!(bench.raw(&emit(&Telegram::Frame(frame))), None, "an SDN is never answered");
+    let frame = DataTelegram { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
+    assert_eq!(bench.raw(&emit(&Telegram::Data(frame))), None, "an SDN is never answered");
 }
 
 fn everybody(bench: &mut Bench, du: &str) {
@@ -39,7 +39,7 @@ fn outputs(bench: &mut Bench) -> Answer {
 }
 
 fn is_exchanging(bench: &Bench) -> bool {
-    matches!(bench.slave.state(), State::DataExch(..))
+    matches!(bench.slave.state(), SlaveState::DataExch(..))
 }
 
 /// 2.8

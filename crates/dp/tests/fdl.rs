@@ -4,12 +4,12 @@ mod bench;
 
 use bench::{Answer, Bench, Gauge, MASTER, RS, SLAVE, Seen, emit, hex, low, print};
 use profivac_dp::link::Station;
-use profivac_dp::slave::State;
+use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 fn frame(da: u8, sa: u8, fc: u8) -> Vec<u8> {
-    emit(&Telegram::Frame(Frame { da, sa, dsap: None, ssap: None, fc, du: &[] }))
+    emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }))
 }
 
 #[test]
@@ -20,7 +20,7 @@ fn fdl_status_is_answered_in_every_state() {
     bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
     ask(&mut bench);
     bench.ms0(MASTER, 62, &hex("11 21"));
-    assert!(matches!(bench.slave.state(), State::DataExch(..)));
+    assert!(matches!(bench.slave.state(), SlaveState::DataExch(..)));
     ask(&mut bench);
 }
 
@@ -90,9 +90,9 @@ fn priority_makes_no_difference() {
         let answers = [Function::SrdLow, Function::SrdHigh].map(|function| {
             let fc = Control::Request { function, count: FrameCount::First }.to_octet();
             let du = hex(du);
-            let frame = Frame { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+            let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
             let mut bench = Bench::exchanging(Gauge::default());
-            bench.raw(&emit(&Telegram::Frame(frame)))
+            bench.raw(&emit(&Telegram::Data(frame)))
         });
         assert_eq!(answers[0], answers[1], "SAP {sap}");
     }

@@ -4,7 +4,7 @@ mod bench;
 
 use bench::{Answer, Bench, Gauge, MASTER, SLAVE, Seen, emit, hex, low, print};
 use profivac_wire::control::{Control, FrameCount, Function};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 const FIRST: FrameCount = FrameCount::First;
 const UNCOUNTED: FrameCount = FrameCount::Uncounted;
@@ -28,8 +28,8 @@ impl Counted {
     fn srd(&mut self, sa: u8, count: FrameCount, sap: Option<u8>, du: &[u8]) -> String {
         let fc = Control::Request { function: Function::SrdHigh, count }.to_octet();
         let ssap = sap.map(|_| 62);
-        let frame = Frame { da: SLAVE, sa, dsap: sap, ssap, fc, du };
-        self.bench.raw(&emit(&Telegram::Frame(frame))).map(|answer| print(&answer)).unwrap_or_default()
+        let frame = DataTelegram { da: SLAVE, sa, dsap: sap, ssap, fc, du };
+        self.bench.raw(&emit(&Telegram::Data(frame))).map(|answer| print(&answer)).unwrap_or_default()
     }
 
     fn dx(&mut self, sa: u8, count: FrameCount, outputs: &[u8]) -> String {
@@ -199,7 +199,7 @@ impl Believer {
     fn ask(&mut self, sap: Option<(u8, u8)>, du: &[u8]) -> Option<Vec<u8>> {
         let fc = Control::Request { function: Function::SrdLow, count: self.count }.to_octet();
         let (dsap, ssap) = sap.unzip();
-        let octets = emit(&Telegram::Frame(Frame { da: SLAVE, sa: MASTER, dsap, ssap, fc, du }));
+        let octets = emit(&Telegram::Data(DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap, fc, du }));
         for _ in 0..2 {
             if self.held == Held::Dropped && self.dice.once_in(3) {
                 self.slave.slave.forget_answer();
@@ -225,7 +225,7 @@ impl Believer {
     fn run(&mut self, rounds: usize) -> Result<usize, String> {
         let mut reads = 0;
         let mut asked = false;
-        let response = Frame {
+        let response = DataTelegram {
             da: MASTER,
             sa: SLAVE,
             dsap: Some(self.acyclic.1),
@@ -233,7 +233,7 @@ impl Believer {
             fc: 0x08,
             du: &hex("5E 01 10 04 11 22 33 44"),
         };
-        let response = print(&emit(&Telegram::Frame(response)));
+        let response = print(&emit(&Telegram::Data(response)));
         for _ in 0..rounds {
             if let Some(answer) = self.ask(None, &[5, 6])
                 && print(&answer) != "68 05 05 68 02 08 08 01 02 15 16"

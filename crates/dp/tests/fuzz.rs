@@ -7,10 +7,10 @@ mod bench;
 
 use bench::{Gauge, INITIATE, SLAVE, emit, hex, print};
 use fastrand::Rng;
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
-use profivac_dp::slave::{Slave, State};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};
+use profivac_dp::slave::{Slave, SlaveState};
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{BROADCAST, Frame, MAX_DU, Telegram};
+use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, Telegram};
 
 /// How much longer than usual.
 fn times() -> usize {
@@ -78,7 +78,7 @@ const MEANINGFUL: [(Option<u8>, &[&str]); 16] = [
 
 /// A request that a master could send, and some that none would.
 struct Request {
-    frame: Frame<'static>,
+    frame: DataTelegram<'static>,
     du: Vec<u8>,
 }
 
@@ -104,7 +104,7 @@ impl Request {
             even => FrameCount::Counted(even % 2 == 0),
         };
         let ssap = dsap.map(|dsap| if dsap <= 49 { 50 } else { *[62, 62, 51, 54].get(rng.usize(..4)).unwrap_or(&62) });
-        let frame = Frame {
+        let frame = DataTelegram {
             da: [SLAVE, SLAVE, SLAVE, SLAVE, SLAVE, SLAVE, BROADCAST, 9][rng.usize(..8)],
             sa: [1, 2, 2, 2, 2, 3, SLAVE, BROADCAST][rng.usize(..8)],
             dsap,
@@ -117,7 +117,7 @@ impl Request {
 
     fn octets(&self) -> Vec<u8> {
         let du = &self.du[..self.du.len().min(MAX_DU)];
-        emit(&Telegram::Frame(Frame { du, ..self.frame }))
+        emit(&Telegram::Data(DataTelegram { du, ..self.frame }))
     }
 }
 
@@ -160,7 +160,7 @@ impl Line {
 
     /// The device knows whether data are exchanged, and its outputs are safe unless they are.
     fn device_agrees(&mut self) {
-        let exchanging = matches!(self.slave.state(), State::DataExch(..));
+        let exchanging = matches!(self.slave.state(), SlaveState::DataExch(..));
         let device = self.slave.device_mut();
         assert_eq!(device.running, exchanging);
         assert!(device.running || !device.driven, "outputs without a master");
@@ -172,7 +172,7 @@ impl Line {
         let mut answers = Vec::new();
         for octet in octets {
             self.now = self.now + CHARACTER_TBIT;
-            if let Heard::Telegram(telegram) = self.receiver.octet(self.now, *octet) {
+            if let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet) {
                 self.heard += 1;
                 answers.extend(telegram_at(&mut self.slave, self.now, &telegram));
             }
@@ -186,7 +186,7 @@ impl Line {
 
 /// Whether a station at `address` owes an answer.
 fn asks(telegram: &Telegram<'_>, address: u8) -> bool {
-    let Telegram::Frame(frame) = telegram else { return false };
+    let Telegram::Data(frame) = telegram else { return false };
     let Control::Request { function, .. } = frame.control() else { return false };
     let answered = !matches!(function, Function::SdnLow | Function::SdnHigh | Function::Other(_));
     answered && frame.da == address && frame.sa != address && frame.sa != BROADCAST
@@ -204,7 +204,7 @@ fn telegram_at(slave: &mut Slave<Gauge>, end: BitTime, telegram: &Telegram<'_>) 
     let answer = Telegram::parse(transmit.octets);
     let fits = match (telegram, answer) {
         (_, Ok(Telegram::ShortAck)) => true,
-        (Telegram::Frame(request), Ok(Telegram::Frame(answer))) => (answer.da, answer.fc & 0xF0) == (request.sa, 0),
+        (Telegram::Data(request), Ok(Telegram::Data(answer))) => (answer.da, answer.fc & 0xF0) == (request.sa, 0),
         _ => false,
     };
     assert!(fits, "{telegram:?} was answered by {answer:?}");
@@ -260,14 +260,14 @@ fn rename(line: &mut Line) {
 }
 
 /// What the state allows, told by the reply matrix alone: profibus-wire 2.2.
-fn is_allowed(before: &State, frame: &Frame<'_>, answer: &Answer) -> bool {
+fn is_allowed(before: &SlaveState, frame: &DataTelegram<'_>, answer: &Answer) -> bool {
     let owns = before.owner().is_some_and(|owner| owner.master == frame.sa);
-    let exchanging = matches!(before, State::DataExch(..));
+    let exchanging = matches!(before, SlaveState::DataExch(..));
     let dpv1 = before.owner().is_some_and(|owner| owner.dpv1);
     let open = match frame.dsap {
         None => exchanging && owns,
         Some(51) => exchanging && owns && dpv1,
-        Some(55) => matches!(before, State::WaitPrm(_)),
+        Some(55) => matches!(before, SlaveState::WaitPrm(_)),
         Some(56 | 57) => exchanging,
         // No alarms, no DP-V2, no SDN service as SRD.
         Some(50 | 53 | 58) => false,
@@ -286,7 +286,7 @@ enum Answer {
 
 fn classify(octets: &[u8]) -> Answer {
     match Telegram::parse(octets) {
-        Ok(Telegram::Frame(frame)) if frame.control() == Control::slave(Status::ServiceNotActivated) => Answer::Closed,
+        Ok(Telegram::Data(frame)) if frame.control() == Control::slave(Status::ServiceNotActivated) => Answer::Closed,
         _ => Answer::Other,
     }
 }
@@ -337,9 +337,9 @@ fn is_still_usable(line: &mut Line, context: &str) {
     let mut ask = |sa: u8, dsap: Option<u8>, du: &str| {
         let fc = Control::Request { function: Function::SrdLow, count: FrameCount::First }.to_octet();
         let ssap = dsap.map(|dsap| if dsap <= 49 { 50 } else { 62 });
-        let frame = Frame { da: SLAVE, sa, dsap, ssap, fc, du: &hex(du) };
+        let frame = DataTelegram { da: SLAVE, sa, dsap, ssap, fc, du: &hex(du) };
         line.passes(100);
-        let answers = line.hears(&emit(&Telegram::Frame(frame)));
+        let answers = line.hears(&emit(&Telegram::Data(frame)));
         assert_eq!(answers.len(), 1, "{context}");
         answers.concat()
     };

@@ -5,9 +5,9 @@ mod bench;
 
 use bench::golden::{compare, table};
 use bench::{Answer, Bench, Gauge, INITIATE, MASTER, SLAVE, emit, hex, low, print};
-use profivac_dp::slave::State;
+use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 const OTHER: u8 = 3;
 
@@ -114,11 +114,11 @@ fn ask(service: &Service, state: &str, sa: u8) -> String {
     let fc = Control::Request { function: *function, count }.to_octet();
     let (dsap, ssap) = saps.unzip();
     let du = hex(du);
-    let frame = Frame { da: SLAVE, sa, dsap, ssap: ssap.filter(|ssap| *ssap != 255), fc, du: &du };
-    let octets = bench.raw(&emit(&Telegram::Frame(frame)));
+    let frame = DataTelegram { da: SLAVE, sa, dsap, ssap: ssap.filter(|ssap| *ssap != 255), fc, du: &du };
+    let octets = bench.raw(&emit(&Telegram::Data(frame)));
     let answer = short(&bench::read(&frame, octets.as_deref()));
     let after = bench.slave.state().to_string();
-    let fault = if matches!(bench.slave.state(), State::WaitPrm(_)) { fault(&mut bench) } else { "" };
+    let fault = if matches!(bench.slave.state(), SlaveState::WaitPrm(_)) { fault(&mut bench) } else { "" };
     if before == after && fault.is_empty() { answer } else { format!("{answer} {after}{fault}") }
 }
 

@@ -3,7 +3,7 @@
 mod support;
 
 use profivac_dp::link::active::{
-    Active, Answer, BusParameters, Confirmation, Failure, Mismatch, Priority, Request, Requests,
+    Active, Answer, BusParameters, Confirmation, Failure, FdlUser, Mismatch, Priority, Request,
 };
 use profivac_dp::link::{BitTime, Station};
 use profivac_dp::master::services;
@@ -29,8 +29,8 @@ struct List {
     told: Vec<Told>,
 }
 
-impl Requests for List {
-    fn next(&mut self, priority: Priority, _now: BitTime) -> Option<Request<'_>> {
+impl FdlUser for List {
+    fn next_request(&mut self, priority: Priority, _now: BitTime) -> Option<Request<'_>> {
         assert_eq!(self.sent, None, "the message before was not confirmed");
         self.sent = match priority {
             Priority::High => self.high.pop_front(),
@@ -423,7 +423,7 @@ fn the_gap_is_asked_once_per_visit_and_then_after_g_target_rotation_times() {
             }
             assert!(desk.says().is_token(), "one question per visit");
         }
-        let live: Vec<_> = desk.station.live().collect();
+        let live: Vec<_> = desk.station.live_list().collect();
         let slave = [(8, StationType::Slave)].into_iter().filter(|_| begins.len() == 1);
         assert_eq!(live, slave.chain([(9, StationType::MasterNotReady)]).collect::<Vec<_>>());
     }
@@ -437,10 +437,10 @@ fn a_question_that_another_master_interrupts_forgets_nobody() {
     let mut desk = desk_with(BusParameters { gap_factor: 1, rotation_tbit: 256, hsa: 3, ..bus() }, &[]);
     while desk.says().octets[1] != 3 {}
     desk.hears("10 02 03 10 15 16");
-    assert_eq!(desk.station.live().count(), 1);
+    assert_eq!(desk.station.live_list().count(), 1);
     while !matches!(desk.says().octets[..], [0x10, 3, ..]) {}
     desk.hears_after(100, "DC 04 04");
-    assert_eq!(desk.station.live().count(), 1);
+    assert_eq!(desk.station.live_list().count(), 1);
 }
 
 #[test]

@@ -3,10 +3,10 @@
 mod bench;
 
 use bench::{Answer, Bench, Gauge, MASTER, RR, RS, Seen, hex, low, print};
-use profivac_dp::slave::{Features, Relation, State};
+use profivac_dp::slave::{Features, Relation, SlaveState};
 
 fn waits_for_prm(bench: &Bench) -> bool {
-    matches!(bench.slave.state(), State::WaitPrm(_))
+    matches!(bench.slave.state(), SlaveState::WaitPrm(_))
 }
 
 /// 4.4, without the poll that comes too early: this slave is never late.

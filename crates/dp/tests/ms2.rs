@@ -4,7 +4,7 @@ mod bench;
 
 use bench::{Answer, Bench, Gauge, INITIATE, MASTER, RR, RS, Seen, hex, low};
 use profivac_dp::link::Baud;
-use profivac_dp::slave::{Features, Relation, State};
+use profivac_dp::slave::{Features, Relation, SlaveState};
 
 const INVALID_REQUEST: &str = "58 00 12";
 const INVALID_ADDRESS: &str = "58 00 17";
@@ -258,7 +258,7 @@ fn it_works_in_every_state_of_ms0_and_changes_none() {
     assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
     bench.ms0(MASTER, 61, &hex("80 01 01 00 FF FF 00"));
     assert_eq!(read(&mut bench), record, "after Prm_Fault");
-    assert!(matches!(bench.slave.state(), State::WaitPrm(_)));
+    assert!(matches!(bench.slave.state(), SlaveState::WaitPrm(_)));
 }
 
 #[test]

@@ -4,9 +4,9 @@
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Cause, End, Handle, Master, Ms2Parameters, NotTaken, Outcome, Phase, Settings};
+use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, Outcome, Phase, Settings, SubmitError};
 use profivac_wire::acyclic::AbortReason;
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 use std::fmt::Write as _;
 use std::path::Path;
 use support::desk::Desk;
@@ -30,9 +30,9 @@ fn opening() -> (Tool, Handle) {
 
 /// A response of slave 8 from `ssap`, with the function code of `fc`.
 fn frame(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
-    let frame = Frame { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
+    let frame = DataTelegram { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
     let mut octets = [0; 255];
-    let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
     octets[..length].to_vec()
 }
 
@@ -198,7 +198,7 @@ fn every_answer_in_every_state() {
 }
 
 /// Lets the slave answer every message with `what` until the connection ends; when, and how.
-fn until_the_end(desk: &mut Tool, connection: Handle, what: &str) -> (BitTime, End) {
+fn until_the_end(desk: &mut Tool, connection: Handle, what: &str) -> (BitTime, ConnectionEnd) {
     loop {
         let said = desk.asks();
         if said.text().contains(" 32 58 00 ") {
@@ -211,8 +211,8 @@ fn until_the_end(desk: &mut Tool, connection: Handle, what: &str) -> (BitTime, E
 }
 
 /// The end that this master brings about.
-fn failed(reason: AbortReason, cause: Cause) -> End {
-    End::Failed { reason, cause }
+fn failed(reason: AbortReason, cause: Cause) -> ConnectionEnd {
+    ConnectionEnd::Failed { reason, cause }
 }
 
 /// One poll takes a millisecond at most, and what follows begins within one more.
@@ -380,29 +380,29 @@ fn a_busy_slave_is_asked_again_so_many_times() {
 fn what_cannot_be_asked_is_refused_at_once() {
     let (mut desk, connection) = opening();
     let user = &mut desk.station.user;
-    assert_eq!(user.ms2_open(127, &parameters()), Err(NotTaken::Address(127)));
-    assert_eq!(user.ms2_open(2, &parameters()), Err(NotTaken::Address(2)), "the master itself");
-    assert_eq!(user.ms2_read(connection, 1, 16, 8), Err(NotTaken::NotOpen));
+    assert_eq!(user.ms2_open(127, &parameters()), Err(SubmitError::Address(127)));
+    assert_eq!(user.ms2_open(2, &parameters()), Err(SubmitError::Address(2)), "the master itself");
+    assert_eq!(user.ms2_read(connection, 1, 16, 8), Err(SubmitError::NotOpen));
     for _ in 1..4 {
         user.ms2_open(8, &parameters()).unwrap();
     }
-    assert_eq!(user.ms2_open(8, &parameters()), Err(NotTaken::Full { places: 4 }));
+    assert_eq!(user.ms2_open(8, &parameters()), Err(SubmitError::Full { places: 4 }));
 
     let (mut desk, connection) = open();
     let user = &mut desk.station.user;
-    let length = |octets| Err(NotTaken::Length { octets, room: 240 });
+    let length = |octets| Err(SubmitError::Length { octets, room: 240 });
     assert_eq!(user.ms2_read(connection, 1, 16, 0), length(0));
     assert_eq!(user.ms2_write(connection, 1, 16, &[]), length(0));
     assert_eq!(user.ms2_write(connection, 1, 16, &[0; 241]), length(241));
     assert_eq!(user.ms2_transport(connection, 1, 16, &[0; 300]), length(300));
     user.ms2_read(connection, 1, 16, 8).unwrap();
-    assert_eq!(user.ms2_read(connection, 1, 17, 8), Err(NotTaken::Busy));
+    assert_eq!(user.ms2_read(connection, 1, 17, 8), Err(SubmitError::Busy));
     user.ms2_close(connection).unwrap();
     desk.asks();
     answer(&mut desk, 48, "SC");
     assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Ended(_))));
-    assert_eq!(desk.station.user.ms2_close(connection), Err(NotTaken::Gone));
-    assert_eq!(desk.station.user.ms2_read(connection, 1, 16, 8), Err(NotTaken::Gone));
+    assert_eq!(desk.station.user.ms2_close(connection), Err(SubmitError::UnknownHandle));
+    assert_eq!(desk.station.user.ms2_read(connection, 1, 16, 8), Err(SubmitError::UnknownHandle));
 }
 
 /// A request may be handed in while an Idle is on its way.
@@ -443,7 +443,7 @@ fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
     answer(&mut desk, 49, MANAGER);
     assert_eq!(desk.asks().text()[18..], *"5C 30 32 58 00 20 40 16");
     answer(&mut desk, 48, "SC");
-    let end = End::Closed(AbortReason::User(0));
+    let end = ConnectionEnd::Closed(AbortReason::User(0));
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
 }
 

@@ -4,7 +4,7 @@
 mod support;
 
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, services};
 use profivac_dp::slave::Slave;
 use profivac_wire::Telegram;
@@ -35,9 +35,9 @@ fn meddle(station: &mut Any, random: &mut Random) {
         4 => station.user.set_mode(Mode::Stop),
         5 => station.user.release(address & 15),
         6..9 => station.user.restart(address & 15),
-        9 => drop(station.user.submit(&services::slave_diag(address))),
-        10 => drop(station.user.submit(&services::set_slave_add(address, &[address; 9]))),
-        11..14 => drop(station.user.take()),
+        9 => drop(station.user.submit_request(&services::slave_diag(address))),
+        10 => drop(station.user.submit_request(&services::set_slave_add(address, &[address; 9]))),
+        11..14 => drop(station.user.take_confirmation()),
         14 => drop(station.user.next_event()),
         15 => station.listen(BitTime(random.next() % 1_000_000)),
         16 => {
@@ -79,7 +79,7 @@ fn works_afterwards(mut station: Any, mut now: BitTime) {
         let mut answer = None;
         for octet in octets {
             now = now + CHARACTER_TBIT;
-            if let Heard::Telegram(telegram) = receiver.octet(now, octet) {
+            if let Received::Telegram(telegram) = receiver.octet(now, octet) {
                 answer = slave.telegram(now, &telegram).map(|answer| answer.octets.to_vec());
             }
         }
@@ -89,13 +89,13 @@ fn works_afterwards(mut station: Any, mut now: BitTime) {
             hear(&mut station, &mut ear, now, octet);
         }
     }
-    panic!("slave 8 is in {:?}, {:?}", station.user.state(8), station.user.trouble(8));
+    panic!("slave 8 is in {:?}, {:?}", station.user.state(8), station.user.exchange_error(8));
 }
 
 fn hear(station: &mut Any, ear: &mut Receiver, now: BitTime, octet: u8) {
     match ear.octet(now, octet) {
-        Heard::Telegram(telegram) => drop(station.telegram(now, &telegram)),
-        Heard::Nothing | Heard::Damaged(_) => station.activity(now),
+        Received::Telegram(telegram) => drop(station.telegram(now, &telegram)),
+        Received::Nothing | Received::Damaged(_) => station.activity(now),
     }
 }
 
@@ -181,10 +181,10 @@ fn spoil(answer: &mut Vec<u8>, random: &mut Random) {
         _ => {
             // Another data unit, or another length.
             let du = vec![random.next() as u8; random.below(250)];
-            if let Ok(Telegram::Frame(mut frame)) = Telegram::parse(&answer.clone()) {
+            if let Ok(Telegram::Data(mut frame)) = Telegram::parse(&answer.clone()) {
                 frame.du = &du;
                 let mut out = [0; 255];
-                let length = Telegram::Frame(frame).emit(&mut out).unwrap_or(0);
+                let length = Telegram::Data(frame).emit(&mut out).unwrap_or(0);
                 *answer = out[..length].to_vec();
             }
         }

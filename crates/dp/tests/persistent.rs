@@ -9,7 +9,7 @@ mod support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, Trouble};
+use profivac_dp::master::{ExchangeError, Master, Mode, Settings, SlaveParameters};
 use profivac_wire::control::Status;
 use support::line::{From, Line};
 use support::plain::Plain;
@@ -88,7 +88,7 @@ fn diagnoses(line: &mut Bus, du: [u8; 6]) {
 struct Fault {
     name: &'static str,
     err: fn(&mut Bus),
-    trouble: Trouble,
+    trouble: ExchangeError,
     words: &'static str,
     /// How many messages it takes from the first of a new try to the fault.
     messages: usize,
@@ -98,14 +98,14 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "it never answers",
         err: |line| answers(line, Vec::new()),
-        trouble: Trouble::Lost(Failure::Silence),
+        trouble: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
         messages: 1,
     },
     Fault {
         name: "it answers FDL status and nothing else",
         err: |line| answers_services(line, ""),
-        trouble: Trouble::Lost(Failure::Silence),
+        trouble: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
         // FDL status; Slave_Diag three times, since it was not there before.
         messages: 4,
@@ -113,70 +113,70 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "it answers with garbage",
         err: |line| answers(line, vec![0x55, 0xAA, 0x68, 0xFF, 0x10, 0x00, 0x16, 0x33]),
-        trouble: Trouble::Lost(Failure::Damaged),
+        trouble: ExchangeError::NoAnswer(Failure::Damaged),
         words: "the answer is damaged",
         messages: 1,
     },
     Fault {
         name: "it refuses Set_Prm",
         err: |line| line.slaves[0].device_mut().accepts_prm = false,
-        trouble: Trouble::PrmFault,
+        trouble: ExchangeError::PrmFault,
         words: "it does not accept its parameters (Prm_Fault)",
         messages: 4,
     },
     Fault {
         name: "it refuses Chk_Cfg",
         err: |line| line.slaves[0].device_mut().cfg = vec![0x10],
-        trouble: Trouble::CfgFault,
+        trouble: ExchangeError::CfgFault,
         words: "it does not accept its configuration (Cfg_Fault)",
         messages: 4,
     },
     Fault {
         name: "it is another device",
         err: |line| line.slaves[0].device_mut().ident = 0x4321,
-        trouble: Trouble::Ident { expected: IDENT, received: 0x4321 },
+        trouble: ExchangeError::Ident { expected: IDENT, received: 0x4321 },
         words: "it is another device: ident number 4321 instead of 1234",
         messages: 1,
     },
     Fault {
         name: "it belongs to another master",
         err: |line| diagnoses(line, [0x00, 0x0C, 0x00, 0x05, 0x12, 0x34]),
-        trouble: Trouble::Owned { master: 5 },
+        trouble: ExchangeError::Owned { master: 5 },
         words: "it belongs to master 5",
         messages: 1,
     },
     Fault {
         name: "it asks for parameters for ever",
         err: |line| diagnoses(line, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]),
-        trouble: Trouble::PrmReq,
+        trouble: ExchangeError::PrmReq,
         words: "it asks to be parameterised again (Prm_Req)",
         messages: 4,
     },
     Fault {
         name: "it answers RS",
         err: |line| answers_services(line, "10 02 08 03 0D 16"),
-        trouble: Trouble::Refused(Status::ServiceNotActivated),
+        trouble: ExchangeError::Refused(Status::ServiceNotActivated),
         words: "it does not exchange data with us (RS)",
         messages: 1,
     },
     Fault {
         name: "it answers UE",
         err: |line| answers_services(line, "10 02 08 01 0B 16"),
-        trouble: Trouble::Refused(Status::UserError),
+        trouble: ExchangeError::Refused(Status::UserError),
         words: "its application has failed (UE)",
         messages: 1,
     },
     Fault {
         name: "it answers RR",
         err: |line| answers_services(line, "10 02 08 02 0C 16"),
-        trouble: Trouble::Refused(Status::NoResource),
+        trouble: ExchangeError::Refused(Status::NoResource),
         words: "it has no room for the data (RR)",
         messages: 1,
     },
     Fault {
         name: "it acknowledges everything",
         err: |line| answers_services(line, "E5"),
-        trouble: Trouble::Refused(Status::NoReply),
+        trouble: ExchangeError::Refused(Status::NoReply),
         words: "it acknowledges where it should answer with data",
         messages: 1,
     },
@@ -210,7 +210,7 @@ fn it_is_told_in_words_tried_slowly_and_costs_the_others_no_more_than_one_messag
         let mut line = line();
         (fault.err)(&mut line);
         line.run_until(500_000, |line| {
-            line.master.user.exchanging() == OTHERS.len() && line.master.user.trouble(BAD) == Some(fault.trouble)
+            line.master.user.exchanging() == OTHERS.len() && line.master.user.exchange_error(BAD) == Some(fault.trouble)
         });
         assert_eq!(fault.trouble.to_string(), fault.words);
         // One second, until the pauses have grown, and two that count.
@@ -220,7 +220,7 @@ fn it_is_told_in_words_tried_slowly_and_costs_the_others_no_more_than_one_messag
         while line.master.user.next_event().is_some() {}
         let (longest, asked) = watch(&mut line, 3_000_000);
 
-        assert_eq!(line.master.user.trouble(BAD), Some(fault.trouble), "{}", fault.name);
+        assert_eq!(line.master.user.exchange_error(BAD), Some(fault.trouble), "{}", fault.name);
         assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{}: {longest}", fault.name);
         // Every 250 ms, eight or nine times; a repetition of each message that fails in silence.
         let (least, most) = (7 * fault.messages, 10 * fault.messages * 2);
@@ -244,7 +244,7 @@ fn what_goes_on_is_told_once_and_not_with_every_try() {
         (fault.err)(&mut line);
         line.run_for(1_000_000);
         let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-        let troubles = told.iter().filter(|event| event.address == BAD && event.what.to_string() == fault.words);
+        let troubles = told.iter().filter(|event| event.address == BAD && event.kind.to_string() == fault.words);
         assert_eq!(troubles.count(), 1, "{}: {told:?}", fault.name);
     }
 }
@@ -260,7 +260,7 @@ fn it_comes_back_within_the_longest_pause_once_it_works() {
         (device.accepts_prm, device.cfg, device.ident) = (true, CFG.to_vec(), IDENT);
         let limit = settings().pause_max_tbit + 20_000;
         line.run_until(limit, |line| line.master.user.inputs(BAD) == Some(&[1, BAD][..]));
-        assert_eq!(line.master.user.trouble(BAD), None, "{}", fault.name);
+        assert_eq!(line.master.user.exchange_error(BAD), None, "{}", fault.name);
     }
 }
 
@@ -269,14 +269,14 @@ fn it_comes_back_within_the_longest_pause_once_it_works() {
 fn a_slave_that_is_never_ready_is_given_the_time_it_may_take_and_then_a_pause() {
     let mut line = line();
     diagnoses(&mut line, [0x02, 0x0C, 0x00, 0x02, 0x12, 0x34]);
-    line.run_until(200_000, |line| line.master.user.trouble(BAD) == Some(Trouble::NotReady));
-    assert_eq!(Trouble::NotReady.to_string(), "it does not become ready (Station_Not_Ready)");
+    line.run_until(200_000, |line| line.master.user.exchange_error(BAD) == Some(ExchangeError::NotReady));
+    assert_eq!(ExchangeError::NotReady.to_string(), "it does not become ready (Station_Not_Ready)");
     line.run_for(3_000_000);
     let (longest, _) = watch(&mut line, 3_000_000);
     assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{longest}");
     let told = std::iter::from_fn(|| line.master.user.next_event());
     assert_eq!(
-        told.filter(|event| event.address == BAD && event.what.to_string().contains("not become ready")).count(),
+        told.filter(|event| event.address == BAD && event.kind.to_string().contains("not become ready")).count(),
         1
     );
     assert_eq!(line.master.user.counters(OTHERS[0]).unwrap().lost, 0);

@@ -5,11 +5,11 @@
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::pkw::{Error, Value, Wrong};
+use profivac_dp::master::pkw::{AnswerMismatch, Error, Value};
 use profivac_dp::master::{
-    Cause, Handle, Master, Mode, NotTaken, Outcome, PkwParameters, Settings, SlaveParameters, State,
+    Cause, Handle, HandlerState, Master, Mode, Outcome, PkwParameters, Settings, SlaveParameters, SubmitError,
 };
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 use support::desk::Desk;
 use support::{bus, hex, text};
 
@@ -22,7 +22,7 @@ const CONTROLLER: PkwParameters = PkwParameters { cycles: 10, ..PkwParameters::C
 /// The octets of the outputs in an exchange.
 fn outputs(octets: &[u8]) -> Vec<u8> {
     match Telegram::parse(octets).unwrap() {
-        Telegram::Frame(Frame { da: 8, dsap: None, du, .. }) => du.to_vec(),
+        Telegram::Data(DataTelegram { da: 8, dsap: None, du, .. }) => du.to_vec(),
         other => panic!("no exchange: {other:?}"),
     }
 }
@@ -30,9 +30,9 @@ fn outputs(octets: &[u8]) -> Vec<u8> {
 /// Slave 8 answers the exchange with these inputs: the channel, and an octet that is something else.
 fn hear(desk: &mut Station, channel: &[u8]) {
     let du = [channel, &[0x77]].concat();
-    let frame = Frame { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
+    let frame = DataTelegram { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
     let mut octets = [0; 255];
-    let length = Telegram::Frame(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
     desk.hears_octets(11, &octets[..length]);
 }
 
@@ -225,7 +225,7 @@ fn a_write_is_answered_in_its_width() {
     for _ in 0..9 {
         exchange(&mut desk, &hex("10 02 14 00 00 00 00 01"));
     }
-    let wrong = Wrong::Width { expected: 1, received: 2 };
+    let wrong = AnswerMismatch::Width { expected: 1, received: 2 };
     assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(wrong))));
 }
 
@@ -249,7 +249,7 @@ fn a_slave_that_does_not_rest_is_named() {
     for _ in 0..10 {
         assert_eq!(exchange(&mut desk, &hex("20 01 13 00 42 C8 00 00")), text(&NOTHING));
     }
-    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(Wrong::Unasked))));
+    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(AnswerMismatch::Unasked))));
 }
 
 #[test]
@@ -257,15 +257,15 @@ fn what_cannot_be_asked_is_refused_at_once() {
     let mut desk = exchanging();
     let user = &mut desk.station.user;
     let elsewhere = PkwParameters { inputs_at: 2, ..GAUGE };
-    assert_eq!(user.pkw_read(8, 1, 19, None, &elsewhere), Err(NotTaken::NoChannel));
+    assert_eq!(user.pkw_read(8, 1, 19, None, &elsewhere), Err(SubmitError::NoChannel));
     let elsewhere = PkwParameters { outputs_at: usize::MAX, ..GAUGE };
-    assert_eq!(user.pkw_read(8, 1, 19, None, &elsewhere), Err(NotTaken::NoChannel));
-    assert_eq!(user.pkw_read(9, 1, 19, None, &GAUGE), Err(NotTaken::NotExchanging(9)));
+    assert_eq!(user.pkw_read(8, 1, 19, None, &elsewhere), Err(SubmitError::NoChannel));
+    assert_eq!(user.pkw_read(9, 1, 19, None, &GAUGE), Err(SubmitError::NotExchanging(9)));
     let handle = user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
-    assert_eq!(user.pkw_write(8, 1, 19, Value::Byte(0), &GAUGE), Err(NotTaken::Busy));
+    assert_eq!(user.pkw_write(8, 1, 19, Value::Byte(0), &GAUGE), Err(SubmitError::Busy));
     assert_eq!(user.outcome(handle), None);
     user.set_mode(Mode::Clear);
-    assert_eq!(user.pkw_read(8, 1, 19, None, &GAUGE), Err(NotTaken::NotOperating));
+    assert_eq!(user.pkw_read(8, 1, 19, None, &GAUGE), Err(SubmitError::NotOperating));
 }
 
 /// Clear sends zeros: no instruction any more.
@@ -288,7 +288,7 @@ fn an_instruction_ends_with_data_exchange() {
     exchange(&mut desk, &NOTHING);
     desk.asks();
     desk.hears("10 02 08 03 0D 16");
-    assert_eq!(desk.station.user.state(8), Some(State::Diag1));
+    assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1));
     while desk.station.user.outcome(handle).is_none() {
         desk.says();
     }

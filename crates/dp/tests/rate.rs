@@ -3,9 +3,9 @@
 mod bench;
 
 use bench::{Bench, Gauge, MASTER, RS, SLAVE, emit, hex};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Rate, RateControl, Receiver, Station, T_SYN_TBIT};
-use profivac_dp::slave::State;
-use profivac_wire::{Frame, Telegram};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Rate, RateControl, Received, Receiver, Station, T_SYN_TBIT};
+use profivac_dp::slave::SlaveState;
+use profivac_wire::{DataTelegram, Telegram};
 
 /// What drives a port: it sets the rate it is asked to, hears garbage at any other, and never sends while searching.
 struct Port {
@@ -34,8 +34,8 @@ impl Port {
                 self.receiver.character_error(self.now);
                 continue;
             }
-            let Heard::Telegram(telegram) = self.receiver.octet(self.now, *octet) else { continue };
-            if self.control.heard(self.now, &telegram, SLAVE) {
+            let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet) else { continue };
+            if self.control.telegram_received(self.now, &telegram, SLAVE) {
                 self.bench.slave.rate_found(self.control.rate().baud());
             }
             answer = self.bench.slave.telegram(self.now, &telegram).map(|transmit| transmit.octets.to_vec());
@@ -49,7 +49,7 @@ impl Port {
         let Some(wake) = self.control.wake_at() else { return };
         self.now = wake;
         assert_eq!(self.bench.slave.poll(wake), None);
-        if self.control.elapse(wake, self.bench.slave.is_watched()) {
+        if self.control.elapse(wake, self.bench.slave.watchdog_is_running()) {
             self.now = BitTime(0);
             self.receiver = Receiver::new(self.now);
         }
@@ -80,10 +80,10 @@ fn port_in_data_exchange(prm: &str) -> Port {
     port.hears(&hex(STATUS_OF_9));
     for (sap, du, fc) in [(61, prm, 0x6D), (62, "11 21", 0x5D)] {
         let du = hex(du);
-        let frame = Frame { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
-        assert_eq!(port.hears(&emit(&Telegram::Frame(frame))), Some(vec![0xE5]));
+        let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+        assert_eq!(port.hears(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
     }
-    assert!(matches!(port.bench.slave.state(), State::DataExch(..)));
+    assert!(matches!(port.bench.slave.state(), SlaveState::DataExch(..)));
     port
 }
 
@@ -92,7 +92,7 @@ fn an_unwatched_slave_goes_on_exchanging_when_the_rate_is_found_again() {
     let mut port = port_in_data_exchange("80 01 01 00 12 34 00");
     port.silence();
     assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
-    assert!(matches!(port.bench.slave.state(), State::DataExch(..)));
+    assert!(matches!(port.bench.slave.state(), SlaveState::DataExch(..)));
     port.hears(&hex(STATUS_OF_9));
     let answer = port.hears(&hex("68 05 05 68 08 02 7D AA 55 86 16"));
     assert_eq!(answer, Some(hex("68 05 05 68 02 08 08 01 02 15 16")));
@@ -102,7 +102,7 @@ fn an_unwatched_slave_goes_on_exchanging_when_the_rate_is_found_again() {
 fn a_watched_slave_leaves_its_master_first() {
     let mut port = port_in_data_exchange("88 01 01 00 12 34 00");
     port.silence();
-    assert!(matches!(port.bench.slave.state(), State::WaitPrm(_)));
+    assert!(matches!(port.bench.slave.state(), SlaveState::WaitPrm(_)));
     assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
 }
 
@@ -126,5 +126,5 @@ fn times_follow_the_rate_that_was_found() {
     bench.ms0(MASTER, 61, &hex("88 0A 0A 00 12 34 00"));
     assert_eq!(bench.slave.wake_at(), Some(bench.asked + 19_200));
     bench.slave.rate_found(Baud::B12000000);
-    assert!(matches!(bench.slave.state(), State::WaitPrm(_)), "the watchdog's time was in other bits");
+    assert!(matches!(bench.slave.state(), SlaveState::WaitPrm(_)), "the watchdog's time was in other bits");
 }

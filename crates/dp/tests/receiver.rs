@@ -5,8 +5,8 @@ mod bench;
 
 use bench::{Bench, Gauge, hex};
 use fastrand::Rng;
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
-use profivac_wire::{Frame, MAX_DU, Telegram};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
+use profivac_wire::{DataTelegram, MAX_DU, Telegram};
 
 /// One of every form, and the longest: profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8.
 fn telegrams() -> Vec<Vec<u8>> {
@@ -21,19 +21,19 @@ fn telegrams() -> Vec<Vec<u8>> {
     ]
     .map(hex)
     .to_vec();
-    let longest = Frame { da: 8, sa: 2, dsap: Some(56), ssap: Some(62), fc: 0x7D, du: &[0xE5; MAX_DU] };
-    telegrams.push(bench::emit(&Telegram::Frame(longest)));
+    let longest = DataTelegram { da: 8, sa: 2, dsap: Some(56), ssap: Some(62), fc: 0x7D, du: &[0xE5; MAX_DU] };
+    telegrams.push(bench::emit(&Telegram::Data(longest)));
     telegrams
 }
 
 /// What was heard, and the end of the character with which it was.
 type Said = (BitTime, String);
 
-fn said(end: BitTime, heard: Heard<'_>) -> Option<Said> {
+fn said(end: BitTime, heard: Received<'_>) -> Option<Said> {
     match heard {
-        Heard::Nothing => None,
-        Heard::Telegram(telegram) => Some((end, format!("{telegram:02X?}"))),
-        Heard::Damaged(defect) => Some((end, format!("{defect:?}"))),
+        Received::Nothing => None,
+        Received::Telegram(telegram) => Some((end, format!("{telegram:02X?}"))),
+        Received::Damaged(defect) => Some((end, format!("{defect:?}"))),
     }
 }
 
@@ -75,13 +75,13 @@ impl Rules {
         }
         match Telegram::parse(&self.octets) {
             Ok(telegram) => {
-                let said = said(end, Heard::Telegram(telegram));
+                let said = said(end, Received::Telegram(telegram));
                 self.octets.clear();
                 said
             }
             Err(defect) => {
                 self.lose();
-                said(end, Heard::Damaged(defect))
+                said(end, Received::Damaged(defect))
             }
         }
     }
@@ -264,7 +264,7 @@ fn a_damaged_telegram_changes_nothing_in_a_slave() {
                 let mut end = BitTime(33);
                 for octet in &damaged {
                     end = end + CHARACTER_TBIT;
-                    if let Heard::Telegram(telegram) = receiver.octet(end, *octet) {
+                    if let Received::Telegram(telegram) = receiver.octet(end, *octet) {
                         assert_eq!(bench.slave.telegram(end, &telegram), None, "{damaged:02X?}");
                     }
                 }

@@ -4,8 +4,8 @@
 
 mod support;
 
-use profivac_dp::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests, Standing};
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::link::active::{Active, BusParameters, Confirmation, FdlUser, Priority, Request, RingState};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::services;
 use profivac_wire::control::Control;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
@@ -19,8 +19,8 @@ struct Asker {
     failed: u32,
 }
 
-impl Requests for Asker {
-    fn next(&mut self, _priority: Priority, _now: BitTime) -> Option<Request<'_>> {
+impl FdlUser for Asker {
+    fn next_request(&mut self, _priority: Priority, _now: BitTime) -> Option<Request<'_>> {
         self.left = self.left.checked_sub(1)?;
         Some(services::slave_diag(40))
     }
@@ -47,7 +47,7 @@ fn ready() -> Desk<Asker> {
             desk.hears_after(40, token);
         }
     }
-    assert_eq!(desk.station.standing(), Standing::Ready);
+    assert_eq!(desk.station.ring_state(), RingState::Ready);
     desk
 }
 
@@ -57,7 +57,7 @@ fn idle() -> Desk<Asker> {
     desk.hears_after(40, "DC 05 03");
     while desk.says().text() != "DC 09 05" {}
     desk.hears_after(40, "DC 0F 09");
-    assert_eq!((desk.station.standing(), desk.station.has_token()), (Standing::InRing, false));
+    assert_eq!((desk.station.ring_state(), desk.station.has_token()), (RingState::InRing, false));
     desk
 }
 
@@ -182,7 +182,7 @@ fn a_token_that_goes_past_puts_the_station_out_of_the_ring_and_keeps_it_ready() 
     for token in ["DC 09 03", "DC 03 03", "DC 06 0F"] {
         let mut desk = idle();
         desk.hears_after(40, token);
-        assert_eq!(desk.station.standing(), Standing::Ready, "{token}");
+        assert_eq!(desk.station.ring_state(), RingState::Ready, "{token}");
         assert_eq!(desk.station.ring_counters().left_out, 1, "{token}");
     }
     for token in ["DC 0F 09", "DC 03 0F", "DC 06 09"] {
@@ -190,9 +190,9 @@ fn a_token_that_goes_past_puts_the_station_out_of_the_ring_and_keeps_it_ready() 
         desk.hears_after(40, token);
         if token == "DC 06 09" {
             // From 9 around the end to 6: past us.
-            assert_eq!(desk.station.standing(), Standing::Ready);
+            assert_eq!(desk.station.ring_state(), RingState::Ready);
         } else {
-            assert_eq!(desk.station.standing(), Standing::InRing, "{token}");
+            assert_eq!(desk.station.ring_state(), RingState::InRing, "{token}");
         }
     }
 }
@@ -233,17 +233,17 @@ fn the_own_address_heard_twice_silences_the_station_until_two_rotations_are_with
     for heard in ["DC 09 05", "10 28 05 49 76 16", "10 03 05 00 08 16"] {
         let mut desk = idle();
         desk.hears_after(40, heard);
-        assert_eq!(desk.station.standing(), Standing::InRing, "once may be noise: {heard}");
+        assert_eq!(desk.station.ring_state(), RingState::InRing, "once may be noise: {heard}");
         desk.hears_after(40, heard);
-        assert_eq!(desk.station.standing(), Standing::AddressTaken, "{heard}");
+        assert_eq!(desk.station.ring_state(), RingState::AddressTaken, "{heard}");
         assert_eq!(answer(&mut desk, "10 05 03 49 51 16"), None, "the other one answers");
         for _ in 0..3 {
             for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
-                assert_ne!(desk.station.standing(), Standing::Ready);
+                assert_ne!(desk.station.ring_state(), RingState::Ready);
                 desk.hears_after(40, token);
             }
         }
-        assert_eq!(desk.station.standing(), Standing::Ready, "{heard}");
+        assert_eq!(desk.station.ring_state(), RingState::Ready, "{heard}");
     }
 }
 
@@ -258,7 +258,7 @@ fn the_own_address_heard_now_and_then_is_noise() {
             desk.hears_after(40, "DC 0F 09");
         }
     }
-    assert_eq!(desk.station.standing(), Standing::InRing);
+    assert_eq!(desk.station.ring_state(), RingState::InRing);
 }
 
 /// A station that is alone is told to leave while it passes the token to itself: what comes back starts no message.
@@ -282,7 +282,7 @@ fn who_leaves_begins_nothing_with_the_token_that_comes_back() {
     }
     let due = desk.station.wake_at().unwrap();
     assert_eq!(desk.station.poll(due), None);
-    assert_eq!((desk.station.standing(), desk.station.user.left), (Standing::Offline, 5));
+    assert_eq!((desk.station.ring_state(), desk.station.user.left), (RingState::Offline, 5));
 }
 
 #[test]
@@ -293,7 +293,7 @@ fn no_token_with_an_impossible_address_changes_anything() {
             for (da, sa) in [(5, address), (address, 5), (address, 3), (3, address), (address, address)] {
                 let mut desk = make();
                 desk.station.telegram(desk.now + 100, &Telegram::Token { da, sa });
-                let all = |desk: &Desk<Asker>| (desk.station.masters().collect::<Vec<_>>(), desk.station.standing());
+                let all = |desk: &Desk<Asker>| (desk.station.masters().collect::<Vec<_>>(), desk.station.ring_state());
                 assert_eq!(all(&desk), all(&before), "{sa} to {da}");
                 assert!(!desk.station.has_token());
             }
@@ -343,7 +343,7 @@ impl Watch {
         let length = telegram.and_then(|telegram| telegram.emit(&mut octets).ok()).unwrap_or_default();
         let speaks = match telegram {
             Some(Telegram::Token { da, sa }) => *da <= 125 && *sa <= 125,
-            Some(Telegram::Frame(frame)) => {
+            Some(Telegram::Data(frame)) => {
                 frame.sa == own || matches!(frame.control(), Control::Request { .. }) && frame.sa < 127
             }
             Some(Telegram::ShortAck) | None => false,
@@ -353,7 +353,7 @@ impl Watch {
         }
         match telegram {
             Some(Telegram::Token { da, sa }) if *da <= 125 && *sa <= 125 => self.theirs = *da != own || *sa == own,
-            Some(Telegram::Frame(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
+            Some(Telegram::Data(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
                 let status = frame.fc & 0x4F == 0x49;
                 if frame.da == own && self.asking.is_some_and(|(da, asked)| da == frame.sa && !(asked && status)) {
                     // A spoilt answer, or a question if the answer came before: either may be made of it.
@@ -370,8 +370,7 @@ impl Watch {
     /// The station is about to send.
     fn sends(&mut self, bus: &BusParameters, start: BitTime, octets: &[u8]) {
         let telegram = Telegram::parse(octets).expect("a station sends telegrams");
-        let answers =
-            matches!(&telegram, Telegram::Frame(frame) if matches!(frame.control(), Control::Response { .. }));
+        let answers = matches!(&telegram, Telegram::Data(frame) if matches!(frame.control(), Control::Response { .. }));
         let idle = start - self.busy;
         if answers {
             assert!(self.asked && idle == 11, "nobody asked: {}", text(octets));
@@ -383,7 +382,7 @@ impl Watch {
         self.asked = false;
         self.sent = octets.to_vec();
         self.asking = match &telegram {
-            Telegram::Frame(frame) if !answers => Some((frame.da, frame.fc & 0x4F == 0x49)),
+            Telegram::Data(frame) if !answers => Some((frame.da, frame.fc & 0x4F == 0x49)),
             _ => None,
         };
     }
@@ -432,7 +431,7 @@ fn storm(seed: u64) {
         for octet in octets(&mut random) {
             now = now + CHARACTER_TBIT;
             match receiver.octet(now, octet) {
-                Heard::Telegram(telegram) => {
+                Received::Telegram(telegram) => {
                     watch.hears(5, now, Some(&telegram));
                     if let Some(transmit) = station.telegram(now, &telegram) {
                         watch.sends(&bus, transmit.not_before, transmit.octets);
@@ -441,7 +440,7 @@ fn storm(seed: u64) {
                         station.sent(now);
                     }
                 }
-                Heard::Nothing | Heard::Damaged(_) => {
+                Received::Nothing | Received::Damaged(_) => {
                     watch.hears(5, now, None);
                     station.activity(now);
                 }
@@ -458,7 +457,7 @@ fn storm(seed: u64) {
         now = now + transmit.octets.len() as u64 * CHARACTER_TBIT;
         station.sent(now);
     }
-    assert_eq!((station.standing(), station.masters().collect::<Vec<_>>()), (Standing::InRing, vec![5]));
+    assert_eq!((station.ring_state(), station.masters().collect::<Vec<_>>()), (RingState::InRing, vec![5]));
 }
 
 #[test]

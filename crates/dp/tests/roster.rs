@@ -6,7 +6,9 @@ mod support;
 
 use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Master, Mode, Rejected, Settings, SlaveParameters, State, Trouble, What};
+use profivac_dp::master::{
+    EventKind, ExchangeError, HandlerState, Master, Mode, Settings, SlaveListError, SlaveParameters,
+};
 use profivac_wire::global::ControlCommand;
 use support::bus;
 use support::line::{Entry, From, Line};
@@ -79,8 +81,8 @@ fn a_removed_slave_is_unlocked_forgotten_and_makes_room_while_the_others_go_on()
         assert!(line.master.user.remove(gone));
         line.run_until(20_000, |line| line.master.user.state(gone).is_none());
         assert_eq!(line.slaves[place].state().owner(), None, "unlocked");
-        let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.what).collect();
-        assert_eq!(told, [What::Entered(State::Release), What::Entered(State::Inactive)]);
+        let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
+        assert_eq!(told, [EventKind::Entered(HandlerState::Release), EventKind::Entered(HandlerState::Inactive)]);
         line.run_for(20_000);
         let others: Vec<_> = addresses.into_iter().filter(|address| *address != gone).collect();
         assert_eq!(line.master.user.addresses().collect::<Vec<_>>(), others);
@@ -117,8 +119,8 @@ fn a_slave_that_nobody_answers_for_is_removed_at_once() {
     line.master.user.set_mode(Mode::Stop);
     line.run_for(5_000);
     assert!(line.master.user.remove(4));
-    let last = std::iter::from_fn(|| line.master.user.next_event()).last().map(|event| (event.address, event.what));
-    assert_eq!(last, Some((4, What::Entered(State::Inactive))));
+    let last = std::iter::from_fn(|| line.master.user.next_event()).last().map(|event| (event.address, event.kind));
+    assert_eq!(last, Some((4, EventKind::Entered(HandlerState::Inactive))));
     assert_eq!((line.master.user.addresses().count(), line.master.user.exchanging()), (0, 0));
 }
 
@@ -177,11 +179,11 @@ fn other_parameters_reach_one_slave_while_the_others_go_on() {
 #[test]
 fn parameters_that_cannot_be_change_nothing() {
     let mut line = line(&[slave(3)]);
-    assert_eq!(line.master.user.reparameterise(&slave(9)), Err(Rejected::Unknown(9)));
-    assert_eq!(Rejected::Unknown(9).to_string(), "there is no slave with the address 9");
-    assert_eq!(line.master.user.set_group(9, 1), Err(Rejected::Unknown(9)));
+    assert_eq!(line.master.user.reparameterise(&slave(9)), Err(SlaveListError::Unknown(9)));
+    assert_eq!(SlaveListError::Unknown(9).to_string(), "there is no slave with the address 9");
+    assert_eq!(line.master.user.set_group(9, 1), Err(SlaveListError::Unknown(9)));
     let impossible = SlaveParameters { watchdog: Some([0, 1]), ..slave(3) };
-    assert_eq!(line.master.user.reparameterise(&impossible), Err(Rejected::Watchdog));
+    assert_eq!(line.master.user.reparameterise(&impossible), Err(SlaveListError::Watchdog));
     line.run_for(5_000);
     assert_eq!((line.master.user.counters(3).unwrap().starts, line.master.user.exchanging()), (1, 1));
 }
@@ -258,11 +260,11 @@ fn what_went_wrong_before_is_forgotten_with_new_parameters() {
     let mut line = line(&[slave(3)]);
     line.slaves[0].device_mut().accepts_prm = false;
     line.master.user.restart(3);
-    line.run_until(2_000_000, |line| line.master.user.trouble(3) == Some(Trouble::PrmFault));
+    line.run_until(2_000_000, |line| line.master.user.exchange_error(3) == Some(ExchangeError::PrmFault));
     line.run_for(1_000_000);
     line.slaves[0].device_mut().accepts_prm = true;
     line.master.user.reparameterise(&slave(3)).unwrap();
-    assert_eq!(line.master.user.trouble(3), None);
+    assert_eq!(line.master.user.exchange_error(3), None);
     // At once, not after a pause of 250 ms.
     line.run_until(10_000, |line| line.master.user.inputs(3).is_some());
 }

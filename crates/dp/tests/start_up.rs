@@ -4,7 +4,7 @@
 mod bench;
 
 use bench::{Answer, Bench, Gauge, MASTER, RR, RS, Seen, hex, low};
-use profivac_dp::slave::{Features, State};
+use profivac_dp::slave::{Features, SlaveState};
 
 const SET_PRM: u8 = 61;
 const CHK_CFG: u8 = 62;
@@ -225,7 +225,7 @@ fn a_configuration_during_data_exchange() {
     assert_eq!(bench.ms0(MASTER, 57, &[]), low("00 00"));
     assert_eq!(bench.device().seen.last(), Some(&Seen::Safe));
     assert_eq!(bench.ms0(MASTER, GET_CFG, &[]), low("21 11"));
-    assert!(matches!(bench.slave.state(), State::DataExch(..)));
+    assert!(matches!(bench.slave.state(), SlaveState::DataExch(..)));
 }
 
 /// 2.7
@@ -247,7 +247,7 @@ fn outputs_are_safe_outside_data_exchange() {
     assert_eq!(bench.device().seen, way_in);
     bench.device().seen.clear();
     bench.dx(MASTER, &[5, 6]);
-    bench.slave.leave_master();
+    bench.slave.return_to_wait_prm();
     assert_eq!(bench.device().seen, [Seen::Outputs(vec![5, 6]), Seen::Safe, Seen::Exchanging(false)]);
     assert_eq!(bench.diag(MASTER), "02 05 00 FF", "transitions 16 and 17");
     assert_eq!(bench.dx(MASTER, &[5, 6]), RS);

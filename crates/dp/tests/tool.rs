@@ -54,10 +54,10 @@ fn ask<const SLAVES: usize, const OCTETS: usize>(
     line: &mut Line<Master<SLAVES, OCTETS>>,
     request: Request<'_>,
 ) -> Result {
-    assert_eq!(line.master.user.submit(&request), Ok(()));
+    assert_eq!(line.master.user.submit_request(&request), Ok(()));
     let mut result = None;
     line.run_until(100_000, |line| {
-        result = line.master.user.take().map(|confirmation| match confirmation {
+        result = line.master.user.take_confirmation().map(|confirmation| match confirmation {
             Confirmation::Sent => Result::Sent,
             Confirmation::Answer(Answer { status, du, .. }) => Result::Answer(status, du.to_vec()),
             Confirmation::Failed(failure) => Result::Failed(failure),
@@ -98,7 +98,7 @@ fn a_scan_finds_every_slave_and_never_sends_set_prm() {
         assert!(harmless, "{}", text(&entry.octets));
     }
     // What answers FDL status is on the live list, however it was asked.
-    let live: Vec<_> = line.master.live().collect();
+    let live: Vec<_> = line.master.live_list().collect();
     assert_eq!(live, [0, 7, 8, 125, 126].map(|address| (address, StationType::Slave)));
 }
 
@@ -157,14 +157,14 @@ fn a_request_to_nobody_fails_and_the_cycle_goes_on() {
 #[test]
 fn the_slot_is_busy_until_the_result_is_taken() {
     let mut line = exchanging(&[8]);
-    assert_eq!(line.master.user.submit(&services::get_cfg(8)), Ok(()));
-    assert_eq!(line.master.user.submit(&services::get_cfg(8)), Err(Busy));
-    assert_eq!(line.master.user.take(), None);
+    assert_eq!(line.master.user.submit_request(&services::get_cfg(8)), Ok(()));
+    assert_eq!(line.master.user.submit_request(&services::get_cfg(8)), Err(Busy));
+    assert_eq!(line.master.user.take_confirmation(), None);
     line.run_for(5_000);
-    assert_eq!(line.master.user.submit(&services::get_cfg(8)), Err(Busy));
+    assert_eq!(line.master.user.submit_request(&services::get_cfg(8)), Err(Busy));
     let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &CFG, retries: 0 };
-    assert_eq!(line.master.user.take(), Some(Confirmation::Answer(answer)));
-    assert_eq!(line.master.user.submit(&services::get_cfg(8)), Ok(()));
+    assert_eq!(line.master.user.take_confirmation(), Some(Confirmation::Answer(answer)));
+    assert_eq!(line.master.user.submit_request(&services::get_cfg(8)), Ok(()));
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod bench;
 
 use bench::{Answer, Bench, Gauge, INITIATE, MASTER, RS, Seen, emit, hex, low};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 /// 10 ms at 1.5 Mbit/s.
 const T: u64 = 15_000;
@@ -89,7 +89,7 @@ fn a_request_that_comes_too_late_does_not_save_it() {
 /// Point 16 of section 10: every request of the owner to the slave, and an accepted Global_Control.
 #[test]
 fn every_request_of_the_owner_restarts_it() {
-    let frame = |da, dsap, fc, du| Frame { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
+    let frame = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
     let initiate = hex(INITIATE);
     for frame in [
         frame(8, None, 0x6D, &[1, 2][..]),
@@ -104,7 +104,7 @@ fn every_request_of_the_owner_restarts_it() {
     ] {
         let mut bench = ten_ms();
         pass_until(&mut bench, T / 2);
-        bench.raw(&emit(&Telegram::Frame(frame)));
+        bench.raw(&emit(&Telegram::Data(frame)));
         let restarted = bench.asked + T;
         let watchdog = bench.slave.state().owner().and_then(|owner| owner.watchdog);
         assert_eq!(watchdog.map(|watchdog| watchdog.deadline), Some(restarted), "{frame:?}");

@@ -1,7 +1,7 @@
 //! MS1 and MS2: connections and records, by their names.
 
-use super::cycle::{Answer, Request, status_words};
-use super::names::Tables;
+use super::cycle::{Answer, Request, status_text};
+use super::names::DeviceTables;
 use super::note::{Kind, Notes};
 use profivac_sim::describe::Hex;
 use profivac_wire::Sap;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 /// What was asked of a connection.
 #[derive(Clone, Debug)]
-struct Asked {
+struct PendingRequest {
     master: u8,
     slot: u8,
     index: u8,
@@ -21,9 +21,9 @@ struct Asked {
 /// Connections and what was asked of them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
-    asked: BTreeMap<Option<u8>, Asked>,
+    asked: BTreeMap<Option<u8>, PendingRequest>,
     /// What was told of each parameter last: a value that does not change is told once.
-    told: BTreeMap<(u8, u8), String>,
+    reported: BTreeMap<(u8, u8), String>,
     /// Which master opens a connection.
     opening: Option<u8>,
 }
@@ -42,7 +42,7 @@ fn way(sap: Sap) -> String {
 
 impl Records {
     /// A request on its way. Returns what it means.
-    pub(super) fn asked(&mut self, tables: &Tables, request: &Request) -> String {
+    pub(super) fn request(&mut self, tables: &DeviceTables, request: &Request) -> String {
         let (asked, text) = match Pdu::parse(&request.du) {
             Ok(Pdu::Read(Access { slot, index, .. })) => {
                 ((slot, index, None), format!("read {}", name(tables, slot, index, &[])))
@@ -54,15 +54,15 @@ impl Records {
             _ => return String::new(),
         };
         let (slot, index, value) = asked;
-        self.asked.insert(connection(request.sap), Asked { master: request.master, slot, index, value });
+        self.asked.insert(connection(request.sap), PendingRequest { master: request.master, slot, index, value });
         text
     }
 
     /// The answer. Returns what it means; tells what is new.
-    pub(super) fn answered(
+    pub(super) fn answer(
         &mut self,
         address: u8,
-        tables: &mut Tables,
+        tables: &mut DeviceTables,
         request: &Request,
         answer: Answer<'_>,
         notes: &mut Notes<'_>,
@@ -88,7 +88,7 @@ impl Records {
         match Pdu::parse(&request.du) {
             Ok(Pdu::Abort(abort)) => {
                 let text = format!("master {} closes {}: {}", request.master, way(request.sap), abort.reason);
-                notes.say(address, Kind::Connection, text);
+                notes.about(address, Kind::Connection, text);
                 self.asked.remove(&connection(request.sap));
             }
             Ok(Pdu::Initiate(_)) => self.opening = Some(request.master),
@@ -109,7 +109,7 @@ impl Records {
             }
             _ => return String::new(),
         };
-        notes.say(address, Kind::Connection, text.clone());
+        notes.about(address, Kind::Connection, text.clone());
         text
     }
 
@@ -120,7 +120,7 @@ impl Records {
                 Sap::ResourceManager => "gives no MS2 connection".to_owned(),
                 sap => format!("does not take requests on {}", way(sap)),
             };
-            notes.say(address, Kind::Refused, format!("{what}: {}", status_words(answer.status)));
+            notes.about(address, Kind::Refused, format!("{what}: {}", status_text(answer.status)));
         }
         String::new()
     }
@@ -128,21 +128,21 @@ impl Records {
     fn read(
         &mut self,
         address: u8,
-        tables: &mut Tables,
+        tables: &mut DeviceTables,
         (sap, slot, index): (Sap, u8, u8),
         data: &[u8],
         notes: &mut Notes<'_>,
     ) -> String {
         tables.learn(slot, index, data);
         let text = format!("{} = {}", name(tables, slot, index, data), value(tables, slot, index, data));
-        self.tell(address, (sap, slot, index), "reads", &text, notes);
+        self.report(address, (sap, slot, index), "reads", &text, notes);
         text
     }
 
     fn written(
         &mut self,
         address: u8,
-        tables: &mut Tables,
+        tables: &mut DeviceTables,
         (sap, slot, index): (Sap, u8, u8),
         notes: &mut Notes<'_>,
     ) -> String {
@@ -150,20 +150,34 @@ impl Records {
         let data = asked.and_then(|asked| asked.value.clone()).unwrap_or_default();
         tables.learn(slot, index, &data);
         let text = format!("{} = {}", name(tables, slot, index, &data), value(tables, slot, index, &data));
-        self.told.remove(&(slot, index));
-        self.tell(address, (sap, slot, index), "writes", &text, notes);
+        self.reported.remove(&(slot, index));
+        self.report(address, (sap, slot, index), "writes", &text, notes);
         text
     }
 
-    fn tell(&mut self, address: u8, (sap, slot, index): (Sap, u8, u8), verb: &str, text: &str, notes: &mut Notes<'_>) {
-        if self.told.insert((slot, index), text.to_owned()).as_deref() != Some(text) {
+    fn report(
+        &mut self,
+        address: u8,
+        (sap, slot, index): (Sap, u8, u8),
+        verb: &str,
+        text: &str,
+        notes: &mut Notes<'_>,
+    ) {
+        if self.reported.insert((slot, index), text.to_owned()).as_deref() != Some(text) {
             let asked = self.asked.get(&connection(sap));
             let who = asked.map_or_else(|| "a master".to_owned(), |asked| format!("master {}", asked.master));
-            notes.say(address, Kind::Parameter, format!("{who} {verb} {text} ({})", way(sap)));
+            notes.about(address, Kind::Parameter, format!("{who} {verb} {text} ({})", way(sap)));
         }
     }
 
-    fn refused(&mut self, address: u8, tables: &Tables, sap: Sap, refusal: Negative, notes: &mut Notes<'_>) -> String {
+    fn refused(
+        &mut self,
+        address: u8,
+        tables: &DeviceTables,
+        sap: Sap,
+        refusal: Negative,
+        notes: &mut Notes<'_>,
+    ) -> String {
         let asked = self.asked.get(&connection(sap));
         let what = asked.map_or_else(
             || "something".to_owned(),
@@ -175,13 +189,13 @@ impl Records {
         );
         let code = if refusal.code_2 == 0 { String::new() } else { format!(", code {}", refusal.code_2) };
         let text = format!("{} of {what} refused: {}{code}", refusal.function, refusal.code_1);
-        notes.say(address, Kind::Refused, format!("{text} ({})", way(sap)));
+        notes.about(address, Kind::Refused, format!("{text} ({})", way(sap)));
         text
     }
 }
 
 /// The name of a record; behind index 255 are those of Call.
-fn name(tables: &Tables, slot: u8, index: u8, data: &[u8]) -> String {
+fn name(tables: &DeviceTables, slot: u8, index: u8, data: &[u8]) -> String {
     match (index, Call::parse(data)) {
         (call::CALL_INDEX, Ok(call)) if call.fi_index == call::IM0 => "I&M0".to_owned(),
         (call::CALL_INDEX, Ok(call)) => format!("Call {:04X}", call.fi_index),
@@ -190,7 +204,7 @@ fn name(tables: &Tables, slot: u8, index: u8, data: &[u8]) -> String {
     }
 }
 
-fn value(tables: &Tables, slot: u8, index: u8, data: &[u8]) -> String {
+fn value(tables: &DeviceTables, slot: u8, index: u8, data: &[u8]) -> String {
     if index != call::CALL_INDEX {
         return tables.value(slot, index, data);
     }

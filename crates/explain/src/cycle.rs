@@ -2,7 +2,7 @@
 
 use profivac_dp::link::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{Frame, Sap};
+use profivac_wire::{DataTelegram, Sap};
 
 /// A request that waits for its answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ impl Answer<'_> {
 impl Request {
     /// A request that is to be answered; `None` for answers and for what nobody answers.
     #[must_use]
-    pub fn of(frame: &Frame<'_>, at: Option<BitTime>) -> Option<Self> {
+    pub fn of(frame: &DataTelegram<'_>, at: Option<BitTime>) -> Option<Self> {
         let Control::Request { function, count } = frame.control() else { return None };
         if matches!(function, Function::SdnLow | Function::SdnHigh) {
             return None;
@@ -56,7 +56,7 @@ impl Request {
 
     /// Whether `frame` is the answer: stations and access points the other way round.
     #[must_use]
-    pub fn is_answered_by(&self, frame: &Frame<'_>) -> bool {
+    pub fn is_answered_by(&self, frame: &DataTelegram<'_>) -> bool {
         let stations = frame.sa == self.slave && frame.da == self.master;
         let plain = frame.dsap.is_none() && frame.ssap.is_none();
         stations && (plain || [frame.ssap, frame.dsap] == self.saps || self.is_initiate_answered(frame))
@@ -70,14 +70,14 @@ impl Request {
     }
 
     /// The resource manager's connection answers from an access point of its own.
-    fn is_initiate_answered(&self, frame: &Frame<'_>) -> bool {
+    fn is_initiate_answered(&self, frame: &DataTelegram<'_>) -> bool {
         matches!(self.sap, Sap::ResourceManager | Sap::Ms2(_)) && frame.dsap == self.saps[1]
     }
 }
 
 /// The status of an answer without data, in words.
 #[must_use]
-pub const fn status_words(status: Status) -> &'static str {
+pub const fn status_text(status: Status) -> &'static str {
     match status {
         Status::Ok => "OK",
         Status::UserError => "UE: its application has failed",

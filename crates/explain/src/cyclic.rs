@@ -1,11 +1,11 @@
 //! What Data_Exchange carries: pressures, states, and the parameter channel.
 
 use super::cycle::{Answer, Request};
-use super::names::Tables;
+use super::names::DeviceTables;
 use super::note::{Kind, Notes};
 use super::refusal::channel_code;
-use profivac_client::watch::{exception_words, extension_words};
-use profivac_devices::model::{Configuration, Field, Instruction, Telegram};
+use profivac_client::cyclic::{exception_texts, extension_texts};
+use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_sim::describe::Hex;
 use profivac_wire::control::Status;
@@ -23,7 +23,7 @@ pub(super) struct Cyclic {
     exchanging: bool,
     refusing: bool,
     /// What was told of the inputs, without the pressures.
-    told: String,
+    reported: String,
     instruction: [u8; 8],
     answered: bool,
 }
@@ -37,7 +37,7 @@ impl Cyclic {
     /// Data are not exchanged any more.
     pub(super) fn end(&mut self) {
         self.exchanging = false;
-        self.told.clear();
+        self.reported.clear();
     }
 
     /// Data were refused. Whether that is news.
@@ -53,7 +53,7 @@ impl Cyclic {
     }
 
     /// What outputs mean.
-    pub(super) fn outputs(&mut self, tables: &Tables, du: &[u8]) -> String {
+    pub(super) fn outputs(&mut self, tables: &DeviceTables, du: &[u8]) -> String {
         let Some(telegram) = self.configuration.and_then(|configuration| configuration.outputs) else {
             return String::new();
         };
@@ -77,7 +77,7 @@ impl Cyclic {
     pub(super) fn inputs(
         &mut self,
         address: u8,
-        tables: &Tables,
+        tables: &DeviceTables,
         request: &Request,
         answer: Answer<'_>,
         notes: &mut Notes<'_>,
@@ -90,7 +90,7 @@ impl Cyclic {
                 all.extend(self.channel(address, tables, octets, notes));
                 continue;
             }
-            let words = in_words(field, octets, tables, selected);
+            let words = field_text(field, octets, tables, selected);
             if !is_measured(field) && !words.is_empty() {
                 states.push(words.clone());
             }
@@ -98,11 +98,11 @@ impl Cyclic {
         }
         all.retain(|words| !words.is_empty());
         let all = all.join(", ");
-        self.tell(address, request, answer, [&states.join(", "), &all], notes);
+        self.report(address, request, answer, [&states.join(", "), &all], notes);
         all
     }
 
-    fn tell(
+    fn report(
         &mut self,
         address: u8,
         request: &Request,
@@ -113,22 +113,22 @@ impl Cyclic {
         let what = if all.is_empty() { String::new() } else { format!(": {all}") };
         if self.begins() {
             let octets = format!("{} octets out, {} in", request.du.len(), answer.du.len());
-            notes.say(
+            notes.about(
                 address,
                 Kind::Exchange,
                 format!("exchanges data with master {}, {octets}{what}", request.master),
             );
-        } else if self.told != states {
-            notes.say(address, Kind::Exchange, format!("its inputs say{what}"));
+        } else if self.reported != states {
+            notes.about(address, Kind::Exchange, format!("its inputs say{what}"));
         }
         if answer.status == Status::DataHigh {
-            notes.say(address, Kind::Diagnosis, "asks its master to fetch its diagnosis (DH)");
+            notes.about(address, Kind::Diagnosis, "asks its master to fetch its diagnosis (DH)");
         }
-        (self.exchanging, self.refusing, self.told) = (true, false, states.to_owned());
+        (self.exchanging, self.refusing, self.reported) = (true, false, states.to_owned());
     }
 
     /// The parameter channel of the inputs.
-    fn channel(&mut self, address: u8, tables: &Tables, octets: &[u8], notes: &mut Notes<'_>) -> Option<String> {
+    fn channel(&mut self, address: u8, tables: &DeviceTables, octets: &[u8], notes: &mut Notes<'_>) -> Option<String> {
         let (what, reads) = instruction(tables, self.instruction)?;
         let [pke, slot, index, _, value @ ..] = octets else { return None };
         let [_, asked_slot, asked_index, ..] = self.instruction;
@@ -145,7 +145,7 @@ impl Cyclic {
         let text = format!("parameter channel: {what}{result}");
         if !self.answered {
             let kind = if ak == REFUSED { Kind::Refused } else { Kind::Parameter };
-            notes.say(address, kind, text.clone());
+            notes.about(address, kind, text.clone());
         }
         self.answered = true;
         Some(text)
@@ -153,12 +153,12 @@ impl Cyclic {
 }
 
 /// What an instruction of the parameter channel asks for, and whether it reads.
-fn instruction(tables: &Tables, [pke, slot, index, _, value @ ..]: [u8; 8]) -> Option<(String, bool)> {
+fn instruction(tables: &DeviceTables, [pke, slot, index, _, value @ ..]: [u8; 8]) -> Option<(String, bool)> {
     let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING)?;
     let name = tables.name(slot, index);
-    Some(match tables.model.and_then(|model| model.dialect.instruction(ak)) {
-        Some(Instruction::Read) => (format!("read {name}"), true),
-        Some(Instruction::Write(lengths)) => {
+    Some(match tables.model.and_then(|model| model.channel_rules.task(ak)) {
+        Some(TaskKind::Read) => (format!("read {name}"), true),
+        Some(TaskKind::Write(lengths)) => {
             let length = lengths.iter().copied().max().unwrap_or(4).min(4);
             let octets = value.get(4usize.saturating_sub(length)..).unwrap_or_default();
             (format!("write {name} = {}", tables.value(slot, index, octets)), false)
@@ -180,7 +180,7 @@ const fn is_measured(field: Field) -> bool {
     matches!(field, Field::ProcessValue(_) | Field::ChannelValue(..) | Field::ChannelMantissa(_) | Field::TtrValue)
 }
 
-fn in_words(field: Field, octets: &[u8], tables: &Tables, selected: Option<u8>) -> String {
+fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Option<u8>) -> String {
     let [first, ..] = octets else { return String::new() };
     match field {
         Field::ProcessValue(_) => {
@@ -188,8 +188,8 @@ fn in_words(field: Field, octets: &[u8], tables: &Tables, selected: Option<u8>) 
             format!("{part}{}", tables.pressure(octets).unwrap_or_default())
         }
         Field::ChannelValue(channel, _) => format!("channel {channel} {}", tables.pressure(octets).unwrap_or_default()),
-        Field::ExceptionStatus => exception_words(ExceptionStatus::from_bits_retain(*first)).join(", "),
-        Field::StatusExtension => extension_words(StatusExtension::from_bits_retain(*first)).join(", "),
+        Field::ExceptionStatus => exception_texts(ExceptionStatus::from_bits_retain(*first)).join(", "),
+        Field::StatusExtension => extension_texts(StatusExtension::from_bits_retain(*first)).join(", "),
         Field::PvSelector | Field::ParameterChannel => String::new(),
         Field::MeasurementStatus(channel) => format!("channel {channel} status {}", Hex(octets)),
         Field::ChannelMantissa(channel) => format!("channel {channel} {}", Hex(octets)),
@@ -199,8 +199,8 @@ fn in_words(field: Field, octets: &[u8], tables: &Tables, selected: Option<u8>) 
 }
 
 /// The name of the measuring part that shows its value.
-fn part(tables: &Tables, instance: u8) -> String {
-    let places = tables.model.into_iter().flat_map(|model| model.places).flat_map(|place| place.addresses);
+fn part(tables: &DeviceTables, instance: u8) -> String {
+    let places = tables.model.into_iter().flat_map(|model| model.blocks).flat_map(|place| place.locations);
     let name =
         places.into_iter().find(|address| address.instance == instance && instance > 0).map(|address| address.name);
     name.map(|name| format!("{name} ")).unwrap_or_default()

@@ -13,14 +13,14 @@
 //! may stand there, and are [`Sort::Doubtful`] where they touch damaged octets that came in the same piece.
 
 use profivac_dp::link::{BitTime, CHARACTER_TBIT};
-use profivac_wire::{Extent, MAX_TELEGRAM, Telegram};
+use profivac_wire::{MAX_TELEGRAM, Telegram, TelegramLength};
 use std::collections::VecDeque;
 
 /// The highest address in a token: the EXT bit and everybody cannot be.
 const MAX_ADDRESS: u8 = 126;
 
 /// What an SD3 counts: less than the 6 octets of an SD1.
-const SD3_WORTH: usize = 5;
+const SD3_SCORE: usize = 5;
 const SD3: u8 = 0xA2;
 const SD2: u8 = 0x68;
 
@@ -29,7 +29,7 @@ const MAX_DAMAGED: usize = 1024;
 
 /// What octets are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sort {
+pub enum PieceKind {
     /// A telegram.
     Valid,
     /// SC or a token that may be part of something damaged.
@@ -48,12 +48,12 @@ pub struct Piece {
     /// The numbers of those that came with a character error, counted from 0.
     pub errors: Vec<usize>,
     /// What they are.
-    pub sort: Sort,
+    pub kind: PieceKind,
 }
 
 /// Where octets came from.
 #[derive(Clone, Copy, Debug)]
-struct Mark {
+struct ChunkStart {
     /// The first octet that came together.
     at: usize,
     start: Option<BitTime>,
@@ -61,7 +61,7 @@ struct Mark {
 
 /// What the times of octets are worth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Times {
+pub enum TimeSource {
     /// Those of the line: octets follow each other in eleven bit times, and no telegram goes on after T_SYN.
     #[default]
     Exact,
@@ -72,10 +72,10 @@ pub enum Times {
 /// Divides octets that come in pieces of any size.
 #[derive(Clone, Debug, Default)]
 pub struct Framer {
-    times: Times,
+    times: TimeSource,
     octets: Vec<u8>,
-    wrong: Vec<bool>,
-    marks: VecDeque<Mark>,
+    has_error: Vec<bool>,
+    marks: VecDeque<ChunkStart>,
 }
 
 /// A stretch of the octets at hand.
@@ -83,21 +83,21 @@ pub struct Framer {
 struct Span {
     from: usize,
     to: usize,
-    sort: Sort,
+    kind: PieceKind,
 }
 
 impl Framer {
     /// For octets with such times.
     #[must_use]
-    pub fn new(times: Times) -> Self {
+    pub fn new(times: TimeSource) -> Self {
         Self { times, ..Self::default() }
     }
 
     /// How long after the beginning of a piece its `count`th octet began.
     const fn passed_tbit(&self, count: usize) -> u64 {
         match self.times {
-            Times::Exact => (count as u64).saturating_mul(CHARACTER_TBIT),
-            Times::Platform => 0,
+            TimeSource::Exact => (count as u64).saturating_mul(CHARACTER_TBIT),
+            TimeSource::Platform => 0,
         }
     }
 
@@ -105,23 +105,23 @@ impl Framer {
     /// them is appended to `out`.
     pub fn push(&mut self, start: Option<BitTime>, octets: &[u8], errors: &[usize], out: &mut Vec<Piece>) {
         let at = self.octets.len();
-        self.marks.push_back(Mark { at, start });
+        self.marks.push_back(ChunkStart { at, start });
         self.octets.extend_from_slice(octets);
-        self.wrong.resize(self.octets.len(), false);
+        self.has_error.resize(self.octets.len(), false);
         for place in errors {
-            if let Some(wrong) = self.wrong.get_mut(at.saturating_add(*place)) {
+            if let Some(wrong) = self.has_error.get_mut(at.saturating_add(*place)) {
                 *wrong = true;
             }
         }
-        self.settle(false, out);
+        self.emit_settled(false, out);
     }
 
     /// The line was silent, or there is no more: nothing that is to come belongs to what is here.
     pub fn flush(&mut self, out: &mut Vec<Piece>) {
-        self.settle(true, out);
+        self.emit_settled(true, out);
     }
 
-    fn settle(&mut self, ended: bool, out: &mut Vec<Piece>) {
+    fn emit_settled(&mut self, ended: bool, out: &mut Vec<Piece>) {
         if self.octets.is_empty() {
             return;
         }
@@ -133,16 +133,16 @@ impl Framer {
             done = span.to;
         }
         // A piece in which something may begin waits as a whole.
-        self.forget(done);
+        self.drop_settled(done);
     }
 
     /// The best division. Ordinary traffic comes in pieces of one telegram: there is nothing to weigh.
     fn divide(&self) -> Vec<Span> {
         if self.marks.len() == 1 && self.candidate(0) == Some((self.octets.len(), true)) {
-            return vec![Span { from: 0, to: self.octets.len(), sort: Sort::Valid }];
+            return vec![Span { from: 0, to: self.octets.len(), kind: PieceKind::Valid }];
         }
         // From behind: what the octets from here on are worth at best, and with which telegram that begins.
-        let mut best = vec![(Worth::default(), None); self.octets.len().saturating_add(1)];
+        let mut best = vec![(Score::default(), None); self.octets.len().saturating_add(1)];
         let mut ends = vec![false; best.len()];
         for from in (0..self.octets.len()).rev() {
             let mut choice = (worth(&best, from.saturating_add(1)), None);
@@ -153,7 +153,7 @@ impl Framer {
                 if let Some(end) = ends.get_mut(from.saturating_add(length)).filter(|_| claims) {
                     *end = true;
                 }
-                let counted = if self.octets.get(from) == Some(&SD3) { SD3_WORTH } else { length };
+                let counted = if self.octets.get(from) == Some(&SD3) { SD3_SCORE } else { length };
                 let taken = worth(&best, from.saturating_add(length)).plus(counted, checked);
                 if taken >= choice.0 {
                     choice = (taken, Some((length, checked)));
@@ -164,26 +164,26 @@ impl Framer {
             }
         }
         let spans = walk(&best.into_iter().map(|(_, chosen)| chosen).collect::<Vec<_>>());
-        self.doubt(spans)
+        self.mark_doubtful(spans)
     }
 
     /// The telegram that begins here: its length, and whether it has a check octet.
     fn candidate(&self, from: usize) -> Option<(usize, bool)> {
         let rest = self.octets.get(from..)?;
-        let Extent::Total(length) = Extent::of(rest) else { return None };
+        let TelegramLength::Known(length) = TelegramLength::of(rest) else { return None };
         let length = usize::from(length);
         let octets = rest.get(..length)?;
-        let spoiled = self.wrong.iter().skip(from).take(length).any(|wrong| *wrong);
+        let spoiled = self.has_error.iter().skip(from).take(length).any(|wrong| *wrong);
         match Telegram::parse(octets).ok().filter(|_| !spoiled)? {
             Telegram::Token { da, sa } => (da.max(sa) <= MAX_ADDRESS).then_some((length, false)),
             Telegram::ShortAck => Some((length, false)),
-            Telegram::Frame(_) => Some((length, true)),
+            Telegram::Data(_) => Some((length, true)),
         }
     }
 
     /// Marks what has no check octet and touches damaged octets of the same piece.
-    fn doubt(&self, mut spans: Vec<Span>) -> Vec<Span> {
-        let damaged: Vec<bool> = spans.iter().map(|span| span.sort == Sort::Damaged).collect();
+    fn mark_doubtful(&self, mut spans: Vec<Span>) -> Vec<Span> {
+        let damaged: Vec<bool> = spans.iter().map(|span| span.kind == PieceKind::Damaged).collect();
         let touches = |number: Option<usize>, at: usize| {
             let neighbour = number.and_then(|number| damaged.get(number)).is_some_and(|damaged| *damaged);
             neighbour && !self.begins_piece(at)
@@ -199,14 +199,14 @@ impl Framer {
                 || touches(after, span.to)
                 || (near(before) && !self.begins_piece(span.from))
                 || (near(after) && !self.begins_piece(span.to));
-            let short = span.sort == Sort::Valid && !self.is_checked(*span);
+            let short = span.kind == PieceKind::Valid && !self.is_checked(*span);
             if let Some(place) = doubtful.get_mut(number) {
                 *place |= short && doubt;
             }
         }
         for (span, doubtful) in spans.iter_mut().zip(doubtful) {
             if doubtful {
-                span.sort = Sort::Doubtful;
+                span.kind = PieceKind::Doubtful;
             }
         }
         spans
@@ -228,7 +228,9 @@ impl Framer {
         match (open, spans.last()) {
             (Some(open), _) => open,
             // Damaged octets at the end are told together with those that follow.
-            (None, Some(Span { from, to, sort: Sort::Damaged })) if to.saturating_sub(*from) < MAX_DAMAGED => *from,
+            (None, Some(Span { from, to, kind: PieceKind::Damaged })) if to.saturating_sub(*from) < MAX_DAMAGED => {
+                *from
+            }
             (None, _) => self.octets.len(),
         }
     }
@@ -237,52 +239,52 @@ impl Framer {
     fn is_incomplete(&self, from: usize) -> bool {
         // The last octets only: a telegram that begins before them would be complete.
         let Some(rest) = self.octets.get(from..).filter(|rest| rest.len() < MAX_TELEGRAM) else { return false };
-        if self.wrong.iter().skip(from).any(|wrong| *wrong) {
+        if self.has_error.iter().skip(from).any(|wrong| *wrong) {
             return false;
         }
-        match Extent::of(rest) {
-            Extent::Open => true,
-            Extent::Total(length) => usize::from(length) > rest.len(),
-            Extent::Broken(_) => false,
+        match TelegramLength::of(rest) {
+            TelegramLength::Incomplete => true,
+            TelegramLength::Known(length) => usize::from(length) > rest.len(),
+            TelegramLength::Invalid(_) => false,
         }
     }
 
     fn piece(&self, span: Span) -> Piece {
         let octets = self.octets.get(span.from..span.to).unwrap_or_default().to_vec();
-        let wrong = self.wrong.iter().skip(span.from).take(octets.len());
+        let wrong = self.has_error.iter().skip(span.from).take(octets.len());
         let errors = wrong.enumerate().filter(|(_, wrong)| **wrong).map(|(place, _)| place).collect();
         let mark = self.marks.iter().rev().find(|mark| mark.at <= span.from);
         let start = mark.and_then(|mark| {
             let before = span.from.saturating_sub(mark.at);
             mark.start.map(|start| start + self.passed_tbit(before))
         });
-        Piece { start, octets, errors, sort: span.sort }
+        Piece { start, octets, errors, kind: span.kind }
     }
 
-    fn forget(&mut self, done: usize) {
+    fn drop_settled(&mut self, done: usize) {
         self.octets.drain(..done);
-        self.wrong.drain(..done);
+        self.has_error.drain(..done);
         let mut last = None;
         while let Some(mark) = self.marks.pop_front_if(|mark| mark.at <= done) {
             last = Some(mark);
         }
         self.marks.iter_mut().for_each(|mark| mark.at = mark.at.saturating_sub(done));
         // What is left of the piece in which the cut lies goes on counting from there.
-        if let Some(Mark { at, start }) = last.filter(|_| !self.octets.is_empty()) {
+        if let Some(ChunkStart { at, start }) = last.filter(|_| !self.octets.is_empty()) {
             let gone = self.passed_tbit(done.saturating_sub(at));
-            self.marks.push_front(Mark { at: 0, start: start.map(|start| start + gone) });
+            self.marks.push_front(ChunkStart { at: 0, start: start.map(|start| start + gone) });
         }
     }
 }
 
 /// What a division is worth: octets of telegrams with a check octet, then octets of others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Worth {
+struct Score {
     checked: usize,
     others: usize,
 }
 
-impl Worth {
+impl Score {
     const fn plus(self, length: usize, checked: bool) -> Self {
         if checked {
             Self { checked: self.checked.saturating_add(length), ..self }
@@ -295,7 +297,7 @@ impl Worth {
 /// A telegram that was chosen: its length, and whether it has a check octet.
 type Chosen = Option<(usize, bool)>;
 
-fn worth(best: &[(Worth, Chosen)], from: usize) -> Worth {
+fn worth(best: &[(Score, Chosen)], from: usize) -> Score {
     best.get(from).map(|(worth, _)| *worth).unwrap_or_default()
 }
 
@@ -306,10 +308,10 @@ fn walk(chosen: &[Chosen]) -> Vec<Span> {
     while from < end {
         let length = chosen.get(from).copied().flatten().map(|(length, _)| length);
         let to = from.saturating_add(length.unwrap_or(1));
-        let sort = if length.is_some() { Sort::Valid } else { Sort::Damaged };
+        let sort = if length.is_some() { PieceKind::Valid } else { PieceKind::Damaged };
         match spans.last_mut() {
-            Some(last) if last.sort == Sort::Damaged && sort == Sort::Damaged => last.to = to,
-            _ => spans.push(Span { from, to, sort }),
+            Some(last) if last.kind == PieceKind::Damaged && sort == PieceKind::Damaged => last.to = to,
+            _ => spans.push(Span { from, to, kind: sort }),
         }
         from = to;
     }
@@ -321,7 +323,7 @@ mod tests {
     use super::*;
     use profivac_sim::Random;
     use profivac_sim::scenario::hex;
-    use profivac_wire::Frame;
+    use profivac_wire::DataTelegram;
 
     fn framed(chunks: &[&[u8]]) -> Vec<Piece> {
         let (mut framer, mut out) = (Framer::default(), Vec::new());
@@ -330,8 +332,8 @@ mod tests {
         out
     }
 
-    fn told(pieces: &[Piece]) -> Vec<(Sort, String)> {
-        pieces.iter().map(|piece| (piece.sort, profivac_sim::describe::Hex(&piece.octets).to_string())).collect()
+    fn told(pieces: &[Piece]) -> Vec<(PieceKind, String)> {
+        pieces.iter().map(|piece| (piece.kind, profivac_sim::describe::Hex(&piece.octets).to_string())).collect()
     }
 
     fn random_telegram(random: &mut Random, checked: bool) -> Vec<u8> {
@@ -339,10 +341,17 @@ mod tests {
         let (da, sa) = (random.octet() & 0x7F, random.octet() & 0x7F);
         let sap = |random: &mut Random| (random.below(2) == 0).then(|| random.octet());
         let telegram = match random.below(if checked { 6 } else { 8 }) {
-            0 => Telegram::Frame(Frame { da, sa, dsap: None, ssap: None, fc: 0x49, du: &[] }),
+            0 => Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc: 0x49, du: &[] }),
             6 => Telegram::ShortAck,
             7 => Telegram::Token { da: da.min(126), sa: sa.min(126) },
-            _ => Telegram::Frame(Frame { da, sa, dsap: sap(random), ssap: sap(random), fc: random.octet(), du: &du }),
+            _ => Telegram::Data(DataTelegram {
+                da,
+                sa,
+                dsap: sap(random),
+                ssap: sap(random),
+                fc: random.octet(),
+                du: &du,
+            }),
         };
         let mut out = [0; MAX_TELEGRAM];
         let length = telegram.emit(&mut out).unwrap();
@@ -413,7 +422,7 @@ mod tests {
             let pieces = pieces(&mut random, &line, true);
             for (at, telegram) in valid {
                 let found = |(from, piece): &(usize, Piece)| {
-                    *from == at && piece.octets == telegram && piece.sort == Sort::Valid
+                    *from == at && piece.octets == telegram && piece.kind == PieceKind::Valid
                 };
                 assert!(pieces.iter().any(found), "{telegram:02X?} in {line:02X?}");
             }
@@ -430,13 +439,13 @@ mod tests {
             let pieces = pieces(&mut random, &line, false);
             for (at, telegram) in valid {
                 let found = |(from, piece): &(usize, Piece)| {
-                    *from == at && piece.octets == telegram && piece.sort != Sort::Damaged
+                    *from == at && piece.octets == telegram && piece.kind != PieceKind::Damaged
                 };
                 if pieces.iter().any(found) {
                     continue;
                 }
                 let overlaps = |(from, piece): &&(usize, Piece)| {
-                    piece.sort == Sort::Valid && *from < at + telegram.len() && at < from + piece.octets.len()
+                    piece.kind == PieceKind::Valid && *from < at + telegram.len() && at < from + piece.octets.len()
                 };
                 let taker = pieces.iter().find(|piece| overlaps(piece) && piece.1.octets.len() > telegram.len());
                 assert!(telegram.len() <= 6 && taker.is_some(), "{telegram:02X?} in {line:02X?}");
@@ -450,16 +459,16 @@ mod tests {
     fn what_looks_like_a_telegram_inside_a_valid_one_is_data() {
         // FDL_Status, SC and a token in the data of a Data_Exchange.
         let outer = hex("68 0D 0D 68 08 02 7D 10 08 02 49 53 16 E5 DC 02 02 18 16");
-        assert_eq!(told(&framed(&[&outer])), [(Sort::Valid, profivac_sim::describe::Hex(&outer).to_string())]);
+        assert_eq!(told(&framed(&[&outer])), [(PieceKind::Valid, profivac_sim::describe::Hex(&outer).to_string())]);
         // If it is damaged, what is in it comes up: with a check octet as a telegram, without one as a doubtful one.
         let mut damaged = outer;
         damaged[17] ^= 1;
         let expected = [
-            (Sort::Damaged, "68 0D 0D 68 08 02 7D"),
-            (Sort::Valid, "10 08 02 49 53 16"),
-            (Sort::Doubtful, "E5"),
-            (Sort::Doubtful, "DC 02 02"),
-            (Sort::Damaged, "19 16"),
+            (PieceKind::Damaged, "68 0D 0D 68 08 02 7D"),
+            (PieceKind::Valid, "10 08 02 49 53 16"),
+            (PieceKind::Doubtful, "E5"),
+            (PieceKind::Doubtful, "DC 02 02"),
+            (PieceKind::Damaged, "19 16"),
         ];
         assert_eq!(told(&framed(&[&damaged])), expected.map(|(sort, text)| (sort, text.to_owned())));
     }
@@ -467,11 +476,14 @@ mod tests {
     #[test]
     fn an_sd3_is_found_but_takes_no_other_telegram() {
         let sd3 = hex("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
-        assert_eq!(framed(&[&sd3])[0].sort, Sort::Valid);
+        assert_eq!(framed(&[&sd3])[0].kind, PieceKind::Valid);
         // The check octets and the end delimiter of what A2 begins fit by chance.
         let octets = hex("A2 DE 10 1A 13 49 76 16 10 42 24 49 AF 16");
-        let expected =
-            [(Sort::Damaged, "A2 DE"), (Sort::Valid, "10 1A 13 49 76 16"), (Sort::Valid, "10 42 24 49 AF 16")];
+        let expected = [
+            (PieceKind::Damaged, "A2 DE"),
+            (PieceKind::Valid, "10 1A 13 49 76 16"),
+            (PieceKind::Valid, "10 42 24 49 AF 16"),
+        ];
         assert!(Telegram::parse(&octets).is_ok());
         assert_eq!(
             told(&framed(&[&[0], &octets])[1..]),
@@ -482,7 +494,7 @@ mod tests {
     #[test]
     fn a_token_of_noise_does_not_swallow_a_telegram() {
         let octets = hex("DC 10 08 02 49 53 16");
-        let expected = [(Sort::Damaged, "DC"), (Sort::Valid, "10 08 02 49 53 16")];
+        let expected = [(PieceKind::Damaged, "DC"), (PieceKind::Valid, "10 08 02 49 53 16")];
         assert_eq!(told(&framed(&[&octets])), expected.map(|(sort, text)| (sort, text.to_owned())));
     }
 
@@ -491,7 +503,10 @@ mod tests {
         let (mut framer, mut out) = (Framer::default(), Vec::new());
         framer.push(Some(BitTime(100)), &hex("10 08 02 49 53 16 E5"), &[2], &mut out);
         framer.flush(&mut out);
-        assert_eq!(told(&out), [(Sort::Damaged, "10 08 02 49 53 16".to_owned()), (Sort::Doubtful, "E5".to_owned())]);
+        assert_eq!(
+            told(&out),
+            [(PieceKind::Damaged, "10 08 02 49 53 16".to_owned()), (PieceKind::Doubtful, "E5".to_owned())]
+        );
         assert_eq!((out[0].errors.as_slice(), out[1].start), (&[2][..], Some(BitTime(166))));
     }
 
@@ -504,8 +519,8 @@ mod tests {
         assert_eq!(out.len(), 1);
         framer.push(None, &hex("68 05 05 68 88"), &[], &mut out);
         framer.push(None, &hex("10 08 02 49 53 16"), &[], &mut out);
-        let sorts: Vec<_> = out.iter().map(|piece| piece.sort).collect();
-        assert_eq!(sorts, [Sort::Valid, Sort::Damaged, Sort::Valid]);
+        let sorts: Vec<_> = out.iter().map(|piece| piece.kind).collect();
+        assert_eq!(sorts, [PieceKind::Valid, PieceKind::Damaged, PieceKind::Valid]);
     }
 
     #[test]

@@ -27,28 +27,28 @@
 mod acyclic;
 pub mod cycle;
 mod cyclic;
+pub mod explainer;
 pub mod frame;
 pub mod input;
 pub mod names;
 pub mod note;
-pub mod printed;
+pub mod octet_row;
 mod refusal;
 pub mod ring;
 pub mod slave;
-pub mod story;
 pub mod tap;
 
-use frame::{Framer, Piece, Times};
-use input::Noted;
+use explainer::Explainer;
+use frame::{Framer, Piece, TimeSource};
+use input::Chunk;
 use note::Note;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::tbit_of;
 use std::time::Duration;
-use story::Explainer;
 
 /// A piece and what is to be said about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Told {
+pub struct ExplainedPiece {
     /// Its number, counted from 1.
     pub number: usize,
     /// The telegram, or the damaged octets.
@@ -61,7 +61,7 @@ pub struct Told {
 
 /// From octets to the story.
 #[derive(Clone, Debug)]
-pub struct Teller {
+pub struct Decoder {
     framer: Framer,
     explainer: Explainer,
     pieces: Vec<Piece>,
@@ -76,13 +76,13 @@ pub struct Teller {
 /// adapter may keep octets (profibus-wire 9.4, point 36), short enough to watch.
 pub const PLATFORM_SILENCE: Duration = Duration::from_millis(50);
 
-impl Teller {
+impl Decoder {
     /// Nothing was heard yet.
     #[must_use]
-    pub fn new(baud: Baud, times: Times) -> Self {
+    pub fn new(baud: Baud, times: TimeSource) -> Self {
         let gap_tbit = match times {
-            Times::Exact => T_SYN_TBIT,
-            Times::Platform => tbit_of(baud, PLATFORM_SILENCE).max(T_SYN_TBIT),
+            TimeSource::Exact => T_SYN_TBIT,
+            TimeSource::Platform => tbit_of(baud, PLATFORM_SILENCE).max(T_SYN_TBIT),
         };
         let (framer, explainer) = (Framer::new(times), Explainer::new(baud));
         Self { framer, explainer, pieces: Vec::new(), number: 0, end: None, gap_tbit }
@@ -95,7 +95,7 @@ impl Teller {
     }
 
     /// Octets came. A telegram does not go on after an idle line.
-    pub fn noted(&mut self, noted: &Noted, told: &mut Vec<Told>) {
+    pub fn push(&mut self, noted: &Chunk, told: &mut Vec<ExplainedPiece>) {
         if let (Some(end), Some(start)) = (self.end, noted.start)
             && start - end >= self.gap_tbit
         {
@@ -103,21 +103,21 @@ impl Teller {
         }
         self.end = noted.start.map(|start| start + (noted.octets.len() as u64).saturating_mul(CHARACTER_TBIT));
         self.framer.push(noted.start, &noted.octets, &noted.errors, &mut self.pieces);
-        self.tell(told);
+        self.explain_pieces(told);
     }
 
     /// The line has been silent, or there is no more.
-    pub fn end(&mut self, told: &mut Vec<Told>) {
+    pub fn end(&mut self, told: &mut Vec<ExplainedPiece>) {
         self.framer.flush(&mut self.pieces);
-        self.tell(told);
+        self.explain_pieces(told);
     }
 
-    fn tell(&mut self, told: &mut Vec<Told>) {
+    fn explain_pieces(&mut self, told: &mut Vec<ExplainedPiece>) {
         for piece in self.pieces.drain(..) {
             self.number = self.number.saturating_add(1);
             let mut notes = Vec::new();
             let meaning = self.explainer.piece(&piece, self.number, &mut notes);
-            told.push(Told { number: self.number, piece, meaning, notes });
+            told.push(ExplainedPiece { number: self.number, piece, meaning, notes });
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Parameters by name, and their values in words: `ba.process-value = 1.2e-3 mbar`.
 
-use profivac_client::names::{Named, Names};
-use profivac_client::values::{Meaning, Value};
+use profivac_client::names::{NamedParameter, ParameterNames};
+use profivac_client::values::{Value, ValueFormat};
 use profivac_devices::model::{Codes, DataType, Model, Unit};
 use profivac_sim::describe::Hex;
 
 /// What a telegram says about a device, in the device's own terms.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tables {
+pub struct DeviceTables {
     /// The device, the first of those that share an ident number.
     pub model: Option<&'static Model>,
     /// The unit it shows, once a telegram has told it.
@@ -19,7 +19,7 @@ pub struct Tables {
 /// Parameters that choose which instance a slot shows.
 const SELECTORS: [&str; 2] = ["Channel Instance Selector", "Analog Input Sensor Function Block Instance"];
 
-impl Tables {
+impl DeviceTables {
     /// The name of a parameter as [`Names`] has it, with its numbers. Instances that share a slot are all named:
     /// `pirani/ba.safe-value`.
     #[must_use]
@@ -62,9 +62,9 @@ impl Tables {
             _ if !fits(row.data_type, octets) => return None,
             _ => {}
         }
-        let meaning = Meaning { named, model: self.model?, unit: self.unit };
+        let meaning = ValueFormat { named, model: self.model?, unit: self.unit };
         let value = Value::of(row, octets);
-        let text = meaning.show(&value);
+        let text = meaning.format(&value);
         Some(match value {
             Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {
                 format!("{text} ({number})")
@@ -74,8 +74,8 @@ impl Tables {
     }
 
     /// The parameters at a place, of the instance that is shown if that is known.
-    fn named(&self, slot: u8, index: u8) -> impl Iterator<Item = &'static Named> + '_ {
-        let names = self.model.and_then(Names::known);
+    fn named(&self, slot: u8, index: u8) -> impl Iterator<Item = &'static NamedParameter> + '_ {
+        let names = self.model.and_then(ParameterNames::of_catalog);
         let here = names.into_iter().flat_map(move |names| names.at_index(slot, index));
         here.filter(|named| {
             let instance = named.parameter.place.instance;
@@ -103,7 +103,7 @@ impl Tables {
     fn block(&self, octets: &[u8]) -> Option<String> {
         let [high, low, ..] = octets else { return None };
         let number = u16::from_be_bytes([*high, *low]);
-        let mut blocks = self.model?.places.iter().map(|place| place.block);
+        let mut blocks = self.model?.blocks.iter().map(|place| place.block);
         let block = blocks.find(|block| block.block_type == Some(number))?;
         Some(format!("{} ({})", block.name, Hex(octets)))
     }
@@ -162,8 +162,8 @@ mod tests {
     use profivac_devices::bcg450::table::MODEL;
     use profivac_devices::catalog::MODELS;
 
-    fn tables() -> Tables {
-        Tables { model: Some(&MODEL), unit: MODEL.unit_named("mbar"), instance: None }
+    fn tables() -> DeviceTables {
+        DeviceTables { model: Some(&MODEL), unit: MODEL.unit_named("mbar"), instance: None }
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
         selected.learn(1, 46, &[6]);
         assert_eq!(selected.name(1, 201), "setpoint-b.setpoint-function (slot 1 index 201)");
         assert_eq!(tables().name(7, 7), "slot 7 index 7");
-        assert_eq!(Tables::default().name(1, 19), "slot 1 index 19");
+        assert_eq!(DeviceTables::default().name(1, 19), "slot 1 index 19");
     }
 
     #[test]
@@ -187,7 +187,7 @@ mod tests {
         assert_eq!(tables.value(1, 22, &[0x05, 0x1C]), "mbar (1308)");
         assert_eq!(tables.pressure(&float), Some("1.500e-3 mbar".to_owned()));
         assert_eq!(
-            Tables { unit: None, ..tables }.pressure(&[0x03, 0xE8]),
+            DeviceTables { unit: None, ..tables }.pressure(&[0x03, 0xE8]),
             Some("1000 in a unit that was not told".to_owned())
         );
         assert_eq!(tables.value(1, 23, &[1]), "true");
@@ -204,18 +204,18 @@ mod tests {
         assert_eq!(tables.value(1, 39, &[3]), "use-safe-value (3)");
         // Set point function of one instance, emission user mode of another: whose it is must be known.
         assert_eq!(tables.value(1, 201, &[1]), "01");
-        let second = Tables { instance: Some(2), ..tables };
+        let second = DeviceTables { instance: Some(2), ..tables };
         assert_eq!(
             (second.value(1, 201, &[1]), second.value(1, 14, &[1, 1])),
             ("true".to_owned(), "degas-on".to_owned())
         );
         for model in MODELS {
-            for named in Names::of(model).all() {
+            for named in ParameterNames::of(model).all() {
                 let Parameter { place, row, .. } = named.parameter;
-                let mut shown = Tables { model: Some(model), ..Tables::default() };
+                let mut shown = DeviceTables { model: Some(model), ..DeviceTables::default() };
                 shown.instance = Some(place.instance);
-                let name = shown.name(place.slot, row.id);
-                assert_eq!(name, format!("{} (slot {} index {})", named.name, place.slot, row.id));
+                let name = shown.name(place.slot, row.index);
+                assert_eq!(name, format!("{} (slot {} index {})", named.name, place.slot, row.index));
             }
         }
     }

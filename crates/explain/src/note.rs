@@ -76,7 +76,7 @@ pub struct Notes<'a> {
 
 impl Notes<'_> {
     /// Adds a sentence about a station.
-    pub fn say(&mut self, station: u8, kind: Kind, text: impl Into<String>) {
+    pub fn about(&mut self, station: u8, kind: Kind, text: impl Into<String>) {
         self.add(Some(station), kind, text);
     }
 

@@ -1,7 +1,7 @@
 //! Why a slave refused its parameters or its configuration, as far as the telegrams and its tables show.
 
 use super::slave::Slave;
-use profivac_devices::model::{Configuration, Model, Refusal};
+use profivac_devices::model::{AccessError, Configuration, Model};
 use profivac_sim::describe::Hex;
 use profivac_wire::cfg::lengths;
 use profivac_wire::prm::{PrmStatus, SetPrm};
@@ -98,23 +98,23 @@ fn difference(near: &[u8], asked: &[u8]) -> String {
 }
 
 /// The refusals of the parameter channel, in words.
-const CHANNEL: [(Refusal, &str); 12] = [
-    (Refusal::Slot, "there is no such slot"),
-    (Refusal::Index, "there is no such index"),
-    (Refusal::NotWritable, "it cannot be written"),
-    (Refusal::Range, "the value is out of range"),
-    (Refusal::Length, "the length is wrong"),
-    (Refusal::Text, "a text cannot travel this way"),
-    (Refusal::Mode, "not in this operating mode"),
-    (Refusal::AlreadyThere, "already in that state"),
-    (Refusal::Conflict, "not in this state"),
-    (Refusal::NotReadable, "it cannot be read, or another error"),
-    (Refusal::Storage, "the memory has failed"),
-    (Refusal::Instruction, "there is no such instruction"),
+const CHANNEL: [(AccessError, &str); 12] = [
+    (AccessError::UnknownSlot, "there is no such slot"),
+    (AccessError::UnknownIndex, "there is no such index"),
+    (AccessError::NotWritable, "it cannot be written"),
+    (AccessError::OutOfRange, "the value is out of range"),
+    (AccessError::WrongLength, "the length is wrong"),
+    (AccessError::NotInChannel, "a text cannot travel this way"),
+    (AccessError::WrongMode, "not in this operating mode"),
+    (AccessError::AlreadyInState, "already in that state"),
+    (AccessError::StateConflict, "not in this state"),
+    (AccessError::NotReadable, "it cannot be read, or another error"),
+    (AccessError::StorageFailed, "the memory has failed"),
+    (AccessError::UnknownTask, "there is no such instruction"),
 ];
 
 /// What an error code of the parameter channel means for a device.
 pub(super) fn channel_code(model: &Model, code: u8) -> &'static str {
-    let known = CHANNEL.iter().find(|(refusal, _)| model.dialect.code(*refusal) == code);
+    let known = CHANNEL.iter().find(|(refusal, _)| model.channel_rules.error_code(*refusal) == code);
     known.map_or("an unknown error", |(_, words)| *words)
 }

@@ -9,22 +9,22 @@ pub struct Ring {
     /// To whom each station passed the token last.
     next: BTreeMap<u8, u8>,
     /// The ring that was told, beginning with the lowest address.
-    told: Vec<u8>,
+    reported: Vec<u8>,
 }
 
 impl Ring {
     /// A token was passed.
     pub fn token(&mut self, from: u8, to: u8, notes: &mut Notes<'_>) {
-        if self.next.insert(from, to) == Some(to) && self.told.contains(&from) {
+        if self.next.insert(from, to) == Some(to) && self.reported.contains(&from) {
             return;
         }
         let Some(ring) = self.ring(from) else { return };
-        if ring == self.told {
+        if ring == self.reported {
             return;
         }
-        let came = ring.iter().filter(|station| !self.told.contains(station));
-        let left = self.told.iter().filter(|station| !ring.contains(station));
-        let changes: Vec<String> = match self.told[..] {
+        let came = ring.iter().filter(|station| !self.reported.contains(station));
+        let left = self.reported.iter().filter(|station| !ring.contains(station));
+        let changes: Vec<String> = match self.reported[..] {
             [] => Vec::new(),
             _ => {
                 came.map(|who| format!("{who} has entered")).chain(left.map(|who| format!("{who} has left"))).collect()
@@ -37,7 +37,7 @@ impl Ring {
         };
         notes.add(None, Kind::Ring, text);
         self.next.retain(|station, _| ring.contains(station));
-        self.told = ring;
+        self.reported = ring;
     }
 
     /// The stations from `start` back to it, if the ring closes.

@@ -1,15 +1,15 @@
 //! A slave as the telegrams show it: what it is, whose it is, how far its start-up has come.
 
 use super::acyclic::Records;
-use super::cycle::{Answer, Request, status_words};
+use super::cycle::{Answer, Request, status_text};
 use super::cyclic::Cyclic;
-use super::names::Tables;
+use super::names::DeviceTables;
 use super::note::{Kind, Notes};
 use super::refusal;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_host::scan::SlaveSeen;
+use profivac_host::scan::SlaveStatus;
 use profivac_sim::describe::{Hex, station_status};
 use profivac_wire::Sap;
 use profivac_wire::address::SetSlaveAdd;
@@ -19,7 +19,7 @@ use profivac_wire::ext_diag::{Block, Blocks, MessageKind};
 use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
 
 /// So many requests in a row without an answer are told.
-const TOLD_SILENCE: u32 = 2;
+const REPORTED_SILENCE: u32 = 2;
 
 /// What the last Slave_Diag said.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub struct Slave {
     /// How often it was asked.
     pub counters: Counters,
     /// What its octets mean.
-    pub tables: Tables,
+    pub tables: DeviceTables,
     pub(super) ident: Option<u16>,
     pub(super) offered: Option<Vec<u8>>,
     pub(super) asked: Vec<u8>,
@@ -79,9 +79,9 @@ pub struct Slave {
     diagnosis: Option<Diagnosis>,
     records: Records,
     cyclic: Cyclic,
-    silent: u32,
+    unanswered_in_a_row: u32,
     /// When its owner spoke to it last, and the longest pause since data were exchanged.
-    spoken_at: Option<BitTime>,
+    last_owner_request: Option<BitTime>,
     pause_tbit: u64,
 }
 
@@ -90,7 +90,7 @@ impl Slave {
         Self {
             address,
             counters: Counters::default(),
-            tables: Tables::default(),
+            tables: DeviceTables::default(),
             ident: None,
             offered: None,
             asked: Vec::new(),
@@ -99,8 +99,8 @@ impl Slave {
             diagnosis: None,
             records: Records::default(),
             cyclic: Cyclic::default(),
-            silent: 0,
-            spoken_at: None,
+            unanswered_in_a_row: 0,
+            last_owner_request: None,
             pause_tbit: 0,
         }
     }
@@ -120,18 +120,18 @@ impl Slave {
     }
 
     /// A request goes to it. Returns what the request means, in its own terms.
-    pub(super) fn asked(&mut self, request: &Request, is_retry: bool) -> String {
+    pub(super) fn request(&mut self, request: &Request, is_retry: bool) -> String {
         self.counters.requests = self.counters.requests.saturating_add(1);
         self.counters.retries = self.counters.retries.saturating_add(u64::from(is_retry));
         let owner = self.diagnosis.as_ref().is_none_or(|diagnosis| diagnosis.owner == request.master);
         if let (true, Some(now)) = (owner, request.at) {
-            let pause = self.spoken_at.map_or(0, |before| now - before);
+            let pause = self.last_owner_request.map_or(0, |before| now - before);
             self.pause_tbit = self.pause_tbit.max(pause);
-            self.spoken_at = Some(now);
+            self.last_owner_request = Some(now);
         }
         match request.sap {
             Sap::Default => self.cyclic.outputs(&self.tables, &request.du),
-            Sap::Ms1 | Sap::Ms2(_) => self.records.asked(&self.tables, request),
+            Sap::Ms1 | Sap::Ms2(_) => self.records.request(&self.tables, request),
             _ => String::new(),
         }
     }
@@ -139,36 +139,36 @@ impl Slave {
     /// Nobody answered.
     pub(super) fn unanswered(&mut self, request: &Request, notes: &mut Notes<'_>) {
         self.counters.unanswered = self.counters.unanswered.saturating_add(1);
-        self.silent = self.silent.saturating_add(1);
-        if self.silent == TOLD_SILENCE {
+        self.unanswered_in_a_row = self.unanswered_in_a_row.saturating_add(1);
+        if self.unanswered_in_a_row == REPORTED_SILENCE {
             let text = format!("does not answer master {} any more", request.master);
             let never = format!("does not answer master {}", request.master);
-            notes.say(self.address, Kind::Presence, if self.is_known() { text } else { never });
+            notes.about(self.address, Kind::Presence, if self.is_known() { text } else { never });
         }
     }
 
     /// The answer came. Returns what it means, in the slave's own terms.
-    pub(super) fn answered(
+    pub(super) fn answer(
         &mut self,
         request: &Request,
         answer: Answer<'_>,
         baud: Baud,
         notes: &mut Notes<'_>,
     ) -> String {
-        if self.silent >= TOLD_SILENCE {
-            let text = format!("answers again, {} requests were in vain", self.silent);
-            notes.say(self.address, Kind::Presence, text);
+        if self.unanswered_in_a_row >= REPORTED_SILENCE {
+            let text = format!("answers again, {} requests were in vain", self.unanswered_in_a_row);
+            notes.about(self.address, Kind::Presence, text);
         }
-        self.silent = 0;
+        self.unanswered_in_a_row = 0;
         match request.sap {
             Sap::SlaveDiag => self.diagnosed(answer.du, baud, notes),
             Sap::SetPrm => self.parameterised(request, answer, notes),
             Sap::ChkCfg => self.configured(request, answer, notes),
             Sap::GetCfg => self.offers(answer, notes),
-            Sap::SetSlaveAdd => self.renamed(request, answer, notes),
+            Sap::SetSlaveAdd => self.address_changed(request, answer, notes),
             Sap::Default => return self.exchanged(request, answer, notes),
             Sap::Ms1 | Sap::Ms2(_) | Sap::ResourceManager | Sap::Alarm => {
-                return self.records.answered(self.address, &mut self.tables, request, answer, notes);
+                return self.records.answer(self.address, &mut self.tables, request, answer, notes);
             }
             Sap::SetExtPrm | Sap::RdInp | Sap::RdOutp | Sap::GlobalControl | Sap::Other(_) => {}
         }
@@ -178,12 +178,12 @@ impl Slave {
     fn parameterised(&mut self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
         let Ok(prm) = SetPrm::parse(&request.du) else { return };
         if !answer.is_ack() {
-            let text = format!("does not take Set_Prm of master {}: {}", request.master, status_words(answer.status));
-            return notes.say(self.address, Kind::Refused, text);
+            let text = format!("does not take Set_Prm of master {}: {}", request.master, status_text(answer.status));
+            return notes.about(self.address, Kind::Refused, text);
         }
         self.identify(prm.ident);
         let watchdog_ms = watchdog_ms(&prm);
-        let unit = self.tables.model.and_then(|model| model.user_prm(prm.user)).map(|known| known.code());
+        let unit = self.tables.model.and_then(|model| model.user_prm(prm.user)).map(|known| known.unit_code());
         let unit = unit.and_then(|code| self.tables.model?.unit(code));
         self.tables.unit = unit.or(self.tables.unit);
         self.prm = Parameters { octets: request.du.clone(), watchdog_ms, is_new: !releases(&prm) };
@@ -192,13 +192,13 @@ impl Slave {
         let words = profivac_sim::describe::set_prm(&prm).replace(&format!("watchdog {first} x {second}"), &watchdog);
         let unit = unit.map(|unit| format!(" (unit {})", unit.name)).unwrap_or_default();
         let text = format!("master {} sets its parameters:{words}{unit}", request.master);
-        notes.say(self.address, Kind::StartUp, text);
+        notes.about(self.address, Kind::StartUp, text);
     }
 
     fn configured(&mut self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
         if !answer.is_ack() {
-            let text = format!("does not take Chk_Cfg of master {}: {}", request.master, status_words(answer.status));
-            return notes.say(self.address, Kind::Refused, text);
+            let text = format!("does not take Chk_Cfg of master {}: {}", request.master, status_text(answer.status));
+            return notes.about(self.address, Kind::Refused, text);
         }
         self.asked.clone_from(&request.du);
         self.cfg_is_new = true;
@@ -210,26 +210,26 @@ impl Slave {
         let octets = lengths
             .map_or_else(|error| error.to_string(), |sum| format!("{} octets out, {} in", sum.outputs, sum.inputs));
         let text = format!("master {} asks for the configuration {}: {octets}", request.master, Hex(&request.du));
-        notes.say(self.address, Kind::StartUp, text);
+        notes.about(self.address, Kind::StartUp, text);
     }
 
     fn offers(&mut self, answer: Answer<'_>, notes: &mut Notes<'_>) {
         if !answer.du.is_empty() && self.offered.as_deref() != Some(answer.du) {
             self.offered = Some(answer.du.to_vec());
-            notes.say(self.address, Kind::StartUp, format!("has the configuration {}", Hex(answer.du)));
+            notes.about(self.address, Kind::StartUp, format!("has the configuration {}", Hex(answer.du)));
         }
     }
 
-    fn renamed(&self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
+    fn address_changed(&self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
         let Ok(wanted) = SetSlaveAdd::parse(&request.du) else { return };
         if answer.is_ack() {
             let lock = if wanted.no_add_chg == 0 { "" } else { ", for good" };
-            notes.say(self.address, Kind::StartUp, format!("shall have the address {}{lock}", wanted.address));
+            notes.about(self.address, Kind::StartUp, format!("shall have the address {}{lock}", wanted.address));
         } else {
-            notes.say(
+            notes.about(
                 self.address,
                 Kind::Refused,
-                format!("does not take another address: {}", status_words(answer.status)),
+                format!("does not take another address: {}", status_text(answer.status)),
             );
         }
     }
@@ -244,32 +244,33 @@ impl Slave {
         if self.ident != Some(ident) {
             self.ident = Some(ident);
             let model = self.candidates().next();
-            self.tables = Tables { model, ..Tables::default() };
+            self.tables = DeviceTables { model, ..DeviceTables::default() };
         }
     }
 
     fn diagnosed(&mut self, du: &[u8], baud: Baud, notes: &mut Notes<'_>) {
-        let (Ok(diag), Some(seen)) = (SlaveDiag::parse(du), SlaveSeen::parse(du)) else { return };
+        let (Ok(diag), Some(seen)) = (SlaveDiag::parse(du), SlaveStatus::parse(du)) else { return };
         let before = self.diagnosis.replace(Diagnosis {
             status: diag.status,
             owner: diag.master_add,
             ext_diag: diag.ext_diag.to_vec(),
         });
-        let refused = self.judge(&diag, notes);
+        let refused = self.start_up_result(&diag, notes);
         self.identify(diag.ident);
         let Some(before) = before else {
             let owner = seen.owner.map_or_else(|| "nobody".to_owned(), |owner| format!("master {owner}"));
-            let devices = seen.devices().join(", ");
+            let devices = seen.device_names().join(", ");
             let devices = if devices.is_empty() { "a device that is not known here" } else { &devices };
-            let text = format!("is there: {devices} (ident {:04X}), belongs to {owner}, {}", diag.ident, seen.state());
-            notes.say(self.address, Kind::Presence, text);
+            let text =
+                format!("is there: {devices} (ident {:04X}), belongs to {owner}, {}", diag.ident, seen.state_text());
+            notes.about(self.address, Kind::Presence, text);
             return self.reported(&diag, notes);
         };
         if !refused {
             self.lost(&before, &diag, baud, notes);
         }
         if before.owner != diag.master_add {
-            notes.say(self.address, Kind::Owner, ownership(before.owner, diag.master_add));
+            notes.about(self.address, Kind::Owner, ownership(before.owner, diag.master_add));
         }
         let news = |diagnosis: &Diagnosis| (diagnosis.status - PROGRESS - ORDINARY, diagnosis.ext_diag.clone());
         if self.diagnosis.as_ref().map(news) != Some(news(&before)) {
@@ -277,12 +278,12 @@ impl Slave {
         }
         let settled = !diag.status.intersects(PROGRESS);
         if settled && before.status.intersects(PROGRESS) {
-            notes.say(self.address, Kind::StartUp, "has taken parameters and configuration: ready for data exchange");
+            notes.about(self.address, Kind::StartUp, "has taken parameters and configuration: ready for data exchange");
         }
     }
 
     /// What became of Set_Prm and Chk_Cfg: whether one was refused.
-    fn judge(&mut self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) -> bool {
+    fn start_up_result(&mut self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) -> bool {
         let (prm, cfg) = (self.prm.is_new, self.cfg_is_new);
         (self.prm.is_new, self.cfg_is_new) = (false, false);
         let text = if prm && diag.status.contains(StationStatus::PRM_FAULT) {
@@ -293,7 +294,7 @@ impl Slave {
         } else {
             return false;
         };
-        notes.say(self.address, Kind::Refused, text);
+        notes.about(self.address, Kind::Refused, text);
         self.cyclic.end();
         true
     }
@@ -311,12 +312,12 @@ impl Slave {
             Some(limit) if pause_ms > u64::from(limit) => {
                 format!("its watchdog has expired: nobody spoke to it for {pause_ms} ms, {limit} ms are allowed")
             }
-            Some(limit) if self.spoken_at.is_none() => {
+            Some(limit) if self.last_owner_request.is_none() => {
                 format!("has lost its parameters: its watchdog of {limit} ms has expired, or it was restarted")
             }
             _ => "has lost its parameters: it was restarted".to_owned(),
         };
-        notes.say(self.address, Kind::Watchdog, text);
+        notes.about(self.address, Kind::Watchdog, text);
         self.cyclic.end();
         self.pause_tbit = 0;
     }
@@ -325,7 +326,7 @@ impl Slave {
     fn reported(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
         let mut words: Vec<String> = station_status(diag.status - PROGRESS - ORDINARY).map(str::to_owned).collect();
         words.extend(
-            Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), in_words)),
+            Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text)),
         );
         let nothing_to_say = self.diagnosis.is_some() && words.is_empty();
         let text = if nothing_to_say {
@@ -335,7 +336,7 @@ impl Slave {
         };
         let first = words.is_empty() && self.counters.exchanges == 0;
         if !first {
-            notes.say(self.address, Kind::Diagnosis, text);
+            notes.about(self.address, Kind::Diagnosis, text);
         }
     }
 
@@ -344,10 +345,10 @@ impl Slave {
             Status::Ok | Status::DataLow | Status::DataHigh | Status::NoReply => {}
             status => {
                 if self.cyclic.refuse() {
-                    notes.say(
+                    notes.about(
                         self.address,
                         Kind::Refused,
-                        format!("refuses to exchange data: {}", status_words(status)),
+                        format!("refuses to exchange data: {}", status_text(status)),
                     );
                 }
                 return String::new();
@@ -383,7 +384,7 @@ fn ownership(before: u8, now: u8) -> String {
 }
 
 /// A block of an extended diagnosis.
-fn in_words(block: Block<'_>) -> String {
+fn block_text(block: Block<'_>) -> String {
     match block {
         Block::Device(content) => match profivac_wire::ext_diag::Message::parse(content) {
             Ok(message) if matches!(message.kind, MessageKind::Alarm(1..=6) | MessageKind::Status(1..=3)) => {
@@ -393,7 +394,7 @@ fn in_words(block: Block<'_>) -> String {
         },
         Block::Identifier(content) => {
             let modules: Vec<String> =
-                profivac_wire::ext_diag::disturbed(content).map(|number| number.to_string()).collect();
+                profivac_wire::ext_diag::identifiers_with_diagnosis(content).map(|number| number.to_string()).collect();
             format!("modules {}", modules.join(" "))
         }
         Block::Channel(channel) => {

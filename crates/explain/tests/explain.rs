@@ -7,13 +7,13 @@ use profivac_devices::model::Model;
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
-use profivac_explain::Teller;
-use profivac_explain::input::Recording;
-use profivac_sim::{Bus, Handle, Trace};
+use profivac_explain::Decoder;
+use profivac_explain::input::Capture;
+use profivac_sim::{Segment, StationHandle, Trace};
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::{Spec, entry};
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::{DeviceSpec, entry};
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use std::fs;
 use std::path::PathBuf;
 
@@ -24,9 +24,9 @@ type OneMaster = Active<Master<2, 64>>;
 
 /// A bus with a device at address 5 and a master that wants to exchange data with it.
 struct Desk {
-    bus: Bus,
-    device: Handle<VirtualDevice>,
-    master: Handle<OneMaster>,
+    bus: Segment,
+    device: StationHandle<VirtualDevice>,
+    master: StationHandle<OneMaster>,
     now: u64,
 }
 
@@ -36,17 +36,20 @@ fn model(device: &str) -> &'static Model {
 
 impl Desk {
     fn new(device: &str, parameters: &SlaveParameters<'_>) -> Self {
-        let spec: Spec = format!("{device}@5").parse().unwrap();
-        let conditions =
-            Conditions { pressure: Pressure::from_mbar(1e-3), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 };
-        let unit = spec.build(Memory::volatile(), BAUD).unwrap();
-        let mut bus = Bus::new(BAUD);
+        let spec: DeviceSpec = format!("{device}@5").parse().unwrap();
+        let conditions = GasConditions {
+            pressure: Pressure::from_mbar(1e-3),
+            atmosphere: Pressure::from_mbar(1013.25),
+            gas: Gas::N2,
+        };
+        let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
+        let mut bus = Segment::new(BAUD);
         let device = bus.attach(VirtualDevice::new(unit, 5, BAUD, conditions));
         let mut master = Master::on(BusParameters::new(OWN, BAUD), Settings::new(BAUD), BitTime(0));
         master.user.add(parameters).unwrap();
         master.user.set_mode(Mode::Operate);
         let master = bus.attach(master);
-        bus.record(usize::MAX);
+        bus.set_trace_length(usize::MAX);
         Self { bus, device, master, now: 0 }
     }
 
@@ -67,10 +70,10 @@ impl Desk {
 
 /// One sentence a line, with time and station.
 fn story(trace: &str) -> String {
-    let recording = Recording::read(trace.as_bytes(), Baud::B9600).unwrap();
+    let recording = Capture::read(trace.as_bytes(), Baud::B9600).unwrap();
     let baud = recording.baud.unwrap();
-    let (mut teller, mut told) = (Teller::new(baud, recording.times), Vec::new());
-    recording.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
+    let (mut teller, mut told) = (Decoder::new(baud, recording.times), Vec::new());
+    recording.chunks.iter().for_each(|noted| teller.push(noted, &mut told));
     teller.end(&mut told);
     let notes = told.iter().flat_map(|told| &told.notes);
     let lines = notes.map(|note| {
@@ -131,9 +134,9 @@ fn parameters_are_refused_with_their_reason() {
 fn a_power_cut_is_silence_and_a_start_again() {
     let mut desk = Desk::new("bcg450", &fitting(model("bcg450")));
     desk.run(14);
-    desk.bus.station_mut(desk.device).power(false);
+    desk.bus.station_mut(desk.device).set_power(false);
     desk.run(30);
-    desk.bus.station_mut(desk.device).power(true);
+    desk.bus.station_mut(desk.device).set_power(true);
     desk.run(40);
     desk.golden("power-cut");
 }
@@ -172,9 +175,9 @@ fn no_file_does_harm() {
                 _ => drop(file.remove(place)),
             }
         }
-        if let Ok(recording) = Recording::read(&file, Baud::B19200) {
-            let (mut teller, mut all) = (Teller::new(Baud::B19200, recording.times), Vec::new());
-            recording.noted.iter().for_each(|noted| teller.noted(noted, &mut all));
+        if let Ok(recording) = Capture::read(&file, Baud::B19200) {
+            let (mut teller, mut all) = (Decoder::new(Baud::B19200, recording.times), Vec::new());
+            recording.chunks.iter().for_each(|noted| teller.push(noted, &mut all));
             teller.end(&mut all);
             told += all.len();
         }
@@ -184,9 +187,9 @@ fn no_file_does_harm() {
 
 /// Sentences about a dialogue that is written as a log.
 fn told(log: &str) -> Vec<String> {
-    let recording = Recording::read(log.as_bytes(), BAUD).unwrap();
-    let (mut teller, mut told) = (Teller::new(BAUD, recording.times), Vec::new());
-    recording.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
+    let recording = Capture::read(log.as_bytes(), BAUD).unwrap();
+    let (mut teller, mut told) = (Decoder::new(BAUD, recording.times), Vec::new());
+    recording.chunks.iter().for_each(|noted| teller.push(noted, &mut told));
     teller.end(&mut told);
     told.into_iter().flat_map(|told| told.notes).map(|note| note.text).collect()
 }
@@ -201,9 +204,9 @@ fn answered(master: u8, sap: u8, du: &[u8]) -> String {
 }
 
 fn frame(da: u8, sa: u8, dsap: u8, ssap: u8, fc: u8, du: &[u8]) -> String {
-    let frame = profivac_wire::Frame { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
+    let frame = profivac_wire::DataTelegram { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
     let mut out = [0; profivac_wire::MAX_TELEGRAM];
-    let length = profivac_wire::Telegram::Frame(frame).emit(&mut out).unwrap();
+    let length = profivac_wire::Telegram::Data(frame).emit(&mut out).unwrap();
     format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
 }
 
@@ -241,9 +244,9 @@ fn repetitions_are_counted_and_silence_is_told_once() {
     let request = asked(2, 60, 0x5D, &[]);
     let answer = answered(2, 60, &[0, 0x0C, 0, 2, 0x08, 0xE6]);
     let log = request.clone() + &answer + &asked(2, 60, 0x7D, &[]).repeat(4) + &request + &answer;
-    let recording = Recording::read(log.as_bytes(), BAUD).unwrap();
-    let (mut teller, mut all) = (Teller::new(BAUD, recording.times), Vec::new());
-    recording.noted.iter().for_each(|noted| teller.noted(noted, &mut all));
+    let recording = Capture::read(log.as_bytes(), BAUD).unwrap();
+    let (mut teller, mut all) = (Decoder::new(BAUD, recording.times), Vec::new());
+    recording.chunks.iter().for_each(|noted| teller.push(noted, &mut all));
     let counters = teller.explainer().counters(5);
     assert_eq!((counters.requests, counters.retries, counters.unanswered), (6, 3, 4));
     let texts = told(&log);

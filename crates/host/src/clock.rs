@@ -42,7 +42,7 @@ impl Clock {
 
     /// How long it takes until it shows `moment`.
     #[must_use]
-    pub fn until(&self, moment: BitTime) -> Duration {
+    pub fn time_until(&self, moment: BitTime) -> Duration {
         duration_of(self.baud, moment - self.now())
     }
 }

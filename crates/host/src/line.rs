@@ -4,7 +4,7 @@
 //! other station here, never the sender. The same [`Line`] serves one gauge on a serial port and a whole segment in memory.
 
 use crate::port::Character;
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Listening, Receiver, Station, Transmit};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Listening, Received, Receiver, Station, Transmit};
 use profivac_wire::{BROADCAST, Telegram};
 use std::collections::VecDeque;
 
@@ -29,26 +29,26 @@ struct Outgoing {
     /// Noise has changed some of them.
     damaged: bool,
     /// When it began to leave.
-    began: Option<BitTime>,
+    started: Option<BitTime>,
     /// How many octets have left.
-    left: usize,
+    octets_sent: usize,
 }
 
 /// Noise on a line: which part of the octets it damages, by chance.
 #[derive(Clone, Debug)]
 struct Noise {
-    part: f64,
+    probability: f64,
     rng: fastrand::Rng,
 }
 
 impl Noise {
     /// Whether it hits an octet.
     fn hits(&mut self) -> bool {
-        self.part > 0.0 && self.rng.f64() < self.part
+        self.probability > 0.0 && self.rng.f64() < self.probability
     }
 
     /// Changes a bit of some octets. True if there was one.
-    fn damage(&mut self, octets: &mut [u8]) -> bool {
+    fn corrupt(&mut self, octets: &mut [u8]) -> bool {
         let mut damaged = false;
         for octet in octets {
             if self.hits() {
@@ -110,13 +110,13 @@ impl<C: Stations> Line<C> {
     /// Joins `stations`; `receiver` decodes what comes from outside.
     #[must_use]
     pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
-        let noise = Noise { part: 0.0, rng: fastrand::Rng::with_seed(0) };
+        let noise = Noise { probability: 0.0, rng: fastrand::Rng::with_seed(0) };
         Self { stations, receiver, pace, queue: VecDeque::new(), noise }
     }
 
     /// From now on noise damages this part of the octets, 0 to 1, in both directions. Which, is the same in every run.
-    pub const fn disturb(&mut self, part: f64) {
-        self.noise.part = part;
+    pub const fn set_noise(&mut self, part: f64) {
+        self.noise.probability = part;
     }
 
     /// The stations.
@@ -130,42 +130,42 @@ impl<C: Stations> Line<C> {
     }
 
     /// The outside was gone and is back: what was on its way is lost, and `receiver` decodes from here on.
-    pub fn rejoin(&mut self, receiver: Receiver) {
+    pub fn reset(&mut self, receiver: Receiver) {
         self.receiver = receiver;
         self.queue.clear();
     }
 
     /// How many telegrams from outside were damaged.
-    pub const fn damaged(&self) -> u32 {
+    pub const fn damaged_telegrams(&self) -> u32 {
         self.receiver.damaged()
     }
 
     /// A character from outside ended at `end`.
-    pub fn hear(&mut self, end: BitTime, character: Character) {
+    pub fn receive(&mut self, end: BitTime, character: Character) {
         let heard = match character {
             Character::Octet(octet) if !self.noise.hits() => self.receiver.octet(end, octet),
             // A changed bit is a wrong parity.
-            Character::Octet(_) | Character::Broken => {
+            Character::Octet(_) | Character::Error => {
                 self.receiver.character_error(end);
-                Heard::Nothing
+                Received::Nothing
             }
         };
         match heard {
-            Heard::Telegram(telegram) => deliver(self.stations.all_mut(), &mut self.queue, None, end, &telegram),
-            Heard::Nothing | Heard::Damaged(_) => self.busy(None, end),
+            Received::Telegram(telegram) => deliver(self.stations.all_mut(), &mut self.queue, None, end, &telegram),
+            Received::Nothing | Received::Damaged(_) => self.report_activity(None, end),
         }
     }
 
     /// Time has come to `now`: stations do what they must, telegrams leave. What goes outside is appended to `out`.
     pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
-        self.leave(now, out);
+        self.transmit_due(now, out);
         for (sender, station) in self.stations.all_mut().iter_mut().enumerate() {
             if station.wake_at().is_some_and(|wake_at| wake_at <= now) {
                 let transmit = station.poll(now);
                 self.queue.extend(transmit.map(|transmit| outgoing(sender, transmit)));
             }
         }
-        self.leave(now, out);
+        self.transmit_due(now, out);
     }
 
     /// When to call [`advance`](Self::advance) next, if nothing is heard before.
@@ -177,49 +177,49 @@ impl<C: Stations> Line<C> {
 
     /// When something about the first telegram of the queue happens next.
     fn next_octet(&self, first: &Outgoing) -> BitTime {
-        match (first.began, self.pace) {
+        match (first.started, self.pace) {
             (None, _) => first.not_before,
             (Some(began), Pace::Instant) => began,
-            (Some(began), Pace::ByPort | Pace::ByLine) => began + octets_tbit(first.left.saturating_add(1)),
+            (Some(began), Pace::ByPort | Pace::ByLine) => began + octets_tbit(first.octets_sent.saturating_add(1)),
         }
     }
 
     /// Lets everything leave that is due. One telegram leaves after the other: two answers at once would be a collision, and
     /// a line that only carries octets has none.
-    fn leave(&mut self, now: BitTime, out: &mut Vec<u8>) {
+    fn transmit_due(&mut self, now: BitTime, out: &mut Vec<u8>) {
         while self.queue.front().is_some_and(|first| self.next_octet(first) <= now)
             && let Some(first) = self.queue.pop_front()
         {
-            let rest = self.go_on(first, now, out);
+            let rest = self.transmit_next(first, now, out);
             rest.into_iter().for_each(|rest| self.queue.push_front(rest));
         }
     }
 
     /// The telegram begins to leave, or its next octet has left. Returns what is not over.
-    fn go_on(&mut self, mut first: Outgoing, now: BitTime, out: &mut Vec<u8>) -> Option<Outgoing> {
+    fn transmit_next(&mut self, mut first: Outgoing, now: BitTime, out: &mut Vec<u8>) -> Option<Outgoing> {
         let due = self.next_octet(&first);
-        if first.began.is_none() {
-            first.began = Some(now);
-            first.damaged = self.noise.damage(&mut first.octets);
+        if first.started.is_none() {
+            first.started = Some(now);
+            first.damaged = self.noise.corrupt(&mut first.octets);
             if self.pace != Pace::ByLine {
                 out.extend_from_slice(&first.octets);
             }
             return Some(first);
         }
         if self.pace == Pace::ByLine {
-            out.extend(first.octets.get(first.left));
+            out.extend(first.octets.get(first.octets_sent));
         }
-        first.left = first.left.saturating_add(1);
-        if self.pace == Pace::Instant || first.left >= first.octets.len() {
-            self.arrive(&first, due);
+        first.octets_sent = first.octets_sent.saturating_add(1);
+        if self.pace == Pace::Instant || first.octets_sent >= first.octets.len() {
+            self.finish_telegram(&first, due);
             return None;
         }
-        self.busy(Some(first.sender), due);
+        self.report_activity(Some(first.sender), due);
         Some(first)
     }
 
     /// The stations that care notice that somebody else speaks.
-    fn busy(&mut self, sender: Option<usize>, end: BitTime) {
+    fn report_activity(&mut self, sender: Option<usize>, end: BitTime) {
         for (number, station) in self.stations.all_mut().iter_mut().enumerate() {
             if Some(number) != sender && station.listening() == Listening::Everything {
                 station.activity(end);
@@ -228,12 +228,12 @@ impl<C: Stations> Line<C> {
     }
 
     /// A telegram of ours has left completely: the sender learns it, the others hear it.
-    fn arrive(&mut self, first: &Outgoing, end: BitTime) {
+    fn finish_telegram(&mut self, first: &Outgoing, end: BitTime) {
         if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);
         }
         if first.damaged {
-            self.busy(Some(first.sender), end);
+            self.report_activity(Some(first.sender), end);
         } else if let Ok(telegram) = Telegram::parse(&first.octets) {
             deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
         }
@@ -248,17 +248,17 @@ fn deliver<S: Station>(
     telegram: &Telegram<'_>,
 ) {
     for (number, station) in stations.iter_mut().enumerate() {
-        if Some(number) != sender && concerns(telegram, station.listening()) {
+        if Some(number) != sender && is_delivered_to(telegram, station.listening()) {
             queue.extend(station.telegram(end, telegram).map(|transmit| outgoing(number, transmit)));
         }
     }
 }
 
 /// Whether a station has to be given a telegram.
-const fn concerns(telegram: &Telegram<'_>, listening: Listening) -> bool {
+const fn is_delivered_to(telegram: &Telegram<'_>, listening: Listening) -> bool {
     match (listening, telegram) {
         (Listening::Everything, _) => true,
-        (Listening::Own(address), Telegram::Frame(frame)) => frame.da == address || frame.da == BROADCAST,
+        (Listening::Own(address), Telegram::Data(frame)) => frame.da == address || frame.da == BROADCAST,
         (Listening::Own(_), Telegram::ShortAck | Telegram::Token { .. }) => false,
     }
 }
@@ -269,8 +269,8 @@ fn outgoing(sender: usize, transmit: Transmit<'_>) -> Outgoing {
         not_before: transmit.not_before,
         octets: transmit.octets.to_vec(),
         damaged: false,
-        began: None,
-        left: 0,
+        started: None,
+        octets_sent: 0,
     }
 }
 
@@ -308,7 +308,7 @@ mod tests {
 
     impl Station for Notebook {
         fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-            let Telegram::Frame(frame) = telegram else { return None };
+            let Telegram::Data(frame) = telegram else { return None };
             self.note(end, format!("{} to {}", frame.sa, frame.da));
             if frame.da != self.address || frame.fc != 0x49 {
                 return None;
@@ -351,7 +351,7 @@ mod tests {
     #[test]
     fn a_request_from_outside_is_answered_not_before_its_time() {
         let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
-        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         let mut out = Vec::new();
         line.advance(BitTime(110), &mut out);
         assert_eq!((out.as_slice(), line.wake_at()), (&[][..], Some(BitTime(111))));
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn stations_hear_requests_and_each_others_answers_but_not_themselves() {
         let mut line = line(Pace::Instant, vec![Notebook::at(8), Notebook::at(9)]);
-        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         line.advance(BitTime(111), &mut Vec::new());
         let telegrams = |station| {
             let notes = notes(&line, station);
@@ -378,13 +378,13 @@ mod tests {
         let mut passive = Notebook::at(9);
         passive.passive = true;
         let mut line = line(Pace::Instant, vec![Notebook::at(8), passive]);
-        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         for telegram in [
             [0x10, 9, 2, 0x49, 0x54, 0x16],
             // Global_Control without a data unit, to everybody
             [0x10, 127, 2, 0x46, 0xC7, 0x16],
         ] {
-            telegram.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+            telegram.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         }
         line.advance(BitTime(111), &mut Vec::new());
         assert_eq!(notes(&line, 1), [(100, "2 to 9"), (100, "2 to 127"), (111, "sent")]);
@@ -426,25 +426,25 @@ mod tests {
     #[test]
     fn a_broken_character_breaks_the_telegram_for_everybody() {
         let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
-        REQUEST[..3].iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
-        line.hear(BitTime(100), Character::Broken);
-        REQUEST[4..].iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
+        REQUEST[..3].iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
+        line.receive(BitTime(100), Character::Error);
+        REQUEST[4..].iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         assert!(notes(&line, 0).iter().all(|(_, what)| *what == "busy"));
-        assert_eq!(line.damaged(), 1);
+        assert_eq!(line.damaged_telegrams(), 1);
     }
 
     #[test]
     fn what_was_on_its_way_is_lost_when_the_outside_comes_back() {
         let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
-        REQUEST.iter().for_each(|octet| line.hear(BitTime(100), Character::Octet(*octet)));
-        line.rejoin(Receiver::with_idle(BitTime(105), T_SYN_TBIT));
+        REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
+        line.reset(Receiver::with_idle(BitTime(105), T_SYN_TBIT));
         let mut out = Vec::new();
         line.advance(BitTime(200), &mut out);
         assert_eq!(out, [], "an answer to a request from before");
-        REQUEST.iter().for_each(|octet| line.hear(BitTime(105 + 33), Character::Octet(*octet)));
+        REQUEST.iter().for_each(|octet| line.receive(BitTime(105 + 33), Character::Octet(*octet)));
         line.advance(BitTime(300), &mut out);
         assert_eq!(out, [], "an answer before the line was idle");
-        REQUEST.iter().for_each(|octet| line.hear(BitTime(400), Character::Octet(*octet)));
+        REQUEST.iter().for_each(|octet| line.receive(BitTime(400), Character::Octet(*octet)));
         line.advance(BitTime(500), &mut out);
         assert_eq!(out, ANSWER);
     }

@@ -5,12 +5,12 @@
 use crate::clock::{Clock, tbit_of};
 use crate::port::{Character, Port, PortError, wait};
 use crate::segment::PLATFORM_GAP;
-use profivac_dp::link::{Baud, BitTime, Heard, Rate, RateControl, Receiver, T_SYN_TBIT};
+use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Received, Receiver, T_SYN_TBIT};
 use profivac_wire::BROADCAST;
 use std::time::Duration;
 
 /// In this order rates are tried. free choice: first what plants with gauges mostly run at, last what few adapters can do.
-const LIKELY: [Baud; 10] = [
+const SEARCH_ORDER: [Baud; 10] = [
     Baud::B1500000,
     Baud::B500000,
     Baud::B187500,
@@ -27,31 +27,31 @@ const LIKELY: [Baud; 10] = [
 ///
 /// # Errors
 /// [`PortError::NoRate`] when the port runs at none, [`PortError::Silent`] with the rates tried when no telegram was heard.
-pub fn search(port: &mut dyn Port) -> Result<Baud, PortError> {
+pub fn detect(port: &mut dyn Port) -> Result<Baud, PortError> {
     let mut tried = Vec::new();
-    for baud in LIKELY {
+    for baud in SEARCH_ORDER {
         match port.set_baud(baud) {
             // The adapter cannot: nor can it be on such a line.
-            Err(PortError::Rate { .. }) => continue,
+            Err(PortError::UnsupportedRate { .. }) => continue,
             done => done?,
         }
-        if is_heard(port, baud)? {
+        if carries_telegrams(port, baud)? {
             return Ok(baud);
         }
         tried.push(baud.bits_per_second().to_string());
     }
-    Err(PortError::Silent { name: port.name().to_owned(), tried: tried.join(", ") })
+    Err(PortError::NoTelegram { name: port.name().to_owned(), tried: tried.join(", ") })
 }
 
 /// Whether a telegram is heard at `baud`.
-fn is_heard(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
+fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
     let mut control = searching(baud);
     let idle_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
     let mut receiver = Receiver::with_idle(BitTime(0), idle_tbit);
     let clock = Clock::starting_at(BitTime(0), baud);
     let mut characters = Vec::new();
     loop {
-        let left = control.wake_at().map_or(Duration::ZERO, |until| clock.until(until));
+        let left = control.wake_at().map_or(Duration::ZERO, |until| clock.time_until(until));
         if left.is_zero() {
             return Ok(false);
         }
@@ -70,10 +70,10 @@ fn is_heard(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
 fn is_proof(receiver: &mut Receiver, control: &mut RateControl, now: BitTime, character: Character) -> bool {
     match character {
         Character::Octet(octet) => match receiver.octet(now, octet) {
-            Heard::Telegram(telegram) => control.heard(now, &telegram, BROADCAST),
-            Heard::Nothing | Heard::Damaged(_) => false,
+            Received::Telegram(telegram) => control.telegram_received(now, &telegram, BROADCAST),
+            Received::Nothing | Received::Damaged(_) => false,
         },
-        Character::Broken => {
+        Character::Error => {
             receiver.character_error(now);
             false
         }
@@ -139,7 +139,7 @@ mod tests {
             {
                 self.said = Instant::now();
                 let is_right = self.set.last() == Some(&baud);
-                let character = |octet| if is_right { Character::Octet(octet) } else { Character::Broken };
+                let character = |octet| if is_right { Character::Octet(octet) } else { Character::Error };
                 heard.extend(octets.map(character));
             }
             Ok(())
@@ -151,7 +151,7 @@ mod tests {
 
         fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
             if !self.offered.contains(&baud) {
-                return Err(PortError::Rate { name: "bus".to_owned(), baud, offered: 0 });
+                return Err(PortError::UnsupportedRate { name: "bus".to_owned(), baud, offered: 0 });
             }
             self.set.push(baud);
             Ok(())
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn the_rate_at_which_telegrams_are_heard_is_found() {
         let mut bus = Bus::new(&[Baud::B500000, Baud::B93750, Baud::B19200], Some((Baud::B93750, REQUEST)));
-        assert_eq!(search(&mut bus).unwrap(), Baud::B93750);
+        assert_eq!(detect(&mut bus).unwrap(), Baud::B93750);
         assert_eq!(
             bus.set,
             [Baud::B500000, Baud::B93750],
@@ -171,21 +171,21 @@ mod tests {
 
     #[test]
     fn a_silent_line_is_no_rate_and_those_tried_are_named() {
-        let refused = search(&mut Bus::new(&[Baud::B1500000, Baud::B500000], None)).unwrap_err().to_string();
+        let refused = detect(&mut Bus::new(&[Baud::B1500000, Baud::B500000], None)).unwrap_err().to_string();
         assert!(refused.starts_with("no telegram on bus at any of 1500000, 500000 bit/s"), "{refused}");
     }
 
     #[test]
     fn tokens_prove_no_rate() {
-        let refused = search(&mut Bus::new(&[Baud::B1500000], Some((Baud::B1500000, TOKENS))));
-        assert!(matches!(refused, Err(PortError::Silent { .. })), "{refused:?}");
+        let refused = detect(&mut Bus::new(&[Baud::B1500000], Some((Baud::B1500000, TOKENS))));
+        assert!(matches!(refused, Err(PortError::NoTelegram { .. })), "{refused:?}");
     }
 
     #[test]
     fn every_rate_is_tried_once() {
-        let mut sorted = LIKELY;
+        let mut sorted = SEARCH_ORDER;
         sorted.sort();
         assert_eq!(sorted, Baud::ALL);
-        assert!(LIKELY.into_iter().all(|baud| searching(baud).rate() == Rate::Searching(baud)));
+        assert!(SEARCH_ORDER.into_iter().all(|baud| searching(baud).rate() == Rate::Searching(baud)));
     }
 }

@@ -9,18 +9,18 @@ use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 
 /// A station that answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Seen {
+pub struct FoundStation {
     /// Its address.
     pub address: u8,
     /// What kind of station it is.
-    pub station: StationType,
+    pub station_type: StationType,
     /// What its diagnosis says, if it is a slave and gave one.
-    pub slave: Option<SlaveSeen>,
+    pub slave: Option<SlaveStatus>,
 }
 
 /// The fixed part of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SlaveSeen {
+pub struct SlaveStatus {
     /// Ident_Number.
     pub ident: u16,
     /// Station_Status.
@@ -29,7 +29,7 @@ pub struct SlaveSeen {
     pub owner: Option<u8>,
 }
 
-impl SlaveSeen {
+impl SlaveStatus {
     /// Parses a Slave_Diag data unit. `None` when it is too short.
     #[must_use]
     pub fn parse(du: &[u8]) -> Option<Self> {
@@ -40,14 +40,14 @@ impl SlaveSeen {
 
     /// The names of the devices with this ident number that profivac knows.
     #[must_use]
-    pub fn devices(&self) -> Vec<&'static str> {
+    pub fn device_names(&self) -> Vec<&'static str> {
         let same = MODELS.iter().filter(|model| model.ident == self.ident);
         same.map(|model| model.name).collect()
     }
 
     /// What the slave is doing, in words.
     #[must_use]
-    pub fn state(&self) -> String {
+    pub fn state_text(&self) -> String {
         let words: Vec<_> =
             STATES.into_iter().filter(|(bit, _)| self.status.contains(*bit)).map(|(_, word)| word).collect();
         if words.is_empty() { "exchanges data".to_owned() } else { words.join(", ") }
@@ -69,25 +69,25 @@ const STATES: [(StationStatus, &str); 6] = [
 ///
 /// # Errors
 /// [`ToolError`] when nothing could be asked.
-pub fn look(tool: &mut BusSession, address: u8) -> Result<Option<Seen>, SessionError> {
-    let station = match tool.ask(&services::fdl_status(address))? {
+pub fn probe(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
+    let station = match tool.request(&services::fdl_status(address))? {
         Reply::Answer { station, .. } => station,
-        Reply::Nothing(Failure::Silence | Failure::Impossible) => return Ok(None),
+        Reply::NoAnswer(Failure::Silence | Failure::Impossible) => return Ok(None),
         // Somebody is there: once more.
-        Reply::Nothing(_) => match tool.ask(&services::fdl_status(address))? {
+        Reply::NoAnswer(_) => match tool.request(&services::fdl_status(address))? {
             Reply::Answer { station, .. } => station,
-            Reply::Nothing(_) => return Ok(None),
+            Reply::NoAnswer(_) => return Ok(None),
         },
     };
-    let slave = if station == StationType::Slave { diagnose(tool, address)? } else { None };
-    Ok(Some(Seen { address, station, slave }))
+    let slave = if station == StationType::Slave { read_diagnosis(tool, address)? } else { None };
+    Ok(Some(FoundStation { address, station_type: station, slave }))
 }
 
 /// Slave_Diag, asked twice: what a slave that was never spoken to is asked first is not repeated by itself.
-fn diagnose(tool: &mut BusSession, address: u8) -> Result<Option<SlaveSeen>, SessionError> {
+fn read_diagnosis(tool: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {
     for _ in 0..2 {
-        if let Reply::Answer { du, .. } = tool.ask(&services::slave_diag(address))? {
-            return Ok(SlaveSeen::parse(&du));
+        if let Reply::Answer { du, .. } = tool.request(&services::slave_diag(address))? {
+            return Ok(SlaveStatus::parse(&du));
         }
     }
     Ok(None)
@@ -106,16 +106,16 @@ mod tests {
             ([0x00, 0x0C, 0x00, 0x02, 0x08, 0xE6], "exchanges data", Some(2)),
             ([0x08, 0x0C, 0x00, 0x02, 0x08, 0xE6], "reports a fault", Some(2)),
         ] {
-            let seen = SlaveSeen::parse(&du).unwrap();
-            assert_eq!((seen.state().as_str(), seen.owner, seen.ident), (state, owner, 0x08E6), "{du:02X?}");
+            let seen = SlaveStatus::parse(&du).unwrap();
+            assert_eq!((seen.state_text().as_str(), seen.owner, seen.ident), (state, owner, 0x08E6), "{du:02X?}");
         }
-        assert_eq!(SlaveSeen::parse(&[0x02, 0x05]), None);
+        assert_eq!(SlaveStatus::parse(&[0x02, 0x05]), None);
     }
 
     #[test]
     fn an_ident_number_names_its_devices() {
-        let seen = |ident| SlaveSeen { ident, status: StationStatus::empty(), owner: None };
-        assert_eq!(seen(0x08E6).devices(), ["bcg450"]);
-        assert!(seen(0xFFFF).devices().is_empty());
+        let seen = |ident| SlaveStatus { ident, status: StationStatus::empty(), owner: None };
+        assert_eq!(seen(0x08E6).device_names(), ["bcg450"]);
+        assert!(seen(0xFFFF).device_names().is_empty());
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::clock::{Clock, tbit_of};
 use crate::line::{Line, Pace, Stations};
-use crate::port::{Character, Opener, Port, PortError, Remark, Reopening, wait};
+use crate::port::{Character, Notice, Opener, Port, PortError, Reopening, wait};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, T_SYN_TBIT};
 use rustix::fd::BorrowedFd;
 use std::time::Duration;
@@ -19,22 +19,22 @@ pub struct Segment<C> {
     line: Line<C>,
     port: Box<dyn Port>,
     clock: Clock,
-    heard: Vec<Character>,
+    received: Vec<Character>,
     out: Vec<u8>,
     /// When the last character ended.
-    last: BitTime,
+    last_end: BitTime,
     /// The idle time of the receiver.
     gap_tbit: u64,
     /// Of the port when it was heard last.
     generation: u32,
     /// The port came back and nobody was told yet.
-    rejoined: bool,
+    reopened: bool,
 }
 
 /// The port a segment has while it is given another one.
-struct Nowhere;
+struct NullPort;
 
-impl Port for Nowhere {
+impl Port for NullPort {
     fn name(&self) -> &'static str {
         "nowhere"
     }
@@ -68,37 +68,37 @@ impl<C: Stations> Segment<C> {
             line: Line::new(stations, Receiver::with_idle(BitTime(0), gap_tbit), pace),
             port,
             clock: Clock::starting_at(first, baud),
-            heard: Vec::new(),
+            received: Vec::new(),
             out: Vec::new(),
-            last: BitTime(0),
+            last_end: BitTime(0),
             gap_tbit,
             generation,
-            rejoined: false,
+            reopened: false,
         }
     }
 
     /// The same, and `opener` brings the port back whenever it is lost. Until then it counts as a cable that is not plugged in.
     #[must_use]
-    pub fn lasting(mut self, opener: Opener) -> Self {
-        self.make_lasting(opener);
+    pub fn with_reopening(mut self, opener: Opener) -> Self {
+        self.set_reopening(opener);
         self
     }
 
     /// [`lasting`](Self::lasting), in place.
-    pub fn make_lasting(&mut self, opener: Opener) {
-        let port = std::mem::replace(&mut self.port, Box::new(Nowhere));
+    pub fn set_reopening(&mut self, opener: Opener) {
+        let port = std::mem::replace(&mut self.port, Box::new(NullPort));
         self.port = Box::new(Reopening::new(port, opener));
         self.generation = 0;
     }
 
     /// What somebody should know about the port.
-    pub fn next_remark(&mut self) -> Option<Remark> {
-        self.port.next_remark()
+    pub fn next_notice(&mut self) -> Option<Notice> {
+        self.port.next_notice()
     }
 
     /// Whether the port came back since this was asked last. Slaves need not know; a master has to listen first.
-    pub const fn take_rejoined(&mut self) -> bool {
-        std::mem::replace(&mut self.rejoined, false)
+    pub const fn take_reopened(&mut self) -> bool {
+        std::mem::replace(&mut self.reopened, false)
     }
 
     /// The port.
@@ -112,8 +112,8 @@ impl<C: Stations> Segment<C> {
     }
 
     /// From now on noise damages this part of the octets, 0 to 1.
-    pub const fn disturb(&mut self, part: f64) {
-        self.line.disturb(part);
+    pub const fn set_noise(&mut self, part: f64) {
+        self.line.set_noise(part);
     }
 
     /// The stations, to do something to them.
@@ -122,8 +122,8 @@ impl<C: Stations> Segment<C> {
     }
 
     /// How many damaged telegrams arrived.
-    pub const fn damaged(&self) -> u32 {
-        self.line.damaged()
+    pub const fn damaged_telegrams(&self) -> u32 {
+        self.line.damaged_telegrams()
     }
 
     /// What the clock of the segment shows.
@@ -137,7 +137,7 @@ impl<C: Stations> Segment<C> {
     /// # Errors
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-        let due = self.line.wake_at().map_or(at_most, |wake_at| self.clock.until(wake_at).min(at_most));
+        let due = self.line.wake_at().map_or(at_most, |wake_at| self.clock.time_until(wake_at).min(at_most));
         let watched: Vec<_> = others.iter().copied().chain(self.port.watched()).collect();
         let mut readable = wait(&watched, due)?;
         readable.truncate(others.len());
@@ -151,21 +151,21 @@ impl<C: Stations> Segment<C> {
     }
 
     fn receive(&mut self) -> Result<(), PortError> {
-        self.heard.clear();
-        self.port.receive(&mut self.heard)?;
+        self.received.clear();
+        self.port.receive(&mut self.received)?;
         let now = self.clock.now();
         if self.port.generation() != self.generation {
             self.generation = self.port.generation();
-            self.rejoined = true;
+            self.reopened = true;
             // Somebody may be in the middle of a telegram.
-            self.line.rejoin(Receiver::with_idle(now, self.gap_tbit));
+            self.line.reset(Receiver::with_idle(now, self.gap_tbit));
         }
         let timed = self.port.is_timed();
-        for (character, after) in self.heard.iter().zip((0..self.heard.len() as u64).rev()) {
+        for (character, after) in self.received.iter().zip((0..self.received.len() as u64).rev()) {
             // A UART hands over several characters at once: those before the last one ended earlier.
             let early_tbit = if timed { after.saturating_mul(CHARACTER_TBIT) } else { 0 };
-            self.last = self.last.max(BitTime(now.0.saturating_sub(early_tbit)));
-            self.line.hear(self.last, *character);
+            self.last_end = self.last_end.max(BitTime(now.0.saturating_sub(early_tbit)));
+            self.line.receive(self.last_end, *character);
         }
         Ok(())
     }

@@ -4,13 +4,13 @@
 //! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
 
 use crate::clock::{duration_of, tbit_of};
-use crate::port::{Opener, Port, PortError, Remark};
+use crate::port::{Notice, Opener, Port, PortError};
 use crate::segment::Segment;
 use profivac_dp::link::active::{
-    Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, Standing,
+    Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
 };
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Outcome, Rejected, Settings, SlaveParameters};
+use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings, SlaveListError, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
@@ -28,10 +28,10 @@ const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 const GAP_FACTOR: u8 = 2;
 
 /// How long it takes at most to pass the token on at the end. free choice: some rotations of a small ring.
-const FAREWELL: Duration = Duration::from_secs(1);
+const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The shortest time the line is waited for.
-const LEAST_WAIT: Duration = Duration::from_millis(1);
+const MIN_WAIT: Duration = Duration::from_millis(1);
 
 /// The bus parameters of a master behind an operating system.
 #[must_use]
@@ -59,13 +59,13 @@ pub enum SessionError {
     Parameters(OutOfRange),
     /// Another master has the line and does not let this one into its ring.
     #[error("master {0} is using the line")]
-    Taken(u8),
+    LineInUse(u8),
     /// Another master with the address of this one is on the line.
     #[error("another master has the address {0}")]
-    AddressTaken(u8),
+    AddressInUse(u8),
     /// The line is never quiet.
     #[error("the line is never quiet")]
-    Babble,
+    NeverIdle,
 }
 
 /// What became of a request.
@@ -81,7 +81,7 @@ pub enum Reply {
         du: Vec<u8>,
     },
     /// Nobody answered, or nothing that is an answer.
-    Nothing(Failure),
+    NoAnswer(Failure),
 }
 
 /// Adds a slave to a master, or begins anew with one that was given back, for a read of its unit perhaps: with these
@@ -89,7 +89,7 @@ pub enum Reply {
 ///
 /// # Errors
 /// [`Rejected`] when the parameters are impossible.
-pub fn take(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), Rejected> {
+pub fn add_or_restart(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
     if master.state(parameters.address).is_none() {
         return master.add(parameters);
     }
@@ -99,9 +99,9 @@ pub fn take(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<
 }
 
 /// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
-struct Boxed(Box<Active<BusMaster>>);
+struct BoxedStation(Box<Active<BusMaster>>);
 
-impl Boxed {
+impl BoxedStation {
     /// Never part of its caller's stack.
     #[inline(never)]
     fn new(bus: BusParameters, baud: Baud) -> Self {
@@ -109,7 +109,7 @@ impl Boxed {
     }
 }
 
-impl Station for Boxed {
+impl Station for BoxedStation {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.0.telegram(end, telegram)
     }
@@ -137,20 +137,20 @@ impl Station for Boxed {
 
 /// A master on a port.
 pub struct BusSession {
-    segment: Segment<[Boxed; 1]>,
+    segment: Segment<[BoxedStation; 1]>,
     baud: Baud,
-    patience: Duration,
+    timeout: Duration,
     /// The same for the line.
-    line_patience: Duration,
+    line_timeout: Duration,
     entry: Duration,
-    beside: Option<Beside>,
+    background: Option<BackgroundTask>,
 }
 
 /// What somebody does each time the line was served.
-type Beside = Box<dyn FnMut(&mut BusMaster) + Send>;
+type BackgroundTask = Box<dyn FnMut(&mut BusMaster) + Send>;
 
 /// While somebody does something beside, the line is waited for at most so long.
-const LONGEST_WAIT: Duration = Duration::from_millis(20);
+const MAX_WAIT: Duration = Duration::from_millis(20);
 
 impl Drop for BusSession {
     /// What is asked last mostly ends with the token here, and a token that vanishes with its holder stops everybody until
@@ -161,8 +161,8 @@ impl Drop for BusSession {
         }
         self.station().leave();
         let begun = Instant::now();
-        while self.station().standing() == Standing::InRing && begun.elapsed() < FAREWELL {
-            if self.serve(&[], LEAST_WAIT).is_err() {
+        while self.station().ring_state() == RingState::InRing && begun.elapsed() < TOKEN_PASS_TIMEOUT {
+            if self.serve(&[], MIN_WAIT).is_err() {
                 return;
             }
         }
@@ -177,25 +177,25 @@ impl BusSession {
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, SessionError> {
         bus.check().map_err(SessionError::Parameters)?;
         let entry = entry_time(&bus, baud);
-        let mut station = Boxed::new(bus, baud);
-        station.0.search_later();
+        let mut station = BoxedStation::new(bus, baud);
+        station.0.delay_gap_scan();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, baud, patience, line_patience: patience, entry, beside: None })
+        Ok(Self { segment, baud, timeout: patience, line_timeout: patience, entry, background: None })
     }
 
     /// The same, and it waits for the line as long as a ring of such masters may take to let it in, if that is longer.
     #[must_use]
-    pub const fn patient(mut self) -> Self {
-        if self.entry.as_nanos() > self.line_patience.as_nanos() {
-            self.line_patience = self.entry;
+    pub const fn wait_for_ring_entry(mut self) -> Self {
+        if self.entry.as_nanos() > self.line_timeout.as_nanos() {
+            self.line_timeout = self.entry;
         }
         self
     }
 
     /// Does `work` whenever the line was served while something that was asked is waited for: who asks does not make those
     /// wait that exchange data.
-    pub fn do_beside(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
-        self.beside = Some(Box::new(work));
+    pub fn set_background_task(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
+        self.background = Some(Box::new(work));
     }
 
     /// The master.
@@ -204,20 +204,20 @@ impl BusSession {
     }
 
     /// Where this master stands to the ring.
-    pub fn standing(&mut self) -> Standing {
-        self.station().standing()
+    pub fn standing(&mut self) -> RingState {
+        self.station().ring_state()
     }
 
     /// The slaves that were heard of, by the GAP or because they were asked.
-    pub fn slaves(&mut self) -> Vec<u8> {
-        let live = self.station().live();
+    pub fn known_slaves(&mut self) -> Vec<u8> {
+        let live = self.station().live_list();
         live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
     }
 
     /// How many telegrams arrived damaged.
     #[must_use]
-    pub const fn damaged(&self) -> u32 {
-        self.segment.damaged()
+    pub const fn damaged_telegrams(&self) -> u32 {
+        self.segment.damaged_telegrams()
     }
 
     /// The masters of the ring, this one included once it is in.
@@ -232,8 +232,8 @@ impl BusSession {
 
     /// How long it waits for the line, and for somebody to answer.
     #[must_use]
-    pub const fn patience(&self) -> Duration {
-        self.patience
+    pub const fn timeout(&self) -> Duration {
+        self.timeout
     }
 
     /// The rate of the line.
@@ -246,7 +246,11 @@ impl BusSession {
     ///
     /// # Errors
     /// [`ToolError`] when the line could not be had at all.
-    pub fn outcome<T>(&mut self, handle: Handle, take: impl FnOnce(Outcome<'_>) -> T) -> Result<T, SessionError> {
+    pub fn wait_for_outcome<T>(
+        &mut self,
+        handle: Handle,
+        take: impl FnOnce(Outcome<'_>) -> T,
+    ) -> Result<T, SessionError> {
         let begun = Instant::now();
         loop {
             if let Some(outcome) = self.master().outcome(handle) {
@@ -268,7 +272,7 @@ impl BusSession {
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let readable = self.segment.serve(others, at_most)?;
-        if self.segment.take_rejoined() {
+        if self.segment.take_reopened() {
             let now = self.segment.now();
             self.station().listen(now);
         }
@@ -278,61 +282,61 @@ impl BusSession {
     /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
     #[must_use]
     pub fn lasting(mut self, opener: Opener) -> Self {
-        self.segment.make_lasting(opener);
+        self.segment.set_reopening(opener);
         self
     }
 
     /// What somebody should know about the port.
-    pub fn next_remark(&mut self) -> Option<Remark> {
-        self.segment.next_remark()
+    pub fn next_notice(&mut self) -> Option<Notice> {
+        self.segment.next_notice()
     }
 
     /// Asks once and waits for what comes of it.
     ///
     /// # Errors
     /// [`ToolError`] when the request could not be sent at all.
-    pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply, SessionError> {
+    pub fn request(&mut self, request: &Request<'_>) -> Result<Reply, SessionError> {
         let begun = Instant::now();
         // Busy: what was asked before was given up, and its result comes first.
-        while let Err(Busy) = self.master().submit(request) {
+        while let Err(Busy) = self.master().submit_request(request) {
             self.wait(begun)?;
-            self.master().take();
+            self.master().take_confirmation();
         }
         loop {
             self.wait(begun)?;
-            let reply = match self.master().take() {
+            let reply = match self.master().take_confirmation() {
                 None => continue,
                 Some(Confirmation::Answer(Answer { station, status, du, .. })) => {
                     Reply::Answer { station, status, du: du.to_vec() }
                 }
-                Some(Confirmation::Sent) => Reply::Nothing(Failure::Silence),
-                Some(Confirmation::Failed(failure)) => Reply::Nothing(failure),
+                Some(Confirmation::Sent) => Reply::NoAnswer(Failure::Silence),
+                Some(Confirmation::Failed(failure)) => Reply::NoAnswer(failure),
             };
-            if reply != Reply::Nothing(Failure::Interrupted) {
+            if reply != Reply::NoAnswer(Failure::Interrupted) {
                 return Ok(reply);
             }
             // Nothing is in the slot any more.
-            let _ = self.master().submit(request);
+            let _ = self.master().submit_request(request);
         }
     }
 
     /// Serves the line once on behalf of somebody who has been waiting since `begun`.
     fn wait(&mut self, begun: Instant) -> Result<(), SessionError> {
-        let left = self.line_patience.saturating_sub(begun.elapsed());
+        let left = self.line_timeout.saturating_sub(begun.elapsed());
         // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
-        let longest = if self.beside.is_some() { LONGEST_WAIT } else { left };
-        self.serve(&[], left.min(longest).max(LEAST_WAIT))?;
-        let [Boxed(station)] = self.segment.stations_mut();
-        if let Some(work) = &mut self.beside {
+        let longest = if self.background.is_some() { MAX_WAIT } else { left };
+        self.serve(&[], left.min(longest).max(MIN_WAIT))?;
+        let [BoxedStation(station)] = self.segment.stations_mut();
+        if let Some(work) = &mut self.background {
             work(&mut station.user);
         }
         if !left.is_zero() || station.has_token() {
             return Ok(());
         }
-        Err(match (station.standing(), station.other_master()) {
-            (Standing::AddressTaken, _) => SessionError::AddressTaken(station.bus().address),
-            (_, Some(master)) => SessionError::Taken(master),
-            (_, None) => SessionError::Babble,
+        Err(match (station.ring_state(), station.other_master()) {
+            (RingState::AddressTaken, _) => SessionError::AddressInUse(station.bus().address),
+            (_, Some(master)) => SessionError::LineInUse(master),
+            (_, None) => SessionError::NeverIdle,
         })
     }
 
@@ -347,7 +351,7 @@ mod tests {
     use super::*;
     use crate::port::Character;
     use profivac_dp::master::services;
-    use profivac_sim::Bus;
+    use profivac_sim::Segment;
     use rustix::fd::AsFd;
     use std::os::unix::net::UnixStream;
     use std::sync::Arc;
@@ -384,10 +388,10 @@ mod tests {
     fn a_second_tool_is_let_in_while_it_has_patience() {
         let baud = Baud::B19200;
         for (address, begins_ms) in [(1, 1_500), (1, 9_000), (60, 9_000), (125, 1_500), (125, 5_500), (125, 12_000)] {
-            let mut bus = Bus::new(baud);
+            let mut bus = Segment::new(baud);
             let tool = |address, now| {
                 let mut station = BusMaster::on(bus_parameters(address, baud), Settings::new(baud), now);
-                station.search_later();
+                station.delay_gap_scan();
                 station
             };
             let first = bus.attach(tool(0, BitTime(0)));
@@ -395,14 +399,14 @@ mod tests {
             let now = bus.now();
             let second = bus.attach(tool(address, now));
             let patience = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
-            while bus.now() < now + patience && bus.station(second).standing() != Standing::InRing {
+            while bus.now() < now + patience && bus.station(second).ring_state() != RingState::InRing {
                 // Nobody is at 90: each question costs a slot time.
-                let _ = bus.station_mut(first).user.submit(&services::slave_diag(90));
-                bus.station_mut(first).user.take();
+                let _ = bus.station_mut(first).user.submit_request(&services::slave_diag(90));
+                bus.station_mut(first).user.take_confirmation();
                 bus.run_for(100).unwrap();
             }
-            let standing = bus.station(second).standing();
-            assert_eq!(standing, Standing::InRing, "{address}, which begins after {begins_ms} ms");
+            let standing = bus.station(second).ring_state();
+            assert_eq!(standing, RingState::InRing, "{address}, which begins after {begins_ms} ms");
         }
     }
 

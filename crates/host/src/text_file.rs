@@ -11,7 +11,7 @@ use std::str::FromStr;
 
 /// The largest file that is read, in octets. free choice: what people write is far smaller, and what is no such file may have
 /// no end.
-const LARGEST: u64 = 256 * 1024;
+const MAX_OCTETS: u64 = 256 * 1024;
 
 /// The text of a file, which may be something else and have no end.
 ///
@@ -19,9 +19,9 @@ const LARGEST: u64 = 256 * 1024;
 /// What the system says, and what is no text.
 pub fn read(path: &Path) -> io::Result<String> {
     let mut octets = Vec::new();
-    File::open(path)?.take(LARGEST.saturating_add(1)).read_to_end(&mut octets)?;
-    if octets.len() as u64 > LARGEST {
-        return Err(io::Error::other(format!("expected a text of at most {LARGEST} octets, got more")));
+    File::open(path)?.take(MAX_OCTETS.saturating_add(1)).read_to_end(&mut octets)?;
+    if octets.len() as u64 > MAX_OCTETS {
+        return Err(io::Error::other(format!("expected a text of at most {MAX_OCTETS} octets, got more")));
     }
     String::from_utf8(octets).map_err(|_| io::Error::other("expected a text in UTF-8, got other octets"))
 }
@@ -56,7 +56,7 @@ pub fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Baud, D::Error
 
 /// Line and column of an octet of `text`, both from 1.
 #[must_use]
-pub fn place_of(text: &str, offset: usize) -> (usize, usize) {
+pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let line = before.rsplit('\n').next().unwrap_or_default();
     (before.matches('\n').count().saturating_add(1), line.chars().count().saturating_add(1))
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn places_are_counted_in_characters_from_one() {
-        assert_eq!([0, 1, 3].map(|offset| place_of("a\nb", offset)), [(1, 1), (1, 2), (2, 2)]);
-        assert_eq!(place_of("ab\ncä e", 7), (2, 4));
+        assert_eq!([0, 1, 3].map(|offset| line_and_column("a\nb", offset)), [(1, 1), (1, 2), (2, 2)]);
+        assert_eq!(line_and_column("ab\ncä e", 7), (2, 4));
     }
 }

@@ -1,14 +1,14 @@
 //! Where alarms stand, their history, and letters to webhooks that wait: tables beside what was measured, written in the same transactions.
 
-use super::audit::{self, Entry};
+use super::audit::{self, AuditEntry};
+use super::database::DatabaseError;
 use super::reader::Reader;
 use super::sample::Micros;
-use super::store::StoreError;
 use rusqlite::{Connection, Row, Transaction, params};
 use std::collections::BTreeMap;
 
 /// The step that makes the tables.
-pub const TABLES: &str = "
+pub const ALARM_TABLES: &str = "
     -- Where each alarm stands. Times in microseconds since 1970.
     CREATE TABLE alarm (
         name            TEXT PRIMARY KEY,
@@ -52,7 +52,7 @@ pub const TABLES: &str = "
 
 /// Where an alarm stands.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct StoredAlarm {
     /// The word of its state.
     pub state: String,
     /// Since when.
@@ -60,7 +60,7 @@ pub struct Kept {
     /// Which time it was raised.
     pub occurrence: i64,
     /// When it was raised last.
-    pub raised: Option<Micros>,
+    pub raised_at: Option<Micros>,
     /// The value then.
     pub value: Option<f64>,
     /// What was seen then.
@@ -68,20 +68,20 @@ pub struct Kept {
     /// Who knows, and since when.
     pub acknowledged: Option<(String, Micros)>,
     /// Who took it out of service, when, and why.
-    pub out: Option<(String, Micros, String)>,
+    pub out_of_service: Option<(String, Micros, String)>,
     /// When it comes back.
     pub out_until: Option<Micros>,
 }
 
 /// A line of the history.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct AlarmHistoryEntry {
     /// When.
     pub at: Micros,
     /// The alarm.
     pub alarm: String,
     /// What happened.
-    pub what: String,
+    pub change: String,
     /// The state it led to.
     pub state: String,
     /// The priority it had.
@@ -102,11 +102,11 @@ pub struct Line {
 
 /// A letter that a webhook has not taken yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Letter {
+pub struct Notification {
     /// Its number; 0 before it is on the disk.
     pub id: i64,
     /// To which webhook.
-    pub hook: String,
+    pub webhook: String,
     /// When it was written.
     pub at: Micros,
     /// What it says.
@@ -115,70 +115,70 @@ pub struct Letter {
 
 /// What is to be written together.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Batch {
+pub struct AlarmBatch {
     /// Where alarms stand now; nothing for one that is not there any more.
-    pub kept: BTreeMap<String, Option<Kept>>,
+    pub alarms: BTreeMap<String, Option<StoredAlarm>>,
     /// What happened.
-    pub lines: Vec<Line>,
+    pub history: Vec<AlarmHistoryEntry>,
     /// What people did, for the audit trail.
-    pub audit: Vec<Entry>,
+    pub audit: Vec<AuditEntry>,
     /// What is to be told.
-    pub letters: Vec<Letter>,
+    pub notifications: Vec<Notification>,
     /// The numbers of letters that nobody waits for any more.
-    pub gone: Vec<i64>,
+    pub finished_notifications: Vec<i64>,
 }
 
-impl Batch {
+impl AlarmBatch {
     /// What came later, too. Says how many lines, rows and letters found no room among so many.
     pub fn append(&mut self, mut later: Self, most: usize) -> u64 {
-        self.kept.append(&mut later.kept);
-        self.gone.append(&mut later.gone);
-        let lost = fill(&mut self.lines, later.lines, most);
-        let lost = lost.saturating_add(fill(&mut self.audit, later.audit, most));
-        lost.saturating_add(fill(&mut self.letters, later.letters, most))
+        self.alarms.append(&mut later.alarms);
+        self.finished_notifications.append(&mut later.finished_notifications);
+        let lost = extend_up_to(&mut self.history, later.history, most);
+        let lost = lost.saturating_add(extend_up_to(&mut self.audit, later.audit, most));
+        lost.saturating_add(extend_up_to(&mut self.notifications, later.notifications, most))
     }
 
     /// Whether there is nothing to be written.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.kept.is_empty()
-            && self.lines.is_empty()
+        self.alarms.is_empty()
+            && self.history.is_empty()
             && self.audit.is_empty()
-            && self.letters.is_empty()
-            && self.gone.is_empty()
+            && self.notifications.is_empty()
+            && self.finished_notifications.is_empty()
     }
 
     /// Writes all of it.
     pub(super) fn write(&self, transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-        for (name, kept) in &self.kept {
+        for (name, kept) in &self.alarms {
             match kept {
-                Some(kept) => keep(transaction, name, kept)?,
-                None => forget(transaction, name)?,
+                Some(kept) => upsert_alarm(transaction, name, kept)?,
+                None => delete_alarm(transaction, name)?,
             }
         }
-        self.lines.iter().try_for_each(|line| insert_line(transaction, line))?;
+        self.history.iter().try_for_each(|line| insert_history(transaction, line))?;
         self.audit.iter().try_for_each(|entry| audit::insert(transaction, entry).map(drop))?;
-        for Letter { hook, at, body, .. } in &self.letters {
+        for Notification { webhook: hook, at, body, .. } in &self.notifications {
             transaction
                 .prepare_cached("INSERT INTO letter (hook, at, body) VALUES (?1, ?2, ?3)")?
                 .execute(params![hook, at.0, body])?;
         }
-        for id in &self.gone {
+        for id in &self.finished_notifications {
             transaction.prepare_cached("DELETE FROM letter WHERE id = ?1")?.execute([id])?;
         }
         Ok(())
     }
 }
 
-fn fill<T>(all: &mut Vec<T>, more: Vec<T>, most: usize) -> u64 {
+fn extend_up_to<T>(all: &mut Vec<T>, more: Vec<T>, most: usize) -> u64 {
     let room = most.saturating_sub(all.len());
     let lost = more.len().saturating_sub(room);
     all.extend(more.into_iter().take(room));
     lost as u64
 }
 
-fn keep(connection: &Connection, name: &str, kept: &Kept) -> rusqlite::Result<()> {
-    let (acknowledged, out) = (kept.acknowledged.as_ref(), kept.out.as_ref());
+fn upsert_alarm(connection: &Connection, name: &str, kept: &StoredAlarm) -> rusqlite::Result<()> {
+    let (acknowledged, out) = (kept.acknowledged.as_ref(), kept.out_of_service.as_ref());
     connection
         .prepare_cached("INSERT OR REPLACE INTO alarm VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)")?
         .execute(params![
@@ -186,7 +186,7 @@ fn keep(connection: &Connection, name: &str, kept: &Kept) -> rusqlite::Result<()
             kept.state,
             kept.since.0,
             kept.occurrence,
-            kept.raised.map(|at| at.0),
+            kept.raised_at.map(|at| at.0),
             kept.value,
             kept.text,
             acknowledged.map(|(who, _)| who),
@@ -199,11 +199,11 @@ fn keep(connection: &Connection, name: &str, kept: &Kept) -> rusqlite::Result<()
         .map(drop)
 }
 
-fn forget(connection: &Connection, name: &str) -> rusqlite::Result<()> {
+fn delete_alarm(connection: &Connection, name: &str) -> rusqlite::Result<()> {
     connection.prepare_cached("DELETE FROM alarm WHERE name = ?1")?.execute([name]).map(drop)
 }
 
-fn insert_line(connection: &Connection, line: &Line) -> rusqlite::Result<()> {
+fn insert_history(connection: &Connection, line: &AlarmHistoryEntry) -> rusqlite::Result<()> {
     connection
         .prepare_cached(
             "INSERT INTO alarm_history (at, alarm, what, state, priority, subject, occurrence, who, value, unit, text)
@@ -212,7 +212,7 @@ fn insert_line(connection: &Connection, line: &Line) -> rusqlite::Result<()> {
         .execute(params![
             line.at.0,
             line.alarm,
-            line.what,
+            line.change,
             line.state,
             line.priority,
             line.subject,
@@ -225,29 +225,29 @@ fn insert_line(connection: &Connection, line: &Line) -> rusqlite::Result<()> {
         .map(drop)
 }
 
-fn kept(row: &Row<'_>) -> rusqlite::Result<(String, Kept)> {
+fn stored_alarm(row: &Row<'_>) -> rusqlite::Result<(String, StoredAlarm)> {
     let time = |place: usize| Ok::<_, rusqlite::Error>(row.get::<_, Option<i64>>(place)?.map(Micros));
     let text = |place: usize| row.get::<_, Option<String>>(place);
     let out = text(9)?.zip(time(10)?).zip(text(11)?);
-    let kept = Kept {
+    let kept = StoredAlarm {
         state: row.get(1)?,
         since: Micros(row.get(2)?),
         occurrence: row.get(3)?,
-        raised: time(4)?,
+        raised_at: time(4)?,
         value: row.get(5)?,
         text: row.get(6)?,
         acknowledged: text(7)?.zip(time(8)?),
-        out: out.map(|((who, at), reason)| (who, at, reason)),
+        out_of_service: out.map(|((who, at), reason)| (who, at, reason)),
         out_until: time(12)?,
     };
     Ok((row.get(0)?, kept))
 }
 
-fn line(row: &Row<'_>) -> rusqlite::Result<Line> {
-    Ok(Line {
+fn history_entry(row: &Row<'_>) -> rusqlite::Result<AlarmHistoryEntry> {
+    Ok(AlarmHistoryEntry {
         at: Micros(row.get(0)?),
         alarm: row.get(1)?,
-        what: row.get(2)?,
+        change: row.get(2)?,
         state: row.get(3)?,
         priority: row.get(4)?,
         subject: row.get(5)?,
@@ -259,8 +259,8 @@ fn line(row: &Row<'_>) -> rusqlite::Result<Line> {
     })
 }
 
-fn letter(row: &Row<'_>) -> rusqlite::Result<Letter> {
-    Ok(Letter { id: row.get(0)?, hook: row.get(1)?, at: Micros(row.get(2)?), body: row.get(3)? })
+fn notification_row(row: &Row<'_>) -> rusqlite::Result<Notification> {
+    Ok(Notification { id: row.get(0)?, webhook: row.get(1)?, at: Micros(row.get(2)?), body: row.get(3)? })
 }
 
 impl Reader {
@@ -268,8 +268,8 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn alarms(&self) -> Result<Vec<(String, Kept)>, StoreError> {
-        self.all("SELECT * FROM alarm", [], kept)
+    pub fn alarms(&self) -> Result<Vec<(String, StoredAlarm)>, DatabaseError> {
+        self.query_all("SELECT * FROM alarm", [], stored_alarm)
     }
 
     /// What happened to alarms in a time, the latest first, at most so much; to one of them, if it is named.
@@ -282,12 +282,12 @@ impl Reader {
         to: Micros,
         alarm: Option<&str>,
         most: u32,
-    ) -> Result<Vec<Line>, StoreError> {
-        self.all(
+    ) -> Result<Vec<AlarmHistoryEntry>, DatabaseError> {
+        self.query_all(
             "SELECT at, alarm, what, state, priority, subject, occurrence, who, value, unit, text FROM alarm_history
              WHERE at BETWEEN ?1 AND ?2 AND (?3 IS NULL OR alarm = ?3) ORDER BY at DESC, id DESC LIMIT ?4",
             params![from.0, to.0, alarm, most],
-            line,
+            history_entry,
         )
     }
 
@@ -295,25 +295,25 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn letter(&self, id: i64) -> Result<Option<Letter>, StoreError> {
-        Ok(self.all("SELECT id, hook, at, body FROM letter WHERE id = ?1", [id], letter)?.pop())
+    pub fn notification(&self, id: i64) -> Result<Option<Notification>, DatabaseError> {
+        Ok(self.query_all("SELECT id, hook, at, body FROM letter WHERE id = ?1", [id], notification_row)?.pop())
     }
 
     /// The numbers and times of all letters to a webhook, in their order.
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn letters(&self, hook: &str) -> Result<Vec<(i64, Micros)>, StoreError> {
+    pub fn queued_notifications(&self, hook: &str) -> Result<Vec<(i64, Micros)>, DatabaseError> {
         let sql = "SELECT id, at FROM letter WHERE hook = ?1 ORDER BY id";
-        self.all(sql, [hook], |row| Ok((row.get(0)?, Micros(row.get(1)?))))
+        self.query_all(sql, [hook], |row| Ok((row.get(0)?, Micros(row.get(1)?))))
     }
 
     /// The numbers of letters to webhooks other than these.
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn letters_to_others(&self, hooks: &[String]) -> Result<Vec<i64>, StoreError> {
-        let all = self.all("SELECT id, hook, at, '' FROM letter", [], letter)?;
-        Ok(all.into_iter().filter(|letter| !hooks.contains(&letter.hook)).map(|letter| letter.id).collect())
+    pub fn notifications_for_other_webhooks(&self, hooks: &[String]) -> Result<Vec<i64>, DatabaseError> {
+        let all = self.query_all("SELECT id, hook, at, '' FROM letter", [], notification_row)?;
+        Ok(all.into_iter().filter(|letter| !hooks.contains(&letter.webhook)).map(|letter| letter.id).collect())
     }
 }

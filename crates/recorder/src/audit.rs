@@ -8,7 +8,7 @@ use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
 
 /// The table, as a step of the file.
-pub const TABLE: &str = "
+pub const AUDIT_TABLE: &str = "
     -- Times in microseconds since 1970. what: fired, outcome, refused, disarmed, mastership.
     -- of: the row whose outcome this is. Empty where there is nothing to say.
     CREATE TABLE audit (
@@ -38,9 +38,9 @@ pub const TABLE: &str = "
 
 /// What a row is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Deed {
+pub enum AuditAction {
     /// Something is going to be sent: written before it is.
-    Fired,
+    Execute,
     /// What came of it.
     Outcome,
     /// Nothing was armed, because a condition did not hold.
@@ -48,39 +48,39 @@ pub enum Deed {
     /// Somebody thought better of it.
     Disarmed,
     /// The mastership went from one to another.
-    Mastership,
+    ControlAuthority,
     /// Somebody knows of an alarm.
     Acknowledged,
     /// An alarm is not told any more.
-    TakenOut,
+    TakenOutOfService,
     /// It is told again.
-    PutBack,
+    ReturnedToService,
 }
 
-impl Deed {
+impl AuditAction {
     const ALL: [Self; 8] = [
-        Self::Fired,
+        Self::Execute,
         Self::Outcome,
         Self::Refused,
         Self::Disarmed,
-        Self::Mastership,
+        Self::ControlAuthority,
         Self::Acknowledged,
-        Self::TakenOut,
-        Self::PutBack,
+        Self::TakenOutOfService,
+        Self::ReturnedToService,
     ];
 
     /// As it stands in the file.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
-            Self::Fired => "fired",
+            Self::Execute => "fired",
             Self::Outcome => "outcome",
             Self::Refused => "refused",
             Self::Disarmed => "disarmed",
-            Self::Mastership => "mastership",
+            Self::ControlAuthority => "mastership",
             Self::Acknowledged => "acknowledged",
-            Self::TakenOut => "taken-out-of-service",
-            Self::PutBack => "returned-to-service",
+            Self::TakenOutOfService => "taken-out-of-service",
+            Self::ReturnedToService => "returned-to-service",
         }
     }
 
@@ -91,13 +91,13 @@ impl Deed {
 
 /// A row that is to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct AuditEntry {
     /// When.
     pub at: Micros,
     /// What it is about.
-    pub what: Deed,
+    pub action: AuditAction,
     /// The row whose outcome this is.
-    pub of: Option<i64>,
+    pub refers_to: Option<i64>,
     /// The name of who did it.
     pub who: String,
     /// What they were.
@@ -119,21 +119,21 @@ pub struct Entry {
     /// What came of it, or what happened, in a sentence.
     pub outcome: Option<String>,
     /// The order.
-    pub order: Option<String>,
+    pub command_id: Option<String>,
 }
 
 /// A row that was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Recorded {
+pub struct AuditRow {
     /// Its number, rising.
     pub id: i64,
     /// What it says.
-    pub entry: Entry,
+    pub entry: AuditEntry,
 }
 
 /// Which rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wanted {
+pub struct AuditQuery {
     /// From this moment on.
     pub from: Micros,
     /// Before this moment.
@@ -143,22 +143,22 @@ pub struct Wanted {
     /// By this person only.
     pub who: Option<String>,
     /// At most so many.
-    pub most: u32,
+    pub limit: u32,
 }
 
 /// Adds a row. Says which it is. A row that refers to one of a record that was deleted meanwhile refers to none.
 ///
 /// # Errors
 /// What SQLite says.
-pub fn insert(connection: &Connection, entry: &Entry) -> rusqlite::Result<i64> {
+pub fn insert(connection: &Connection, entry: &AuditEntry) -> rusqlite::Result<i64> {
     let mut insert = connection.prepare_cached(
         "INSERT INTO audit (at, what, of, who, role, peer, gauge, segment, address, target, before, after, outcome, order_id)
          VALUES (?1, ?2, (SELECT id FROM audit WHERE id = ?3 AND order_id IS ?14), ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
     )?;
     insert.execute(params![
         entry.at.0,
-        entry.what.word(),
-        entry.of,
+        entry.action.word(),
+        entry.refers_to,
         entry.who,
         entry.role,
         entry.peer,
@@ -169,7 +169,7 @@ pub fn insert(connection: &Connection, entry: &Entry) -> rusqlite::Result<i64> {
         entry.before,
         entry.after,
         entry.outcome,
-        entry.order,
+        entry.command_id,
     ])?;
     Ok(connection.last_insert_rowid())
 }
@@ -178,41 +178,41 @@ pub fn insert(connection: &Connection, entry: &Entry) -> rusqlite::Result<i64> {
 ///
 /// # Errors
 /// What SQLite says.
-pub fn close(connection: &Connection, now: Micros) -> rusqlite::Result<usize> {
+pub fn close_unfinished(connection: &Connection, now: Micros) -> rusqlite::Result<usize> {
     connection.execute(
         "INSERT INTO audit (at, what, of, who, role, peer, gauge, segment, address, target, before, outcome, order_id)
          SELECT ?1, 'outcome', id, who, role, peer, gauge, segment, address, target, before, ?2, order_id
          FROM audit AS open
          WHERE what = 'fired' AND NOT EXISTS (SELECT 1 FROM audit WHERE of = open.id)",
-        params![now.0, UNKNOWN],
+        params![now.0, OUTCOME_UNKNOWN],
     )
 }
 
 /// The outcome of what was going on when the station ended.
-pub const UNKNOWN: &str = "not known: the station ended meanwhile";
+pub const OUTCOME_UNKNOWN: &str = "not known: the station ended meanwhile";
 
 /// The rows that are wanted, the latest first.
 ///
 /// # Errors
 /// What SQLite says.
-pub fn select(connection: &Connection, wanted: &Wanted) -> rusqlite::Result<Vec<Recorded>> {
+pub fn select(connection: &Connection, wanted: &AuditQuery) -> rusqlite::Result<Vec<AuditRow>> {
     let mut select = connection.prepare_cached(
         "SELECT id, at, what, of, who, role, peer, gauge, segment, address, target, before, after, outcome, order_id
          FROM audit
          WHERE at >= ?1 AND at < ?2 AND (?3 IS NULL OR gauge = ?3) AND (?4 IS NULL OR who = ?4)
          ORDER BY id DESC LIMIT ?5",
     )?;
-    let Wanted { from, to, gauge, who, most } = wanted;
+    let AuditQuery { from, to, gauge, who, limit: most } = wanted;
     select.query_map(params![from.0, to.0, gauge, who, most], recorded)?.collect()
 }
 
-fn recorded(row: &Row<'_>) -> rusqlite::Result<Recorded> {
+fn recorded(row: &Row<'_>) -> rusqlite::Result<AuditRow> {
     let word: String = row.get(2)?;
     let unknown = || rusqlite::Error::FromSqlConversionFailure(2, Type::Text, format!("{word:?} is no deed").into());
-    let entry = Entry {
+    let entry = AuditEntry {
         at: Micros(row.get(1)?),
-        what: Deed::from_word(&word).ok_or_else(unknown)?,
-        of: row.get(3)?,
+        action: AuditAction::from_word(&word).ok_or_else(unknown)?,
+        refers_to: row.get(3)?,
         who: row.get(4)?,
         role: row.get(5)?,
         peer: row.get(6)?,
@@ -223,7 +223,7 @@ fn recorded(row: &Row<'_>) -> rusqlite::Result<Recorded> {
         before: row.get(11)?,
         after: row.get(12)?,
         outcome: row.get(13)?,
-        order: row.get(14)?,
+        command_id: row.get(14)?,
     };
-    Ok(Recorded { id: row.get(0)?, entry })
+    Ok(AuditRow { id: row.get(0)?, entry })
 }

@@ -7,26 +7,26 @@ use super::sample::Micros;
 use std::time::{Duration, Instant};
 
 /// A clock that is slewed drifts by far less between two looks; what is less than this nobody sees in a trend. free choice.
-const LEAST: Duration = Duration::from_secs(1);
+const MIN_STEP: Duration = Duration::from_secs(1);
 
 /// What the clocks showed together.
-pub struct Clock {
+pub struct ClockMonitor {
     steady: Instant,
     shown: Micros,
 }
 
-impl Clock {
+impl ClockMonitor {
     /// Both clocks at a moment.
     pub const fn new(steady: Instant, shown: Micros) -> Self {
         Self { steady, shown }
     }
 
     /// What happened to the clock since this was asked last, in a sentence, if something did.
-    pub fn step(&mut self, steady: Instant, shown: Micros) -> Option<String> {
+    pub fn detect_step(&mut self, steady: Instant, shown: Micros) -> Option<String> {
         let expected = self.shown.after(steady.saturating_duration_since(self.steady));
         *self = Self { steady, shown };
         let by = Duration::from_micros(shown.0.abs_diff(expected.0));
-        if by < LEAST {
+        if by < MIN_STEP {
             return None;
         }
         let seconds = by.as_secs_f64();
@@ -45,9 +45,9 @@ mod tests {
     #[test]
     fn a_clock_that_is_set_is_noticed_once() {
         let begin = Instant::now();
-        let mut clock = Clock::new(begin, Micros(1_000 * Micros::SECOND));
+        let mut clock = ClockMonitor::new(begin, Micros(1_000 * Micros::SECOND));
         let mut look = |after: u64, shown: f64| {
-            clock.step(begin + Duration::from_secs(after), Micros((shown * Micros::SECOND as f64) as i64))
+            clock.detect_step(begin + Duration::from_secs(after), Micros((shown * Micros::SECOND as f64) as i64))
         };
         assert_eq!(look(10, 1_010.5), None, "a little is drift");
         assert_eq!(

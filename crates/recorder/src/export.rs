@@ -3,14 +3,14 @@
 //! Each piece is a question of its own to the file. Nothing is held between two of them, so the log of the recorder can be
 //! cut back meanwhile, and what is recorded meanwhile is in the table too.
 
+use super::database::DatabaseError;
 use super::reader::Reader;
 use super::sample::{Micros, Sample};
-use super::store::StoreError;
 use std::collections::VecDeque;
 use std::fmt::Write;
 
 /// So many samples are in a piece, about 120 kB.
-const PIECE: u32 = 2_000;
+const SAMPLES_PER_CHUNK: u32 = 2_000;
 
 /// A table that is being written: time in ISO 8601 (UTC), gauge, pressure in Pa, quality.
 pub struct Export {
@@ -31,11 +31,11 @@ impl Export {
     }
 
     /// The next samples of the present gauge as rows. After its last ones the next gauge is the present one.
-    fn rows(&mut self, gauge: &str) -> Result<String, StoreError> {
-        let samples = self.reader.page(gauge, self.next, self.to, PIECE)?;
-        let quoted = quoted(gauge);
+    fn rows(&mut self, gauge: &str) -> Result<String, DatabaseError> {
+        let samples = self.reader.page(gauge, self.next, self.to, SAMPLES_PER_CHUNK)?;
+        let quoted = csv_field(gauge);
         match samples.last() {
-            Some(last) if samples.len() >= PIECE as usize && last.at < self.to => {
+            Some(last) if samples.len() >= SAMPLES_PER_CHUNK as usize && last.at < self.to => {
                 self.next = Micros(last.at.0.saturating_add(1));
             }
             _ => {
@@ -43,12 +43,12 @@ impl Export {
                 self.next = self.from;
             }
         }
-        Ok(samples.iter().map(|sample| row(&quoted, sample)).collect())
+        Ok(samples.iter().map(|sample| csv_row(&quoted, sample)).collect())
     }
 }
 
 impl Iterator for Export {
-    type Item = Result<String, StoreError>;
+    type Item = Result<String, DatabaseError>;
 
     /// The heading, then rows. After an error there is nothing more.
     fn next(&mut self) -> Option<Self::Item> {
@@ -64,7 +64,7 @@ impl Iterator for Export {
     }
 }
 
-fn row(gauge: &str, sample: &Sample) -> String {
+fn csv_row(gauge: &str, sample: &Sample) -> String {
     let mut row = format!("{},{gauge},", iso(sample.at));
     if let Some(pa) = sample.pa {
         // A String takes everything.
@@ -74,7 +74,7 @@ fn row(gauge: &str, sample: &Sample) -> String {
 }
 
 /// A name in CSV, RFC 4180. What would begin a formula in a spreadsheet gets an apostrophe before it.
-fn quoted(name: &str) -> String {
+fn csv_field(name: &str) -> String {
     if name.starts_with(['=', '+', '-', '@', '\t', '\r']) {
         return format!("\"'{}\"", name.replace('"', "\"\""));
     }

@@ -29,20 +29,20 @@
 pub mod alarms;
 pub mod audit;
 mod clock;
+pub mod database;
+pub mod deadband;
 pub mod export;
 mod lock;
 pub mod reader;
 pub mod ring;
-pub mod rollup;
 pub mod sample;
-pub mod store;
-pub mod thin;
+pub mod spans;
 pub mod writer;
 
-pub use audit::{Deed, Entry};
+pub use audit::{AuditAction, AuditEntry};
+pub use database::{DatabaseError, Event, EventKind, Retention};
+pub use deadband::Deadband;
 pub use export::Export;
-pub use reader::{Bin, Reader};
+pub use reader::{Reader, Span};
 pub use sample::{Micros, Qualities, Quality, Sample};
-pub use store::{Event, EventKind, Retention, StoreError};
-pub use thin::Band;
-pub use writer::{Health, Recorder, Settings, Written};
+pub use writer::{Health, Recorder, Settings, WriteReceipt};

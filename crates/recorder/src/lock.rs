@@ -1,6 +1,6 @@
 //! Where the file lies: whether a record can be there, that no other station records into it, and whether it is still there.
 
-use super::store::StoreError;
+use super::database::DatabaseError;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -9,28 +9,28 @@ use std::path::{Path, PathBuf};
 ///
 /// A file of its own beside the record is locked: SQLite loses its own locks when anybody else in the process closes the
 /// record itself.
-pub struct Claim {
+pub struct DatabaseLock {
     _lock: File,
     /// Device and inode of the record.
     opened: Option<(u64, u64)>,
 }
 
-impl Claim {
+impl DatabaseLock {
     /// Claims the file at `path`, which need not be there yet.
     ///
     /// # Errors
     /// [`StoreError::InUse`] when another station has it, [`StoreError::Place`] when there cannot be a record.
-    pub fn of(path: &Path) -> Result<Self, StoreError> {
-        let place = |what: String| StoreError::Place { path: path.to_owned(), what };
+    pub fn acquire(path: &Path) -> Result<Self, DatabaseError> {
+        let place = |what: String| DatabaseError::Place { path: path.to_owned(), what };
         if path.is_dir() {
             return Err(place("expected a file to record into, got a folder".to_owned()));
         }
         let cannot = |error: std::io::Error| place(format!("nothing can be recorded here: {error}"));
-        let name = beside(path, "-lock");
+        let name = sibling_path(path, "-lock");
         let lock = OpenOptions::new().create(true).append(true).open(name).map_err(cannot)?;
         match lock.try_lock() {
             Ok(()) => Ok(Self { _lock: lock, opened: None }),
-            Err(TryLockError::WouldBlock) => Err(StoreError::InUse { path: path.to_owned() }),
+            Err(TryLockError::WouldBlock) => Err(DatabaseError::InUse { path: path.to_owned() }),
             Err(TryLockError::Error(error)) => Err(cannot(error)),
         }
     }
@@ -39,24 +39,24 @@ impl Claim {
     ///
     /// # Errors
     /// [`StoreError::Place`] when nothing does.
-    pub fn remember(&mut self, path: &Path) -> Result<(), StoreError> {
-        self.opened = identity(path);
-        let gone = || StoreError::Place { path: path.to_owned(), what: "the file is gone".to_owned() };
+    pub fn record_file_identity(&mut self, path: &Path) -> Result<(), DatabaseError> {
+        self.opened = file_identity(path);
+        let gone = || DatabaseError::Place { path: path.to_owned(), what: "the file is gone".to_owned() };
         self.opened.map(drop).ok_or_else(gone)
     }
 
     /// Whether the record still lies at `path`, and no other file.
-    pub fn is_there(&self, path: &Path) -> bool {
-        self.opened.is_some() && identity(path) == self.opened
+    pub fn is_same_file(&self, path: &Path) -> bool {
+        self.opened.is_some() && file_identity(path) == self.opened
     }
 }
 
-fn identity(path: &Path) -> Option<(u64, u64)> {
+fn file_identity(path: &Path) -> Option<(u64, u64)> {
     fs::metadata(path).ok().map(|file| (file.dev(), file.ino()))
 }
 
 /// The file beside `path` whose name ends with `ending`.
-pub fn beside(path: &Path, ending: &str) -> PathBuf {
+pub fn sibling_path(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);
     PathBuf::from(name)

@@ -1,40 +1,40 @@
 //! Drawing and reading. A reader has a connection of its own and never holds up the one that writes.
 
-use super::audit::{self, Recorded, Wanted};
-use super::rollup::{Extent, LEVELS, Level};
+use super::audit::{self, AuditQuery, AuditRow};
+use super::database::{DatabaseError, Event, EventKind, open_to_read};
 use super::sample::{Micros, Qualities, Quality, Sample};
-use super::store::{Event, EventKind, StoreError, open_to_read};
+use super::spans::{LEVELS, Level, Summary};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::{Path, PathBuf};
 
 /// What one pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bin {
+pub struct Span {
     /// Where it begins.
     pub start: Micros,
     /// What happened in it.
-    pub extent: Extent,
+    pub summary: Summary,
 }
 
 /// More samples than this are not read for a picture. free choice: a second of work.
-const MOST_DRAWN: u32 = 1_000_000;
+const MAX_SAMPLES_PER_TREND: u32 = 1_000_000;
 
 /// A picture that is being drawn, from left to right.
-struct Bins {
+struct SpanCollector {
     from: Micros,
     /// How long a pixel is, in microseconds.
     width: i64,
-    bins: Vec<Bin>,
+    bins: Vec<Span>,
 }
 
-impl Bins {
-    fn take(&mut self, at: Micros, extent: &Extent) {
+impl SpanCollector {
+    fn take(&mut self, at: Micros, extent: &Summary) {
         // A span that begins before the picture is at its edge.
         let place = at.max(self.from).0.saturating_sub(self.from.0).div_euclid(self.width);
         let start = Micros(self.from.0.saturating_add(place.saturating_mul(self.width)));
         match self.bins.last_mut().filter(|last| last.start == start) {
-            Some(last) => last.extent.add(extent),
-            None => self.bins.push(Bin { start, extent: *extent }),
+            Some(last) => last.summary.add(extent),
+            None => self.bins.push(Span { start, summary: *extent }),
         }
     }
 }
@@ -50,7 +50,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when there is no such file.
-    pub fn open(path: &Path) -> Result<Self, StoreError> {
+    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
         Ok(Self { path: path.to_owned(), connection: open_to_read(path)? })
     }
 
@@ -58,7 +58,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn audit(&self, wanted: &Wanted) -> Result<Vec<Recorded>, StoreError> {
+    pub fn audit(&self, wanted: &AuditQuery) -> Result<Vec<AuditRow>, DatabaseError> {
         audit::select(&self.connection, wanted).map_err(|error| self.failed(error))
     }
 
@@ -66,8 +66,8 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn gauges(&self) -> Result<Vec<String>, StoreError> {
-        self.all("SELECT name FROM gauge ORDER BY id", [], |row| row.get(0))
+    pub fn gauges(&self) -> Result<Vec<String>, DatabaseError> {
+        self.query_all("SELECT name FROM gauge ORDER BY id", [], |row| row.get(0))
     }
 
     /// What a gauge showed in a time, in at most `pixels` bins (and one more at the edge). Bins in which nothing was
@@ -77,14 +77,14 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn draw(&self, gauge: &str, from: Micros, to: Micros, pixels: u32) -> Result<Vec<Bin>, StoreError> {
-        let Some(number) = self.number(gauge)? else { return Ok(Vec::new()) };
+    pub fn trend(&self, gauge: &str, from: Micros, to: Micros, pixels: u32) -> Result<Vec<Span>, DatabaseError> {
+        let Some(number) = self.series_id(gauge)? else { return Ok(Vec::new()) };
         let range = to.0.saturating_sub(from.0).max(1);
         let width = range.checked_div(i64::from(pixels.max(1))).unwrap_or(range).max(1);
-        let mut bins = Bins { from, width, bins: Vec::new() };
-        let level = Level::for_span(width);
-        if level.is_none() && self.count(number, from, to, MOST_DRAWN)? < MOST_DRAWN {
-            self.each_sample(number, from, to, i64::MAX, &mut |sample| bins.take(sample.at, &Extent::of(&sample)))?;
+        let mut bins = SpanCollector { from, width, bins: Vec::new() };
+        let level = Level::coarsest_within(width);
+        if level.is_none() && self.count(number, from, to, MAX_SAMPLES_PER_TREND)? < MAX_SAMPLES_PER_TREND {
+            self.each_sample(number, from, to, i64::MAX, &mut |sample| bins.take(sample.at, &Summary::of(&sample)))?;
         }
         let levels = LEVELS.into_iter().filter(|coarse| level.is_none_or(|level| coarse.number >= level.number));
         for level in levels {
@@ -99,7 +99,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn samples(&self, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Sample>, StoreError> {
+    pub fn samples(&self, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Sample>, DatabaseError> {
         self.page(gauge, from, to, u32::MAX)
     }
 
@@ -107,9 +107,9 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn page(&self, gauge: &str, from: Micros, to: Micros, most: u32) -> Result<Vec<Sample>, StoreError> {
+    pub fn page(&self, gauge: &str, from: Micros, to: Micros, most: u32) -> Result<Vec<Sample>, DatabaseError> {
         let mut samples = Vec::new();
-        if let Some(number) = self.number(gauge)? {
+        if let Some(number) = self.series_id(gauge)? {
             self.each_sample(number, from, to, i64::from(most), &mut |sample| samples.push(sample))?;
         }
         Ok(samples)
@@ -119,8 +119,8 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn extent(&self, gauge: &str) -> Result<Option<(Micros, Micros)>, StoreError> {
-        let Some(number) = self.number(gauge)? else { return Ok(None) };
+    pub fn time_range(&self, gauge: &str) -> Result<Option<(Micros, Micros)>, DatabaseError> {
+        let Some(number) = self.series_id(gauge)? else { return Ok(None) };
         let ends = |sql: &str, level: u8| {
             let row = self.connection.query_row(sql, params![number, level], |row| Ok((row.get(0)?, row.get(1)?)));
             row.map(|(first, last): (Option<i64>, Option<i64>)| first.zip(last)).map_err(|error| self.failed(error))
@@ -143,8 +143,8 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn first_sample(&self, gauge: &str) -> Result<Option<Micros>, StoreError> {
-        let Some(number) = self.number(gauge)? else { return Ok(None) };
+    pub fn first_sample(&self, gauge: &str) -> Result<Option<Micros>, DatabaseError> {
+        let Some(number) = self.series_id(gauge)? else { return Ok(None) };
         let sql = "SELECT min(at) FROM sample WHERE gauge = ?1";
         let first: Option<i64> =
             self.connection.query_row(sql, [number], |row| row.get(0)).map_err(|error| self.failed(error))?;
@@ -155,8 +155,8 @@ impl Reader {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be read.
-    pub fn events(&self, from: Micros, to: Micros, most: u32) -> Result<Vec<Event>, StoreError> {
-        self.all(
+    pub fn events(&self, from: Micros, to: Micros, most: u32) -> Result<Vec<Event>, DatabaseError> {
+        self.query_all(
             "SELECT at, name, kind, text FROM event LEFT JOIN gauge ON gauge.id = event.gauge
              WHERE at BETWEEN ?1 AND ?2 ORDER BY at DESC, event.id DESC LIMIT ?3",
             params![from.0, to.0, most],
@@ -168,13 +168,13 @@ impl Reader {
         )
     }
 
-    fn number(&self, gauge: &str) -> Result<Option<i64>, StoreError> {
+    fn series_id(&self, gauge: &str) -> Result<Option<i64>, DatabaseError> {
         let asked = self.connection.query_row("SELECT id FROM gauge WHERE name = ?1", [gauge], |row| row.get(0));
         asked.optional().map_err(|error| self.failed(error))
     }
 
     /// How many samples there are, counted up to `most`.
-    fn count(&self, gauge: i64, from: Micros, to: Micros, most: u32) -> Result<u32, StoreError> {
+    fn count(&self, gauge: i64, from: Micros, to: Micros, most: u32) -> Result<u32, DatabaseError> {
         let sql = "SELECT count(*) FROM (SELECT 1 FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 LIMIT ?4)";
         let asked = self.connection.query_row(sql, params![gauge, from.0, to.0, most], |row| row.get(0));
         asked.map_err(|error| self.failed(error))
@@ -187,9 +187,9 @@ impl Reader {
         to: Micros,
         most: i64,
         take: &mut dyn FnMut(Sample),
-    ) -> Result<(), StoreError> {
+    ) -> Result<(), DatabaseError> {
         let sql = "SELECT at, pa, quality FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 ORDER BY at LIMIT ?4";
-        self.each(sql, params![gauge, from.0, to.0, most], |row| {
+        self.query_each(sql, params![gauge, from.0, to.0, most], |row| {
             let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Invalid);
             // Whoever else wrote into the file may have written what is no pressure.
             take(Sample::new(Micros(row.get(0)?), row.get(1)?, quality));
@@ -203,12 +203,12 @@ impl Reader {
         gauge: i64,
         from: Micros,
         to: Micros,
-        take: &mut dyn FnMut(Micros, &Extent),
-    ) -> Result<(), StoreError> {
+        take: &mut dyn FnMut(Micros, &Summary),
+    ) -> Result<(), DatabaseError> {
         let sql = "SELECT start, low, high, decades, count, qualities FROM rollup
                    WHERE level = ?1 AND gauge = ?2 AND start > ?3 AND start <= ?4 ORDER BY start";
-        self.each(sql, params![level.number, gauge, from.0.saturating_sub(level.micros()), to.0], |row| {
-            let extent = Extent {
+        self.query_each(sql, params![level.number, gauge, from.0.saturating_sub(level.micros()), to.0], |row| {
+            let extent = Summary {
                 low: row.get(1)?,
                 high: row.get(2)?,
                 decades: row.get(3)?,
@@ -220,26 +220,26 @@ impl Reader {
         })
     }
 
-    pub(super) fn all<T>(
+    pub(super) fn query_all<T>(
         &self,
         sql: &str,
         parameters: impl rusqlite::Params,
         map: impl Fn(&Row<'_>) -> rusqlite::Result<T>,
-    ) -> Result<Vec<T>, StoreError> {
+    ) -> Result<Vec<T>, DatabaseError> {
         let mut rows = Vec::new();
-        self.each(sql, parameters, |row| {
+        self.query_each(sql, parameters, |row| {
             rows.push(map(row)?);
             Ok(())
         })?;
         Ok(rows)
     }
 
-    fn each(
+    fn query_each(
         &self,
         sql: &str,
         parameters: impl rusqlite::Params,
         mut take: impl FnMut(&Row<'_>) -> rusqlite::Result<()>,
-    ) -> Result<(), StoreError> {
+    ) -> Result<(), DatabaseError> {
         let read = || {
             let mut statement = self.connection.prepare_cached(sql)?;
             let mut rows = statement.query(parameters)?;
@@ -251,7 +251,7 @@ impl Reader {
         read().map_err(|error| self.failed(error))
     }
 
-    fn failed(&self, error: rusqlite::Error) -> StoreError {
-        StoreError::Sql { path: self.path.clone(), error }
+    fn failed(&self, error: rusqlite::Error) -> DatabaseError {
+        DatabaseError::Sql { path: self.path.clone(), error }
     }
 }

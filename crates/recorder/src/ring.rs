@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// The last samples of one gauge.
 #[derive(Clone, Debug)]
-pub struct Ring {
+pub struct RingBuffer {
     span: Duration,
     samples: VecDeque<Sample>,
     /// Everything is written until then.
@@ -15,9 +15,9 @@ pub struct Ring {
 }
 
 /// No gauge is faster than so many samples a second for long.
-const MOST: usize = 10_000;
+const MAX_SAMPLES: usize = 10_000;
 
-impl Ring {
+impl RingBuffer {
     /// Remembers samples for `span`.
     #[must_use]
     pub const fn new(span: Duration) -> Self {
@@ -33,7 +33,7 @@ impl Ring {
         }
         self.open_until = None;
         while self.samples.front().is_some_and(|first| first.at < oldest || first.at > newest)
-            || self.samples.len() >= MOST
+            || self.samples.len() >= MAX_SAMPLES
         {
             self.samples.pop_front();
         }
@@ -42,7 +42,7 @@ impl Ring {
     }
 
     /// Something happened at `at`: what is remembered is to be written, and what comes for as long again.
-    pub fn open(&mut self, at: Micros) -> impl Iterator<Item = Sample> {
+    pub fn trigger(&mut self, at: Micros) -> impl Iterator<Item = Sample> {
         self.open_until = Some(at.after(self.span));
         self.samples.drain(..)
     }
@@ -59,31 +59,31 @@ mod tests {
 
     #[test]
     fn an_event_brings_what_was_before_it_and_what_follows() {
-        let mut ring = Ring::new(Duration::from_secs(5));
+        let mut ring = RingBuffer::new(Duration::from_secs(5));
         assert!((0..20).all(|second| !ring.push(at(second))));
         let before: Vec<_> =
-            ring.open(Micros(19 * Micros::SECOND)).map(|sample| sample.at.0 / Micros::SECOND).collect();
+            ring.trigger(Micros(19 * Micros::SECOND)).map(|sample| sample.at.0 / Micros::SECOND).collect();
         assert_eq!(before, [14, 15, 16, 17, 18, 19]);
         let after: Vec<_> = (20..30).filter(|second| ring.push(at(*second))).collect();
         assert_eq!(after, [20, 21, 22, 23, 24]);
-        assert_eq!(ring.open(Micros(30 * Micros::SECOND)).count(), 5, "what was written is not brought again");
+        assert_eq!(ring.trigger(Micros(30 * Micros::SECOND)).count(), 5, "what was written is not brought again");
     }
 
     #[test]
     fn a_clock_that_was_set_back_does_not_leave_it_open() {
-        let mut ring = Ring::new(Duration::from_secs(5));
+        let mut ring = RingBuffer::new(Duration::from_secs(5));
         ring.push(at(3600));
-        assert_eq!(ring.open(Micros(3600 * Micros::SECOND)).count(), 1);
+        assert_eq!(ring.trigger(Micros(3600 * Micros::SECOND)).count(), 1);
         assert!(ring.push(at(3601)));
         assert!((0..10).all(|second| !ring.push(at(second))));
     }
 
     #[test]
     fn a_clock_that_stands_still_fills_no_memory() {
-        let mut ring = Ring::new(Duration::from_secs(5));
-        (0..MOST + 100).for_each(|_| {
+        let mut ring = RingBuffer::new(Duration::from_secs(5));
+        (0..MAX_SAMPLES + 100).for_each(|_| {
             ring.push(at(1));
         });
-        assert_eq!(ring.samples.len(), MOST);
+        assert_eq!(ring.samples.len(), MAX_SAMPLES);
     }
 }

@@ -42,9 +42,9 @@ pub enum Quality {
     /// The gauge says that it measures.
     Valid = 0,
     /// Above what the gauge can measure; the pressure is the end of its range.
-    Over = 1,
+    Overrange = 1,
     /// Below what the gauge can measure; the pressure is the end of its range.
-    Under = 2,
+    Underrange = 2,
     /// The gauge says that its reading is not valid.
     Invalid = 3,
     /// Nothing was heard of the gauge from here on.
@@ -53,7 +53,7 @@ pub enum Quality {
 
 impl Quality {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Valid, Self::Over, Self::Under, Self::Invalid, Self::Gap];
+    pub const ALL: [Self; 5] = [Self::Valid, Self::Overrange, Self::Underrange, Self::Invalid, Self::Gap];
 
     /// The one that is stored as `number`.
     #[must_use]
@@ -66,8 +66,8 @@ impl Quality {
     pub const fn word(self) -> &'static str {
         match self {
             Self::Valid => "valid",
-            Self::Over => "overrange",
-            Self::Under => "underrange",
+            Self::Overrange => "overrange",
+            Self::Underrange => "underrange",
             Self::Invalid => "invalid",
             Self::Gap => "gap",
         }
@@ -119,7 +119,7 @@ impl Sample {
     #[must_use]
     pub fn new(at: Micros, pa: Option<f64>, quality: Quality) -> Self {
         let kept = pa.filter(|pa| {
-            pa.is_finite() && *pa > 0.0 && matches!(quality, Quality::Valid | Quality::Over | Quality::Under)
+            pa.is_finite() && *pa > 0.0 && matches!(quality, Quality::Valid | Quality::Overrange | Quality::Underrange)
         });
         let quality = if quality == Quality::Valid && kept.is_none() { Quality::Invalid } else { quality };
         Self { at, pa: kept, quality }
@@ -149,7 +149,7 @@ mod tests {
             assert_eq!((sample.pa, sample.quality), (None, Quality::Invalid), "{pa:?}");
         }
         assert_eq!(Sample::new(Micros(1), Some(9.9e9), Quality::Invalid).pa, None);
-        assert_eq!(Sample::new(Micros(1), Some(1e5), Quality::Over).pa, Some(1e5));
+        assert_eq!(Sample::new(Micros(1), Some(1e5), Quality::Overrange).pa, Some(1e5));
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! The thread that owns the file. Whoever measures never waits for the disk.
 
-use super::alarms::Batch;
-use super::audit::{Deed, Entry};
-use super::clock::Clock;
-use super::ring::Ring;
-use super::rollup::Additions;
+use super::alarms::AlarmBatch;
+use super::audit::{AuditAction, AuditEntry};
+use super::clock::ClockMonitor;
+use super::database::{Database, DatabaseError, Event, EventKind, Retention};
+use super::deadband::{Deadband, DeadbandFilter};
+use super::ring::RingBuffer;
 use super::sample::{Micros, Sample};
-use super::store::{Event, EventKind, Retention, Store, StoreError};
-use super::thin::{Band, Thinner};
+use super::spans::PendingSpans;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender, SyncSender, channel, sync_channel};
@@ -16,38 +16,42 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// How often what was measured is written: a power cut loses no more.
-const PERIOD: Duration = Duration::from_secs(1);
+const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// How often what is old is looked for.
-const PRUNING: Duration = Duration::from_secs(60);
+const PRUNE_INTERVAL: Duration = Duration::from_secs(60);
 
 /// So many messages may wait for the thread: ten seconds of 125 gauges at 50 Hz.
-const QUEUE: usize = 65_536;
+const QUEUE_LENGTH: usize = 65_536;
 
 /// So many samples and spans, and so many events, are kept in memory while the disk takes none.
-const UNWRITTEN: usize = 1_000_000;
-const UNWRITTEN_EVENTS: usize = 10_000;
+const MAX_UNWRITTEN: usize = 1_000_000;
+const MAX_UNWRITTEN_EVENTS: usize = 10_000;
 
 /// A disk that has not answered for so long hangs.
-const QUIET: Duration = Duration::from_secs(15);
+const STALL_TIMEOUT: Duration = Duration::from_secs(15);
 
 /// How long somebody who wants to know waits for the disk.
-const PATIENCE: Duration = Duration::from_secs(10);
+const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// What is kept, and for how long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The dead band.
-    pub band: Band,
+    pub deadband: Deadband,
     /// How much time before and after an event is kept at full rate.
-    pub around: Duration,
+    pub full_rate_window: Duration,
     /// How long what is kept.
     pub retention: Retention,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { band: Band::default(), around: Duration::from_secs(30), retention: Retention::default() }
+        Self {
+            deadband: Deadband::default(),
+            full_rate_window: Duration::from_secs(30),
+            retention: Retention::default(),
+        }
     }
 }
 
@@ -55,11 +59,11 @@ impl Default for Settings {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Health {
     /// When a transaction ended last.
-    pub written: Option<Micros>,
+    pub last_write: Option<Micros>,
     /// Why the last one failed, if it did; it is tried again.
     pub error: Option<String>,
     /// Samples that could not be kept: the queue was full, or the disk took none for long.
-    pub lost: u64,
+    pub lost_samples: u64,
     /// Events that could not be kept, for the same reasons.
     pub lost_events: u64,
 }
@@ -69,11 +73,11 @@ enum Message {
     /// Somebody may want to know when it is on the disk.
     Event(Event, Option<Sender<()>>),
     /// A row of the audit trail, now or never: which row it is, or why there is none.
-    Intent(Box<Entry>, Sender<Result<i64, String>>),
+    AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, String>>),
     /// A row of the audit trail that must not be lost; somebody wants to know when it is on the disk.
-    Audit(Box<Entry>, Sender<()>),
+    Audit(Box<AuditEntry>, Sender<()>),
     /// What became of alarms, with the events that tell it. Written at once.
-    Alarms(Batch, Vec<Event>, Option<Sender<()>>),
+    Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
     Flush(Sender<()>),
     /// A flush with what the dead band holds back.
     Finish(Sender<()>),
@@ -93,11 +97,11 @@ impl Recorder {
     ///
     /// # Errors
     /// [`StoreError`] when the file cannot be used.
-    pub fn start(path: &Path, settings: Settings) -> Result<Self, StoreError> {
-        let store = Store::open(path)?;
+    pub fn start(path: &Path, settings: Settings) -> Result<Self, DatabaseError> {
+        let store = Database::open(path)?;
         let health = Arc::new(Mutex::new(Health::default()));
-        let (messages, inbox) = sync_channel(QUEUE);
-        let work = Work::new(store, settings, Arc::clone(&health));
+        let (messages, inbox) = sync_channel(QUEUE_LENGTH);
+        let work = Writer::new(store, settings, Arc::clone(&health));
         let answered = Arc::clone(&work.answered);
         let thread = std::thread::spawn(move || work.run(&inbox));
         Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
@@ -106,12 +110,12 @@ impl Recorder {
     /// A sample of a gauge. Never waits: what cannot be taken is counted in [`Health::lost`].
     pub fn push(&self, gauge: &Arc<str>, sample: Sample) {
         if !self.send(Message::Sample(Arc::clone(gauge), sample)) {
-            count(&mut self.locked().lost);
+            count(&mut self.locked().lost_samples);
         }
     }
 
     /// Something happened. Never waits: what cannot be taken is counted in [`Health::lost_events`].
-    pub fn remark(&self, event: Event) {
+    pub fn record_event(&self, event: Event) {
         if !self.send(Message::Event(event, None)) {
             count(&mut self.locked().lost_events);
         }
@@ -119,13 +123,13 @@ impl Recorder {
 
     /// Something happened. Returns when it is on the disk, `false` if that could not be had in ten seconds.
     #[must_use]
-    pub fn event(&self, event: Event) -> bool {
+    pub fn record_event_and_wait(&self, event: Event) -> bool {
         let (done, wait) = channel();
         let sent = self.send(Message::Event(event, Some(done)));
         if !sent {
             count(&mut self.locked().lost_events);
         }
-        sent && wait.recv_timeout(PATIENCE).is_ok()
+        sent && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
     /// A row of the audit trail before something is done. Returns its number when it is on the disk; if it does not get
@@ -133,50 +137,50 @@ impl Recorder {
     ///
     /// # Errors
     /// Why it is not there.
-    pub fn intend(&self, entry: Entry) -> Result<i64, String> {
+    pub fn audit_before_sending(&self, entry: AuditEntry) -> Result<i64, String> {
         let (done, wait) = channel();
-        if !self.send(Message::Intent(Box::new(entry), done)) {
+        if !self.send(Message::AuditBeforeSending(Box::new(entry), done)) {
             return Err("the recorder has too much to write".to_owned());
         }
-        wait.recv_timeout(PATIENCE).unwrap_or_else(|_| Err("the disk is too slow".to_owned()))
+        wait.recv_timeout(WRITE_TIMEOUT).unwrap_or_else(|_| Err("the disk is too slow".to_owned()))
     }
 
     /// A row of the audit trail after something was done. If the disk does not take it now, it is tried again.
-    pub fn audit(&self, entry: Entry) -> Written {
+    pub fn audit(&self, entry: AuditEntry) -> WriteReceipt {
         let (done, wait) = channel();
         let is_taken = self.send(Message::Audit(Box::new(entry), done));
         if !is_taken {
             count(&mut self.locked().lost_events);
         }
-        Written(is_taken.then_some(wait))
+        WriteReceipt(is_taken.then_some(wait))
     }
 
     /// What became of alarms, and the events that tell it. Never waits, and is written at once. Says whether there was room for it.
     #[must_use]
-    pub fn alarms(&self, batch: Batch, events: Vec<Event>) -> bool {
+    pub fn record_alarms(&self, batch: AlarmBatch, events: Vec<Event>) -> bool {
         self.send(Message::Alarms(batch, events, None))
     }
 
     /// The same, with somebody who waits: what is returned tells when it is on the disk. The order of what is sent is the order in
     /// the file.
     #[must_use]
-    pub fn alarms_and_tell(&self, batch: Batch, events: Vec<Event>) -> Written {
+    pub fn record_alarms_with_receipt(&self, batch: AlarmBatch, events: Vec<Event>) -> WriteReceipt {
         let (done, wait) = channel();
-        Written(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
+        WriteReceipt(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
     }
 
     /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in ten seconds.
     #[must_use]
     pub fn flush(&self) -> bool {
         let (done, wait) = channel();
-        self.send(Message::Flush(done)) && wait.recv_timeout(PATIENCE).is_ok()
+        self.send(Message::Flush(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
     /// The same with what the dead band holds back, for an end at which not everybody may have let go of the recorder.
     #[must_use]
     pub fn finish(&self) -> bool {
         let (done, wait) = channel();
-        self.send(Message::Finish(done)) && wait.recv_timeout(PATIENCE).is_ok()
+        self.send(Message::Finish(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
     /// How it is. Who has died or waits for a disk that hangs cannot say so.
@@ -185,7 +189,7 @@ impl Recorder {
         let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
         let has_ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
         let health = self.locked().clone();
-        Health { error: silence(has_ended, silent).or(health.error), ..health }
+        Health { error: stall_message(has_ended, silent).or(health.error), ..health }
     }
 
     fn locked(&self) -> MutexGuard<'_, Health> {
@@ -199,26 +203,26 @@ impl Recorder {
 }
 
 /// What the thread cannot say itself.
-fn silence(has_ended: bool, silent: Duration) -> Option<String> {
+fn stall_message(has_ended: bool, silent: Duration) -> Option<String> {
     match has_ended {
         true => Some("who records has died: start the station again".to_owned()),
-        false => (silent > QUIET).then(|| format!("the disk has not answered for {} s", silent.as_secs())),
+        false => (silent > STALL_TIMEOUT).then(|| format!("the disk has not answered for {} s", silent.as_secs())),
     }
 }
 
 /// Something that is on its way to the disk.
-pub struct Written(Option<Receiver<()>>);
+pub struct WriteReceipt(Option<Receiver<()>>);
 
-impl Written {
+impl WriteReceipt {
     /// Whether there was room for it.
     #[must_use]
-    pub const fn is_taken(&self) -> bool {
+    pub const fn is_queued(&self) -> bool {
         self.0.is_some()
     }
 
     /// Returns when it is on the disk, `false` if that could not be had in ten seconds.
     pub fn wait(self) -> bool {
-        self.0.is_some_and(|wait| wait.recv_timeout(PATIENCE).is_ok())
+        self.0.is_some_and(|wait| wait.recv_timeout(WRITE_TIMEOUT).is_ok())
     }
 }
 
@@ -237,52 +241,52 @@ impl Drop for Recorder {
 }
 
 /// One gauge on its way to the file.
-struct Lane {
+struct SeriesState {
     number: usize,
-    thinner: Thinner,
-    ring: Ring,
+    thinner: DeadbandFilter,
+    ring: RingBuffer,
 }
 
-struct Work {
-    store: Store,
+struct Writer {
+    store: Database,
     settings: Settings,
     health: Arc<Mutex<Health>>,
-    lanes: HashMap<Arc<str>, Lane>,
+    series: HashMap<Arc<str>, SeriesState>,
     samples: Vec<(usize, Sample)>,
-    additions: Additions,
+    additions: PendingSpans,
     events: Vec<Event>,
-    audit: Vec<Entry>,
-    alarms: Batch,
+    audit: Vec<AuditEntry>,
+    alarms: AlarmBatch,
     /// Something is not to wait for the end of the second.
     is_urgent: bool,
     acknowledgements: Vec<Sender<()>>,
-    clock: Clock,
+    clock: ClockMonitor,
     answered: Arc<Mutex<Instant>>,
     /// So much fits into memory.
-    room: usize,
+    capacity: usize,
     due: Instant,
     prune_at: Instant,
 }
 
-impl Work {
-    fn new(store: Store, settings: Settings, health: Arc<Mutex<Health>>) -> Self {
+impl Writer {
+    fn new(store: Database, settings: Settings, health: Arc<Mutex<Health>>) -> Self {
         let now = Instant::now();
         Self {
             store,
             settings,
             health,
-            lanes: HashMap::new(),
+            series: HashMap::new(),
             samples: Vec::new(),
-            additions: Additions::default(),
+            additions: PendingSpans::default(),
             events: Vec::new(),
             audit: Vec::new(),
-            alarms: Batch::default(),
+            alarms: AlarmBatch::default(),
             is_urgent: false,
             acknowledgements: Vec::new(),
-            clock: Clock::new(now, Micros::now()),
+            clock: ClockMonitor::new(now, Micros::now()),
             answered: Arc::new(Mutex::new(now)),
-            room: UNWRITTEN,
-            due: now + PERIOD,
+            capacity: MAX_UNWRITTEN,
+            due: now + WRITE_INTERVAL,
             prune_at: now,
         }
     }
@@ -291,7 +295,7 @@ impl Work {
     fn run(mut self, inbox: &Receiver<Message>) {
         loop {
             match inbox.recv_timeout(self.due.saturating_duration_since(Instant::now())) {
-                Ok(message) => self.take(message),
+                Ok(message) => self.handle(message),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -299,23 +303,28 @@ impl Work {
                 self.write();
             }
         }
-        self.let_go();
+        self.flush_deadbands();
         self.write();
     }
 
-    fn take(&mut self, message: Message) {
+    fn handle(&mut self, message: Message) {
         match message {
             Message::Sample(gauge, sample) => self.sample(&gauge, sample),
             Message::Event(event, done) => self.event(event, done),
-            Message::Intent(entry, done) => {
+            Message::AuditBeforeSending(entry, done) => {
                 let written = self.intend((*entry).clone());
                 // Whoever asked has gone when it took too long, and does nothing then.
                 if let Err(SendError(Ok(row))) = done.send(written) {
                     let outcome = Some("not sent: the disk was too slow".to_owned());
-                    self.audit.push(Entry { what: Deed::Outcome, of: Some(row), outcome, ..*entry });
+                    self.audit.push(AuditEntry {
+                        action: AuditAction::Outcome,
+                        refers_to: Some(row),
+                        outcome,
+                        ..*entry
+                    });
                 }
             }
-            Message::Audit(..) if self.audit.len() >= UNWRITTEN_EVENTS => count(&mut self.locked().lost_events),
+            Message::Audit(..) if self.audit.len() >= MAX_UNWRITTEN_EVENTS => count(&mut self.locked().lost_events),
             Message::Audit(entry, done) => {
                 self.audit.push(*entry);
                 self.acknowledgements.push(done);
@@ -323,57 +332,61 @@ impl Work {
             Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
             Message::Flush(done) => self.acknowledgements.push(done),
             Message::Finish(done) => {
-                self.let_go();
+                self.flush_deadbands();
                 self.acknowledgements.push(done);
             }
         }
     }
 
     /// What the dead band held back is the last that is known.
-    fn let_go(&mut self) {
-        for lane in self.lanes.values_mut() {
+    fn flush_deadbands(&mut self) {
+        for lane in self.series.values_mut() {
             self.samples.extend(lane.thinner.flush().map(|sample| (lane.number, sample)));
         }
     }
 
     /// Whether nothing more fits into memory while the disk takes nothing.
     fn is_full(&self) -> bool {
-        self.samples.len().saturating_add(self.additions.len()) >= self.room
+        self.samples.len().saturating_add(self.additions.len()) >= self.capacity
     }
 
     fn sample(&mut self, gauge: &Arc<str>, sample: Sample) {
         if self.is_full() {
-            count(&mut self.locked().lost);
+            count(&mut self.locked().lost_samples);
             return;
         }
-        if !self.lanes.contains_key(gauge) {
-            let number = self.store.gauge(gauge);
-            let lane = Lane { number, thinner: Thinner::default(), ring: Ring::new(self.settings.around) };
-            self.lanes.insert(Arc::clone(gauge), lane);
+        if !self.series.contains_key(gauge) {
+            let number = self.store.series_index(gauge);
+            let lane = SeriesState {
+                number,
+                thinner: DeadbandFilter::default(),
+                ring: RingBuffer::new(self.settings.full_rate_window),
+            };
+            self.series.insert(Arc::clone(gauge), lane);
         }
-        let Some(lane) = self.lanes.get_mut(gauge) else { return };
+        let Some(lane) = self.series.get_mut(gauge) else { return };
         let number = lane.number;
         let whole = lane.ring.push(sample).then_some(sample);
-        let thinned = lane.thinner.push(&self.settings.band, sample);
+        let thinned = lane.thinner.push(&self.settings.deadband, sample);
         self.samples.extend(whole.into_iter().chain(thinned).map(|sample| (number, sample)));
         self.additions.add(number, &sample);
     }
 
     fn event(&mut self, event: Event, done: Option<Sender<()>>) {
-        if self.events.len() >= UNWRITTEN_EVENTS {
+        if self.events.len() >= MAX_UNWRITTEN_EVENTS {
             count(&mut self.locked().lost_events);
             return;
         }
         // Whoever is only refused at the door must not make the record grow.
         if !self.is_full() && event.kind != EventKind::Access {
-            self.around(&event);
+            self.write_full_rate(&event);
         }
         self.events.push(event);
         self.acknowledgements.extend(done);
     }
 
-    fn alarms(&mut self, batch: Batch, events: Vec<Event>, done: Option<Sender<()>>) {
-        let lost = self.alarms.append(batch, UNWRITTEN_EVENTS);
+    fn alarms(&mut self, batch: AlarmBatch, events: Vec<Event>, done: Option<Sender<()>>) {
+        let lost = self.alarms.append(batch, MAX_UNWRITTEN_EVENTS);
         if lost > 0 {
             let mut health = self.locked();
             health.lost_events = health.lost_events.saturating_add(lost);
@@ -384,17 +397,17 @@ impl Work {
     }
 
     /// Full rate around an event: of its gauge, or of all.
-    fn around(&mut self, event: &Event) {
-        for (name, lane) in &mut self.lanes {
+    fn write_full_rate(&mut self, event: &Event) {
+        for (name, lane) in &mut self.series {
             if event.gauge.as_deref().is_none_or(|gauge| gauge == &**name) {
                 let number = lane.number;
-                self.samples.extend(lane.ring.open(event.at).map(|sample| (number, sample)));
+                self.samples.extend(lane.ring.trigger(event.at).map(|sample| (number, sample)));
             }
         }
     }
 
     /// What waits before it goes first: rows stand in the order in which things happened.
-    fn intend(&mut self, entry: Entry) -> Result<i64, String> {
+    fn intend(&mut self, entry: AuditEntry) -> Result<i64, String> {
         let mut entries = std::mem::take(&mut self.audit);
         entries.push(entry);
         match self.store.audit(&entries) {
@@ -408,7 +421,7 @@ impl Work {
     }
 
     /// Writes what waits of the audit trail.
-    fn write_audit(&mut self) -> Result<(), StoreError> {
+    fn write_audit(&mut self) -> Result<(), DatabaseError> {
         if !self.audit.is_empty() {
             self.store.audit(&self.audit)?;
             self.audit.clear();
@@ -418,22 +431,22 @@ impl Work {
 
     /// Writes what is there. What could not be written is tried again with the next.
     fn write(&mut self) {
-        self.due = Instant::now() + PERIOD;
+        self.due = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
-        if let Some(text) = self.clock.step(Instant::now(), Micros::now()) {
+        if let Some(text) = self.clock.detect_step(Instant::now(), Micros::now()) {
             self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
         }
         let written = self.write_audit();
         let written =
             written.and_then(|()| self.store.write(&self.samples, &self.additions, &self.events, &self.alarms));
-        if let Some(crowded) = self.told(written) {
+        if let Some(crowded) = self.note_result(written) {
             let mut health = self.locked();
-            health.lost = health.lost.saturating_add(crowded);
+            health.lost_samples = health.lost_samples.saturating_add(crowded);
             drop(health);
             self.samples.clear();
             self.additions.clear();
             self.events.clear();
-            self.alarms = Batch::default();
+            self.alarms = AlarmBatch::default();
             self.acknowledgements.drain(..).for_each(|done| {
                 // Whoever asked may have gone.
                 done.send(()).ok();
@@ -448,16 +461,16 @@ impl Work {
             return;
         }
         let more = self.store.prune(&self.settings.retention, Micros::now());
-        let more = self.told(more) == Some(true);
-        self.prune_at = Instant::now() + if more { PERIOD } else { PRUNING };
+        let more = self.note_result(more) == Some(true);
+        self.prune_at = Instant::now() + if more { WRITE_INTERVAL } else { PRUNE_INTERVAL };
     }
 
     /// Notes how it went.
-    fn told<T>(&self, result: Result<T, StoreError>) -> Option<T> {
+    fn note_result<T>(&self, result: Result<T, DatabaseError>) -> Option<T> {
         let mut health = self.locked();
         match result {
             Ok(value) => {
-                health.written = Some(Micros::now());
+                health.last_write = Some(Micros::now());
                 health.error = None;
                 Some(value)
             }
@@ -481,8 +494,11 @@ mod tests {
 
     #[test]
     fn who_records_and_has_died_or_hangs_is_told() {
-        assert_eq!(silence(false, QUIET), None);
-        assert_eq!(silence(false, Duration::from_secs(16)).as_deref(), Some("the disk has not answered for 16 s"));
+        assert_eq!(stall_message(false, STALL_TIMEOUT), None);
+        assert_eq!(
+            stall_message(false, Duration::from_secs(16)).as_deref(),
+            Some("the disk has not answered for 16 s")
+        );
         let folder = tempfile::tempdir().unwrap();
         let mut recorder = Recorder::start(&folder.path().join("plant.db"), Settings::default()).unwrap();
         // Its thread ends, and nobody joins it.
@@ -498,10 +514,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         let health = Arc::new(Mutex::new(Health::default()));
-        let settings = Settings { band: Band { decades: 0.0, longest: Duration::ZERO }, ..Settings::default() };
-        let mut work = Work::new(Store::open(&path).unwrap(), settings, Arc::clone(&health));
-        work.room = 5_000;
-        work.store.limit(20);
+        let settings =
+            Settings { deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO }, ..Settings::default() };
+        let mut work = Writer::new(Database::open(&path).unwrap(), settings, Arc::clone(&health));
+        work.capacity = 5_000;
+        work.store.limit_pages(20);
         let gauge: Arc<str> = Arc::from("chamber");
         let now = Micros::now().0;
         let sample = |number: i64| Sample::new(Micros(now + number), Some(1.0), Quality::Valid);
@@ -509,9 +526,9 @@ mod tests {
         work.write();
         let told = health.lock().unwrap().clone();
         assert!(told.error.unwrap().ends_with("database or disk is full"));
-        let kept = 6_000 - told.lost;
-        assert!(told.lost > 0 && kept > 4_900, "{kept} kept");
-        work.store.limit(1_000_000);
+        let kept = 6_000 - told.lost_samples;
+        assert!(told.lost_samples > 0 && kept > 4_900, "{kept} kept");
+        work.store.limit_pages(1_000_000);
         work.write();
         assert_eq!(health.lock().unwrap().error, None);
         let samples = Reader::open(&path).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
@@ -522,8 +539,8 @@ mod tests {
     fn who_is_refused_at_the_door_makes_nobody_record_at_full_rate() {
         let folder = tempfile::tempdir().unwrap();
         let health = Arc::new(Mutex::new(Health::default()));
-        let store = Store::open(&folder.path().join("plant.db")).unwrap();
-        let mut work = Work::new(store, Settings::default(), health);
+        let store = Database::open(&folder.path().join("plant.db")).unwrap();
+        let mut work = Writer::new(store, Settings::default(), health);
         let gauge: Arc<str> = Arc::from("chamber");
         let now = Micros::now();
         let sample = |number: i64| Sample::new(Micros(now.0 + number * 1000), Some(1.0), Quality::Valid);

@@ -5,7 +5,7 @@ use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
-use profivac_sim::Bus;
+use profivac_sim::Segment;
 use profivac_wire::cfg::Lengths;
 use std::time::Instant;
 
@@ -47,7 +47,7 @@ impl Device for Mirror {
 
 /// Simulates `ms` milliseconds with the stations spread over so many places of the cable.
 fn run(places: u64, ms: u64) {
-    let mut bus = Bus::new(BAUD);
+    let mut bus = Segment::new(BAUD);
     let mut master = Master::<125, 8>::on(BusParameters::new(MASTER, BAUD), Settings::new(BAUD), BitTime(0));
     for address in SLAVES {
         if let Err(rejected) = master.user.add(&SlaveParameters::new(address, IDENT, &CFG)) {

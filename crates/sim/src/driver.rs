@@ -1,7 +1,7 @@
 //! What stands between a station and the cable: its transmit queue, its transceiver, its power.
 
-use crate::agenda::NEVER;
-use crate::signal::Tamper;
+use crate::scheduler::NEVER;
+use crate::signal::TelegramFault;
 use profivac_dp::link::{BitTime, Listening, Station, Transmit};
 use profivac_wire::Telegram;
 use std::any::Any;
@@ -25,11 +25,11 @@ impl<S: Station + Send + 'static> Attached for S {
 }
 
 /// What a driver does when its time has come.
-pub(crate) enum Doing {
+pub(crate) enum DriverAction {
     /// It begins to send.
-    Speak(Arc<[u8]>),
+    Send(Arc<[u8]>),
     /// Nothing that others notice.
-    Silence,
+    Nothing,
 }
 
 /// Drives one station.
@@ -42,12 +42,12 @@ pub(crate) struct Driver {
     queue: VecDeque<(BitTime, Arc<[u8]>)>,
     sending: bool,
     /// The end of the telegram that is being sent or was sent last.
-    pub(crate) spoke_until: BitTime,
+    pub(crate) sends_until: BitTime,
     powered: bool,
     /// It was polled at all times before this.
     polled: BitTime,
     /// What happens to the next telegram.
-    pub(crate) tampers: Vec<Tamper>,
+    pub(crate) telegram_faults: Vec<TelegramFault>,
 }
 
 impl Driver {
@@ -58,10 +58,10 @@ impl Driver {
             position,
             queue: VecDeque::new(),
             sending: false,
-            spoke_until: BitTime(0),
+            sends_until: BitTime(0),
             powered: true,
             polled: BitTime(0),
-            tampers: Vec::new(),
+            telegram_faults: Vec::new(),
         }
     }
 
@@ -73,7 +73,7 @@ impl Driver {
         // A station that keeps asking for the present is called once a bit time, so that time goes on.
         let wake = self.station.wake_at().map_or(NEVER, |wake| wake.max(self.polled));
         let transmit = match self.queue.front() {
-            _ if self.sending => self.spoke_until,
+            _ if self.sending => self.sends_until,
             Some((not_before, _)) => *not_before,
             None => NEVER,
         };
@@ -81,32 +81,32 @@ impl Driver {
     }
 
     /// Its time has come: a telegram has left, the next may begin, or the station is called.
-    pub(crate) fn act(&mut self, now: BitTime) -> Doing {
-        if self.sending && self.spoke_until <= now {
+    pub(crate) fn run(&mut self, now: BitTime) -> DriverAction {
+        if self.sending && self.sends_until <= now {
             self.sending = false;
-            self.station.sent(self.spoke_until);
-            return Doing::Silence;
+            self.station.sent(self.sends_until);
+            return DriverAction::Nothing;
         }
         if !self.sending
             && let Some((_, octets)) = self.queue.pop_front_if(|(not_before, _)| *not_before <= now)
         {
-            return Doing::Speak(octets);
+            return DriverAction::Send(octets);
         }
         self.polled = now + 1;
         let Self { station, queue, .. } = self;
         enqueue(queue, station.poll(now));
-        Doing::Silence
+        DriverAction::Nothing
     }
 
     /// It is sending until `end`.
-    pub(crate) const fn speaks(&mut self, end: BitTime) {
+    pub(crate) const fn begin_sending(&mut self, end: BitTime) {
         self.sending = true;
-        self.spoke_until = end;
+        self.sends_until = end;
     }
 
     /// Hands over a telegram, unless the station was sending itself. Returns the address it listens to no longer.
     pub(crate) fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<u8> {
-        if !self.powered || self.sending && end <= self.spoke_until {
+        if !self.powered || self.sending && end <= self.sends_until {
             return None;
         }
         let Self { station, queue, .. } = self;

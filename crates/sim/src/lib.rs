@@ -36,26 +36,26 @@
 //! A new kind of station implements `Station` and is attached; a new rule is a line of [`Rule`] and one in the referee, with
 //! a test in `tests/referee.rs` in which it finds something; a new fault is a line of [`Fault`].
 
-mod agenda;
-mod bus;
 pub mod character;
 pub mod describe;
 mod driver;
-mod ear;
 mod fault;
 mod noise;
 mod random;
 mod referee;
 pub mod scenario;
+mod scheduler;
+mod segment;
 mod signal;
 pub mod stations;
+mod tap;
 mod token;
 pub mod trace;
 
-pub use bus::{Bus, Handle, Id};
-pub use fault::{Fault, Mangle};
+pub use fault::{Fault, OctetErrors};
 pub use noise::Noise;
 pub use random::Random;
-pub use referee::{Foul, Limits, Rule};
-pub use signal::Tamper;
+pub use referee::{Limits, Rule, Violation};
+pub use segment::{Segment, StationHandle, StationId};
+pub use signal::TelegramFault;
 pub use trace::Trace;

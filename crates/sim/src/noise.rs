@@ -4,8 +4,8 @@
 //! the same. The distance to the next flipped bit is drawn at once (it is geometrically distributed), so clean stretches
 //! cost nothing.
 
-use crate::agenda::NEVER;
 use crate::random::Random;
+use crate::scheduler::NEVER;
 use profivac_dp::link::BitTime;
 
 /// Noise on the whole line, or at one station.
@@ -45,7 +45,7 @@ impl Noise {
         let mut random = Random::new(self.seed ^ block.wrapping_mul(0xD134_2543_DE82_EF95));
         let mut offset = 0u64;
         std::iter::from_fn(move || {
-            let flip = offset.saturating_add(random.misses(self.per_bit));
+            let flip = offset.saturating_add(random.failures_before_success(self.per_bit));
             offset = flip.saturating_add(1);
             (flip < self.block).then(|| BitTime(block * self.block + flip))
         })

@@ -36,7 +36,7 @@ impl Random {
     }
 
     /// How many times something of `probability` does not happen before it does.
-    pub fn misses(&mut self, probability: f64) -> u64 {
+    pub fn failures_before_success(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;
         }
@@ -57,9 +57,9 @@ mod tests {
     #[test]
     fn misses_come_as_often_as_they_should() {
         let mut random = Random::new(7);
-        let total: u64 = (0..100_000).map(|_| random.misses(0.01)).sum();
+        let total: u64 = (0..100_000).map(|_| random.failures_before_success(0.01)).sum();
         assert!((9_800_000..10_000_000).contains(&total), "{total} instead of 9,900,000 or so");
-        assert_eq!(random.misses(1.0), 0);
-        assert_eq!(random.misses(0.0), u64::MAX);
+        assert_eq!(random.failures_before_success(1.0), 0);
+        assert_eq!(random.failures_before_success(0.0), u64::MAX);
     }
 }

@@ -3,14 +3,14 @@
 //! The referee knows what stations send, not what others make of it: noise, lost octets and cut cables are nobody's fault.
 //! Times are taken where the rule applies: T_SDR at the responder, idle times at the sender, the slot time at the requester.
 
-use crate::bus::Id;
-use crate::token::{Begun, Token};
+use crate::segment::StationId;
+use crate::token::{Token, TokenUse};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_wire::control::{Control, Function};
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::prm::SetPrm;
-use profivac_wire::{BROADCAST, Frame, Sap, Telegram};
+use profivac_wire::{BROADCAST, DataTelegram, Sap, Telegram};
 use std::collections::VecDeque;
 use std::fmt;
 
@@ -36,7 +36,7 @@ pub enum Rule {
     /// It began a request inside T_ID2, after a request that is not answered.
     Id2,
     /// It began a request while the slot time of the one before was running and no answer had come.
-    Impatient,
+    BeforeSlotTime,
     /// It answered before min T_SDR.
     Early,
     /// It answered after max T_SDR.
@@ -44,7 +44,7 @@ pub enum Rule {
     /// Its answer reached the requester after the slot time.
     Slot,
     /// It answered though nobody had asked it.
-    Unasked,
+    Unrequested,
     /// It answered, or another did, though the answer had come already.
     SecondAnswer,
     /// It asked while another station had the token.
@@ -65,11 +65,11 @@ impl Rule {
             Self::Syn => ("it began a request after an idle time of", Some("T_SYN")),
             Self::Id1 => ("it began a request after an idle time of", Some("T_ID1")),
             Self::Id2 => ("it began a request after an idle time of", Some("T_ID2")),
-            Self::Impatient => ("it did not wait for the answer: it began a request after", Some("T_SL")),
+            Self::BeforeSlotTime => ("it did not wait for the answer: it began a request after", Some("T_SL")),
             Self::Early => ("it answered after", Some("min T_SDR")),
             Self::Late => ("it answered after", Some("max T_SDR")),
             Self::Slot => ("its answer reached the requester after", Some("T_SL")),
-            Self::Unasked => ("it answered, and nobody had asked it", None),
+            Self::Unrequested => ("it answered, and nobody had asked it", None),
             Self::SecondAnswer => ("the request was answered already", None),
             Self::NoToken => ("it began a request, and another station has the token", None),
             Self::SecondToken => ("it passed a token, and another station has one", None),
@@ -80,11 +80,11 @@ impl Rule {
 
 /// A broken rule. `Debug` and `Display` both tell the story, so that a failed test shows it.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Foul {
+pub struct Violation {
     /// The rule.
     pub rule: Rule,
     /// The station that broke it.
-    pub station: Id,
+    pub station: StationId,
     /// When its telegram began.
     pub at: BitTime,
     /// The time it took, in bit times, where the rule is about one.
@@ -95,7 +95,7 @@ pub struct Foul {
     pub trace: String,
 }
 
-impl fmt::Display for Foul {
+impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (what, limit) = self.rule.words();
         write!(f, "bit time {}, {}: {what}", self.at, self.station)?;
@@ -106,13 +106,13 @@ impl fmt::Display for Foul {
     }
 }
 
-impl fmt::Debug for Foul {
+impl fmt::Debug for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)
     }
 }
 
-impl std::error::Error for Foul {}
+impl std::error::Error for Violation {}
 
 /// The times that depend on the bus parameters, in bit times. profibus-wire 1.12.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,8 +149,8 @@ impl Limits {
 
 /// Someone speaks: where, from when to when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Speech {
-    pub(crate) station: Id,
+pub(crate) struct Transmission {
+    pub(crate) station: StationId,
     pub(crate) position: u64,
     pub(crate) begin: BitTime,
     pub(crate) end: BitTime,
@@ -158,7 +158,7 @@ pub(crate) struct Speech {
     pub(crate) paused: bool,
 }
 
-impl Speech {
+impl Transmission {
     fn distance(&self, other: &Self) -> u64 {
         self.position.abs_diff(other.position)
     }
@@ -172,15 +172,15 @@ impl Speech {
 
 /// What may come next.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Next {
+enum Expected {
     /// A request: nothing was said yet.
-    First,
+    FirstRequest,
     /// Whatever there is: the cable was mended, and nobody knows what both sides have heard.
     Anything,
     /// The answer to a request.
-    Answer(Asked),
+    Answer(PendingRequest),
     /// A request, after an answer to this one.
-    AfterAnswer(Asked),
+    AfterAnswer(PendingRequest),
     /// A request, after a token.
     AfterToken,
     /// A request, after one that is not answered.
@@ -189,8 +189,8 @@ enum Next {
 
 /// A request that is to be answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Asked {
-    speech: Speech,
+struct PendingRequest {
+    speech: Transmission,
     sa: u8,
     da: u8,
     /// The min T_SDR it brings, if it is a Set_Prm with one.
@@ -202,9 +202,9 @@ struct Asked {
 pub struct Referee {
     limits: Limits,
     allowed: Vec<Rule>,
-    exempt: Vec<Id>,
-    recent: VecDeque<Speech>,
-    next: Next,
+    exempt: Vec<StationId>,
+    recent: VecDeque<Transmission>,
+    next: Expected,
     token: Token,
     /// The line was not what the stations sent since the last request, so nobody need know that it was one.
     disturbed: bool,
@@ -223,7 +223,7 @@ impl Referee {
             allowed: Vec::new(),
             exempt: Vec::new(),
             recent: VecDeque::new(),
-            next: Next::First,
+            next: Expected::FirstRequest,
             token: Token::default(),
             disturbed: false,
             min_tsdr: [DEFAULT_MIN_TSDR_TBIT; 128],
@@ -252,12 +252,12 @@ impl Referee {
     }
 
     /// Lets this station send what and when it likes. What others do about it is still judged.
-    pub fn exempt(&mut self, station: Id) {
+    pub fn exempt(&mut self, station: StationId) {
         self.exempt.push(station);
     }
 
     /// A station has lost its power at `now`, and with it the rest of what it said and the min T_SDR it was given.
-    pub(crate) fn power_failed(&mut self, station: Id, now: BitTime) {
+    pub(crate) fn power_failed(&mut self, station: StationId, now: BitTime) {
         for speech in self.recent.iter_mut().filter(|speech| speech.station == station && speech.end > now) {
             speech.end = now;
             self.disturbed = true;
@@ -270,7 +270,7 @@ impl Referee {
     /// What was said last was not heard by everybody.
     pub(crate) fn forget(&mut self) {
         self.recent.clear();
-        self.next = Next::Anything;
+        self.next = Expected::Anything;
         self.token.forget();
     }
 
@@ -281,7 +281,7 @@ impl Referee {
     }
 
     /// Someone begins to say `telegram`, or something that is none.
-    pub(crate) fn judge(&mut self, speech: Speech, telegram: Option<&Telegram<'_>>) -> Verdict {
+    pub(crate) fn check(&mut self, speech: Transmission, telegram: Option<&Telegram<'_>>) -> Verdict {
         let exempt = self.exempt.contains(&speech.station);
         let verdict = self.verdict(&speech, telegram);
         if self.recent.len() == REMEMBERED {
@@ -294,19 +294,20 @@ impl Referee {
         }
     }
 
-    fn verdict(&mut self, speech: &Speech, telegram: Option<&Telegram<'_>>) -> Verdict {
+    fn verdict(&mut self, speech: &Transmission, telegram: Option<&Telegram<'_>>) -> Verdict {
         let collides = self.recent.iter().any(|other| other.covers(speech) || speech.covers(other));
         let timing = match telegram {
             Some(Telegram::ShortAck) => self.answer(speech, None),
             Some(Telegram::Token { da, sa }) => {
-                let token = self.begun(speech, *sa, Some(*da));
-                self.request(speech, Next::AfterToken).and(token)
+                let token = self.check_token(speech, *sa, Some(*da));
+                self.request(speech, Expected::AfterToken).and(token)
             }
-            Some(Telegram::Frame(frame)) => match frame.control() {
+            Some(Telegram::Data(frame)) => match frame.control() {
                 Control::Response { .. } => self.answer(speech, Some(frame)),
                 Control::Request { function, .. } => {
-                    let next = asked(speech, frame, function).map_or(Next::AfterUnconfirmed, Next::Answer);
-                    let token = self.begun(speech, frame.sa, None);
+                    let next =
+                        pending_request(speech, frame, function).map_or(Expected::AfterUnconfirmed, Expected::Answer);
+                    let token = self.check_token(speech, frame.sa, None);
                     self.request(speech, next).and(token)
                 }
             },
@@ -323,51 +324,51 @@ impl Referee {
     }
 
     /// A station begins, as only the one with the token may.
-    fn begun(&mut self, speech: &Speech, sa: u8, token_to: Option<u8>) -> Verdict {
-        let idle_tbit = self.quiet_since(speech).map(|since| speech.begin - since);
-        self.token.judge(Begun { sa, token_to, at: speech.begin, idle_tbit }, self.limits.slot)
+    fn check_token(&mut self, speech: &Transmission, sa: u8, token_to: Option<u8>) -> Verdict {
+        let idle_tbit = self.idle_since(speech).map(|since| speech.begin - since);
+        self.token.check(TokenUse { sa, token_to, at: speech.begin, idle_tbit }, self.limits.slot)
     }
 
     /// When the last telegram ended where this one is sent.
-    fn quiet_since(&self, speech: &Speech) -> Option<BitTime> {
+    fn idle_since(&self, speech: &Transmission) -> Option<BitTime> {
         self.recent.iter().map(|other| other.end + other.distance(speech)).max()
     }
 
     /// A request or a token, after which `next` may come.
-    fn request(&mut self, speech: &Speech, next: Next) -> Verdict {
+    fn request(&mut self, speech: &Transmission, next: Expected) -> Verdict {
         let before = std::mem::replace(&mut self.next, next);
         let disturbed = std::mem::take(&mut self.disturbed);
-        let Some(quiet_since) = self.quiet_since(speech) else { return Ok(()) };
+        let Some(quiet_since) = self.idle_since(speech) else { return Ok(()) };
         let idle = speech.begin - quiet_since;
         at_least(Rule::Syn, idle, T_SYN_TBIT)?;
         match before {
-            Next::First | Next::Anything => Ok(()),
-            Next::Answer(_) if disturbed => Ok(()),
-            Next::Answer(_) => at_least(Rule::Impatient, idle, self.limits.slot),
-            Next::AfterAnswer(_) => at_least(Rule::Id1, idle, self.limits.t_id1),
+            Expected::FirstRequest | Expected::Anything => Ok(()),
+            Expected::Answer(_) if disturbed => Ok(()),
+            Expected::Answer(_) => at_least(Rule::BeforeSlotTime, idle, self.limits.slot),
+            Expected::AfterAnswer(_) => at_least(Rule::Id1, idle, self.limits.t_id1),
             // A station that passes the token to itself sends it and receives it; profibus-wire 8.2 lets T_ID1 follow.
-            Next::AfterToken => at_least(Rule::Id1, idle, self.limits.t_id1),
-            Next::AfterUnconfirmed => at_least(Rule::Id2, idle, self.limits.t_id2),
+            Expected::AfterToken => at_least(Rule::Id1, idle, self.limits.t_id1),
+            Expected::AfterUnconfirmed => at_least(Rule::Id2, idle, self.limits.t_id2),
         }
     }
 
     /// An answer; `None` is SC, which names nobody.
-    fn answer(&mut self, speech: &Speech, frame: Option<&Frame<'_>>) -> Verdict {
-        let unasked = Err((Rule::Unasked, 0, 0));
+    fn answer(&mut self, speech: &Transmission, frame: Option<&DataTelegram<'_>>) -> Verdict {
+        let unasked = Err((Rule::Unrequested, 0, 0));
         let asked = match &self.next {
-            Next::Answer(asked) | Next::AfterAnswer(asked) => asked.clone(),
-            Next::Anything => return Ok(()),
-            Next::First | Next::AfterToken | Next::AfterUnconfirmed => return unasked,
+            Expected::Answer(asked) | Expected::AfterAnswer(asked) => asked.clone(),
+            Expected::Anything => return Ok(()),
+            Expected::FirstRequest | Expected::AfterToken | Expected::AfterUnconfirmed => return unasked,
         };
         if frame.is_some_and(|frame| (frame.da, frame.sa) != (asked.sa, asked.da)) {
             return unasked;
         }
-        if matches!(self.next, Next::AfterAnswer(_)) {
+        if matches!(self.next, Expected::AfterAnswer(_)) {
             return Err((Rule::SecondAnswer, 0, 0));
         }
         let min_tsdr = u64::from(self.min_tsdr[usize::from(asked.da)]);
-        self.learn(&asked, frame);
-        self.next = Next::AfterAnswer(asked.clone());
+        self.learn_min_tsdr(&asked, frame);
+        self.next = Expected::AfterAnswer(asked.clone());
         let away = asked.speech.distance(speech);
         let tsdr = speech.begin - (asked.speech.end + away);
         at_least(Rule::Early, tsdr, min_tsdr)?;
@@ -378,7 +379,7 @@ impl Referee {
 
     /// Follows min T_SDR. Whether a slave took a Set_Prm is only known when its diagnosis names the master; until then both
     /// values are good.
-    fn learn(&mut self, asked: &Asked, frame: Option<&Frame<'_>>) {
+    fn learn_min_tsdr(&mut self, asked: &PendingRequest, frame: Option<&DataTelegram<'_>>) {
         let slave = usize::from(asked.da);
         if let (Some(new), None) = (asked.min_tsdr, frame) {
             self.min_tsdr[slave] = self.min_tsdr[slave].min(new);
@@ -395,7 +396,7 @@ impl Referee {
 }
 
 /// The request, if its function is to be answered.
-fn asked(speech: &Speech, frame: &Frame<'_>, function: Function) -> Option<Asked> {
+fn pending_request(speech: &Transmission, frame: &DataTelegram<'_>, function: Function) -> Option<PendingRequest> {
     let confirmed = match function {
         Function::SrdLow | Function::SrdHigh | Function::SdaLow | Function::SdaHigh => true,
         Function::FdlStatus | Function::Ident | Function::LsapStatus => true,
@@ -403,7 +404,7 @@ fn asked(speech: &Speech, frame: &Frame<'_>, function: Function) -> Option<Asked
     };
     let set_prm = SetPrm::parse(frame.du).ok().filter(|_| Sap::from_octet(frame.dsap) == Sap::SetPrm);
     let min_tsdr = set_prm.map(|prm| prm.min_tsdr).filter(|tbit| *tbit != 0);
-    (confirmed && frame.da != BROADCAST).then(|| Asked {
+    (confirmed && frame.da != BROADCAST).then(|| PendingRequest {
         speech: *speech,
         sa: frame.sa,
         da: frame.da,

@@ -16,8 +16,8 @@
 //! ").unwrap();
 //! ```
 
-use crate::bus::{Bus, Handle, Id};
 use crate::describe::{Hex, octet};
+use crate::segment::{Segment, StationHandle, StationId};
 use crate::stations::Tester;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
 use std::fmt;
@@ -38,10 +38,10 @@ pub fn hex(text: &str) -> Vec<u8> {
 #[derive(Debug)]
 pub struct Dialogue<S> {
     /// The line, for faults and a look at the clock.
-    pub bus: Bus,
+    pub bus: Segment,
     /// The station that is tested.
-    pub station: Handle<S>,
-    tester: Handle<Tester>,
+    pub station: StationHandle<S>,
+    tester: StationHandle<Tester>,
     /// How many telegrams were on the line and have been accounted for.
     seen: usize,
     /// When the last of them ended.
@@ -67,16 +67,16 @@ impl fmt::Debug for Mismatch {
 impl std::error::Error for Mismatch {}
 
 /// One line of a dialogue.
-enum Turn {
+enum Step {
     /// The tester sends.
-    Send(When, Vec<u8>),
+    Send(SendTime, Vec<u8>),
     /// The station sends, so many bit times after the last telegram. `None` matches any octet.
     Expect(RangeInclusive<u64>, Vec<Option<u8>>),
     /// Nobody sends for so many bit times after the last telegram.
     Nothing(u64),
 }
 
-enum When {
+enum SendTime {
     After(u64),
     At(BitTime),
 }
@@ -85,10 +85,10 @@ impl<S: Station + Send + 'static> Dialogue<S> {
     /// A line with `station` and the tester. The referee judges the station only.
     #[must_use]
     pub fn new(baud: Baud, station: S) -> Self {
-        let mut bus = Bus::new(baud);
+        let mut bus = Segment::new(baud);
         let (station, tester) = (bus.attach(station), bus.attach(Tester::new()));
         bus.exempt(tester.id());
-        bus.record(usize::MAX);
+        bus.set_trace_length(usize::MAX);
         Self { bus, station, tester, seen: 0, end: BitTime(0) }
     }
 
@@ -105,7 +105,7 @@ impl<S: Station + Send + 'static> Dialogue<S> {
 
     /// The station that says what the script says, to tamper with.
     #[must_use]
-    pub const fn tester(&self) -> Id {
+    pub const fn tester(&self) -> StationId {
         self.tester.id()
     }
 
@@ -124,11 +124,11 @@ impl<S: Station + Send + 'static> Dialogue<S> {
         Ok(())
     }
 
-    fn turn(&mut self, turn: &Turn) -> Result<(), String> {
+    fn turn(&mut self, turn: &Step) -> Result<(), String> {
         match turn {
-            Turn::Send(when, octets) => self.send(when, octets),
-            Turn::Expect(window, octets) => self.expect(window, octets),
-            Turn::Nothing(tbit) => self.nothing(*tbit),
+            Step::Send(when, octets) => self.send(when, octets),
+            Step::Expect(window, octets) => self.expect(window, octets),
+            Step::Nothing(tbit) => self.nothing(*tbit),
         }
     }
 
@@ -139,15 +139,15 @@ impl<S: Station + Send + 'static> Dialogue<S> {
     /// [`Mismatch`] when the station broke a rule or spoke out of turn.
     pub fn ask(&mut self, idle_tbit: u64, octets: &[u8]) -> Result<Option<Vec<u8>>, Mismatch> {
         let slot = u64::from(self.bus.baud().default_slot_tbit());
-        let asked = self.send(&When::After(idle_tbit), octets).and_then(|()| self.answer(slot));
+        let asked = self.send(&SendTime::After(idle_tbit), octets).and_then(|()| self.answer(slot));
         let answer = asked.map_err(|what| Mismatch(format!("{}\n{what}\n{}", Hex(octets), self.bus.trace())))?;
         Ok(answer.map(|(_, octets)| octets))
     }
 
-    fn send(&mut self, when: &When, octets: &[u8]) -> Result<(), String> {
+    fn send(&mut self, when: &SendTime, octets: &[u8]) -> Result<(), String> {
         let begin = match when {
-            When::After(tbit) => (self.end + *tbit).max(self.bus.now()),
-            When::At(time) => *time,
+            SendTime::After(tbit) => (self.end + *tbit).max(self.bus.now()),
+            SendTime::At(time) => *time,
         };
         self.bus.station_mut(self.tester).send(begin, octets);
         self.run(begin)?;
@@ -195,17 +195,17 @@ impl<S: Station + Send + 'static> Dialogue<S> {
 }
 
 /// Reads `TIME -> OCTETS`, `WINDOW <- OCTETS` or `TIME <- nothing`.
-fn turn(line: &str) -> Option<Turn> {
+fn turn(line: &str) -> Option<Step> {
     if let Some((when, octets)) = line.split_once("->") {
         let octets = octets.split_whitespace().map(octet).collect::<Option<_>>()?;
-        return Some(Turn::Send(self::when(when.trim())?, octets));
+        return Some(Step::Send(self::when(when.trim())?, octets));
     }
     let (window, octets) = line.split_once("<-")?;
     if octets.trim() == "nothing" {
-        return Some(Turn::Nothing(window.trim().parse().ok()?));
+        return Some(Step::Nothing(window.trim().parse().ok()?));
     }
     let octets = octets.split_whitespace().map(octet_or_any).collect::<Option<_>>()?;
-    Some(Turn::Expect(self::window(window.trim())?, octets))
+    Some(Step::Expect(self::window(window.trim())?, octets))
 }
 
 /// Two digits, or `..` for any octet.
@@ -213,10 +213,10 @@ fn octet_or_any(text: &str) -> Option<Option<u8>> {
     if text == ".." { Some(None) } else { octet(text).map(Some) }
 }
 
-fn when(text: &str) -> Option<When> {
+fn when(text: &str) -> Option<SendTime> {
     match text.split_at_checked(1)? {
-        ("+", tbit) => tbit.parse().ok().map(When::After),
-        ("@", time) => time.parse().ok().map(|time| When::At(BitTime(time))),
+        ("+", tbit) => tbit.parse().ok().map(SendTime::After),
+        ("@", time) => time.parse().ok().map(|time| SendTime::At(BitTime(time))),
         _ => None,
     }
 }
@@ -229,11 +229,11 @@ fn window(text: &str) -> Option<RangeInclusive<u64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stations::Puppet;
+    use crate::stations::MockStation;
 
     /// Says SC after 20 bit times, whatever it hears.
     fn dialogue() -> Dialogue<impl Station + Send + 'static> {
-        Dialogue::new(Baud::B1500000, Puppet::new(|end, _| Some((end + 20, vec![0xE5]))))
+        Dialogue::new(Baud::B1500000, MockStation::new(|end, _| Some((end + 20, vec![0xE5]))))
     }
 
     fn mismatch(script: &str) -> String {
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_broken_rule_is_a_mismatch() {
-        let mut dialogue = Dialogue::new(Baud::B1500000, Puppet::new(|end, _| Some((end + 10, vec![0xE5]))));
+        let mut dialogue = Dialogue::new(Baud::B1500000, MockStation::new(|end, _| Some((end + 10, vec![0xE5]))));
         let error = dialogue.play("+40 -> 10 08 02 49 53 16\n10 <- E5").unwrap_err();
         assert!(error.to_string().contains("it answered after 10 bit times, min T_SDR is 11"), "{error}");
     }

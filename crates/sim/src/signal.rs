@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// Something that happens to one telegram between its sender and all who listen. Octets and bits count from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Tamper {
+pub enum TelegramFault {
     /// These bits are inverted, eleven for each character: start, data, parity, stop.
     Flip(Vec<usize>),
     /// The parity bit of an octet is inverted.
@@ -14,9 +14,9 @@ pub enum Tamper {
     /// An octet is missing; the line is idle in its place.
     Lose(usize),
     /// An octet more, in front of the octet that had this number.
-    Add(usize, u8),
+    Insert(usize, u8),
     /// The sender itself pauses for so many bit times in front of an octet. The referee objects.
-    Stutter(usize, u64),
+    Pause(usize, u64),
 }
 
 /// What is sent, bit by bit.
@@ -44,19 +44,19 @@ impl Signal {
     }
 
     /// `octets` after all of `tampers`, one after the other.
-    pub(crate) fn tampered(octets: &[u8], tampers: &[Tamper]) -> Self {
+    pub(crate) fn faulty(octets: &[u8], tampers: &[TelegramFault]) -> Self {
         let (mut octets, mut damage) = (octets.to_vec(), Damage::default());
         for tamper in tampers {
             match tamper {
-                Tamper::Flip(bits) => damage.flips.extend(bits.iter().map(|bit| *bit as u64)),
-                Tamper::CharacterError(place) => damage.flips.push(*place as u64 * CHARACTER_TBIT + 9),
-                Tamper::Lose(place) if *place < octets.len() => {
+                TelegramFault::Flip(bits) => damage.flips.extend(bits.iter().map(|bit| *bit as u64)),
+                TelegramFault::CharacterError(place) => damage.flips.push(*place as u64 * CHARACTER_TBIT + 9),
+                TelegramFault::Lose(place) if *place < octets.len() => {
                     octets.remove(*place);
                     damage.pauses.push((*place, CHARACTER_TBIT));
                 }
-                Tamper::Lose(_) => {}
-                Tamper::Add(place, octet) => octets.insert((*place).min(octets.len()), *octet),
-                Tamper::Stutter(place, tbit) => damage.pauses.push((*place, *tbit)),
+                TelegramFault::Lose(_) => {}
+                TelegramFault::Insert(place, octet) => octets.insert((*place).min(octets.len()), *octet),
+                TelegramFault::Pause(place, tbit) => damage.pauses.push((*place, *tbit)),
             }
         }
         Self { octets: octets.into(), telegram: false, damage: Some(Arc::new(damage)) }
@@ -114,8 +114,8 @@ mod tests {
 
     const TOKEN: [u8; 3] = [0xDC, 2, 2];
 
-    fn read(tampers: &[Tamper]) -> Vec<(u8, bool)> {
-        let signal = Signal::tampered(&TOKEN, tampers);
+    fn read(tampers: &[TelegramFault]) -> Vec<(u8, bool)> {
+        let signal = Signal::faulty(&TOKEN, tampers);
         signal.read(&[]).into_iter().map(|character| (character.octet, character.error)).collect()
     }
 
@@ -127,24 +127,27 @@ mod tests {
 
     #[test]
     fn a_flipped_bit_is_an_error_and_two_are_another_octet() {
-        assert_eq!(read(&[Tamper::Flip(vec![12])]), [(0xDC, false), (3, true), (2, false)]);
-        assert_eq!(read(&[Tamper::Flip(vec![12, 14])]), [(0xDC, false), (7, false), (2, false)]);
-        assert_eq!(read(&[Tamper::CharacterError(2)]), [(0xDC, false), (2, false), (2, true)]);
+        assert_eq!(read(&[TelegramFault::Flip(vec![12])]), [(0xDC, false), (3, true), (2, false)]);
+        assert_eq!(read(&[TelegramFault::Flip(vec![12, 14])]), [(0xDC, false), (7, false), (2, false)]);
+        assert_eq!(read(&[TelegramFault::CharacterError(2)]), [(0xDC, false), (2, false), (2, true)]);
     }
 
     #[test]
     fn octets_are_lost_and_added() {
-        assert_eq!(read(&[Tamper::Lose(1)]), [(0xDC, false), (2, false)]);
-        assert_eq!(Signal::tampered(&TOKEN, &[Tamper::Lose(1)]).duration_tbit(), 33);
-        assert_eq!(read(&[Tamper::Add(1, 0x55)]), [(0xDC, false), (0x55, false), (2, false), (2, false)]);
-        assert_eq!(read(&[Tamper::Lose(9), Tamper::Add(9, 1)]), [(0xDC, false), (2, false), (2, false), (1, false)]);
+        assert_eq!(read(&[TelegramFault::Lose(1)]), [(0xDC, false), (2, false)]);
+        assert_eq!(Signal::faulty(&TOKEN, &[TelegramFault::Lose(1)]).duration_tbit(), 33);
+        assert_eq!(read(&[TelegramFault::Insert(1, 0x55)]), [(0xDC, false), (0x55, false), (2, false), (2, false)]);
+        assert_eq!(
+            read(&[TelegramFault::Lose(9), TelegramFault::Insert(9, 1)]),
+            [(0xDC, false), (2, false), (2, false), (1, false)]
+        );
     }
 
     #[test]
     fn a_pause_moves_what_follows() {
-        let signal = Signal::tampered(&TOKEN, &[Tamper::Stutter(1, 5)]);
+        let signal = Signal::faulty(&TOKEN, &[TelegramFault::Pause(1, 5)]);
         assert_eq!(signal.duration_tbit(), 38);
         assert!((11..16).all(|at| signal.level(at)) && !signal.level(16));
-        assert_eq!(read(&[Tamper::Stutter(1, 5)]), [(0xDC, false), (2, false), (2, false)]);
+        assert_eq!(read(&[TelegramFault::Pause(1, 5)]), [(0xDC, false), (2, false), (2, false)]);
     }
 }

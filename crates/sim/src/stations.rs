@@ -8,7 +8,7 @@ use std::fmt;
 
 /// A telegram as a station heard it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Heard {
+pub struct ReceivedTelegram {
     /// When its last bit ended.
     pub end: BitTime,
     /// All of it.
@@ -21,7 +21,7 @@ pub struct Tester {
     queue: VecDeque<(BitTime, Vec<u8>)>,
     sent: Vec<u8>,
     /// Every telegram of others, in order.
-    pub heard: Vec<Heard>,
+    pub received: Vec<ReceivedTelegram>,
     /// How many characters completed no telegram.
     pub characters: usize,
 }
@@ -44,7 +44,7 @@ impl Station for Tester {
         let mut octets = vec![0; MAX_TELEGRAM];
         let length = telegram.emit(&mut octets).unwrap_or_default();
         octets.truncate(length);
-        self.heard.push(Heard { end, octets });
+        self.received.push(ReceivedTelegram { end, octets });
         None
     }
 
@@ -64,25 +64,25 @@ impl Station for Tester {
 }
 
 /// A station that answers as a function says: for stations that do something wrong.
-pub struct Puppet<F> {
+pub struct MockStation<F> {
     reaction: F,
     octets: Vec<u8>,
 }
 
-impl<F> fmt::Debug for Puppet<F> {
+impl<F> fmt::Debug for MockStation<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Puppet")
     }
 }
 
-impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Puppet<F> {
+impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> MockStation<F> {
     /// `reaction` gets every telegram with the time of its end, and says what to send and when.
     pub const fn new(reaction: F) -> Self {
         Self { reaction, octets: Vec::new() }
     }
 }
 
-impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Station for Puppet<F> {
+impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Station for MockStation<F> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         let (not_before, octets) = (self.reaction)(end, telegram)?;
         self.octets = octets;

@@ -9,7 +9,7 @@ use profivac_dp::link::BitTime;
 
 /// A telegram that only a station with the token may send.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Begun {
+pub(crate) struct TokenUse {
     pub(crate) sa: u8,
     /// To whom the token goes, if it is one.
     pub(crate) token_to: Option<u8>,
@@ -49,28 +49,28 @@ impl Token {
     }
 
     /// A station begins.
-    pub(crate) fn judge(&mut self, begun: Begun, slot_tbit: u64) -> Verdict {
+    pub(crate) fn check(&mut self, begun: TokenUse, slot_tbit: u64) -> Verdict {
         let entitled = self.is_entitled(begun, slot_tbit);
         (self.holder, self.passed_by) = match begun.token_to {
             Some(da) => (Some(da), (da != begun.sa).then_some(begun.sa)),
             None => (Some(begun.sa), None),
         };
         match begun.token_to {
-            _ if entitled => self.judge_ring(begun),
+            _ if entitled => self.check_ring(begun),
             Some(_) => Err((Rule::SecondToken, 0, 0)),
             None => Err((Rule::NoToken, 0, 0)),
         }
     }
 
-    fn is_entitled(&self, begun: Begun, slot_tbit: u64) -> bool {
-        let Begun { sa, token_to, idle_tbit: Some(idle), .. } = begun else { return true };
+    fn is_entitled(&self, begun: TokenUse, slot_tbit: u64) -> bool {
+        let TokenUse { sa, token_to, idle_tbit: Some(idle), .. } = begun else { return true };
         let timeout_tbit = (6 + 2 * u64::from(sa)) * slot_tbit;
         self.holder.is_none_or(|holder| holder == sa)
             || (self.passed_by == Some(sa) && token_to.is_some() && idle >= slot_tbit)
             || idle >= timeout_tbit
     }
 
-    fn judge_ring(&self, begun: Begun) -> Verdict {
+    fn check_ring(&self, begun: TokenUse) -> Verdict {
         let (Some((ring, from)), Some(da)) = (&self.ring, begun.token_to) else { return Ok(()) };
         let successor = ring.iter().find(|address| **address > begun.sa).or(ring.first());
         if begun.at < *from || ring.contains(&begun.sa) && successor == Some(&da) {

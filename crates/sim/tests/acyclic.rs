@@ -9,7 +9,7 @@ use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Settings, SlaveParameters};
 use profivac_dp::slave::{Features, Slave};
-use profivac_sim::{Bus, Fault, Noise, Rule};
+use profivac_sim::{Fault, Noise, Rule, Segment};
 
 const BAUD: Baud = Baud::B1500000;
 const SLAVES: [u8; 2] = [10, 11];
@@ -19,9 +19,9 @@ type Class2 = Active<Master<0, 0>>;
 
 /// A ring of a class 1 master at 2 and a tool at 3.
 struct Ring {
-    bus: Bus,
-    class1: profivac_sim::Handle<Class1>,
-    class2: profivac_sim::Handle<Class2>,
+    bus: Segment,
+    class1: profivac_sim::StationHandle<Class1>,
+    class2: profivac_sim::StationHandle<Class2>,
     connections: Vec<Option<Handle>>,
     jobs: Vec<Option<Handle>>,
     /// How many records came by MS2 and by MS1, and how many connections and jobs failed.
@@ -31,7 +31,7 @@ struct Ring {
 
 impl Ring {
     fn new() -> Self {
-        let mut bus = Bus::new(BAUD);
+        let mut bus = Segment::new(BAUD);
         let parameters = |address| BusParameters { hsa: 5, ..BusParameters::new(address, BAUD) };
         let mut master: Class1 = Master::on(parameters(2), Settings::new(BAUD), BitTime(0));
         for address in SLAVES {
@@ -125,8 +125,8 @@ fn noise_gives_no_wrong_record() {
     for rule in [
         Rule::Collision,
         Rule::NoTelegram,
-        Rule::Impatient,
-        Rule::Unasked,
+        Rule::BeforeSlotTime,
+        Rule::Unrequested,
         Rule::SecondAnswer,
         Rule::NoToken,
         Rule::SecondToken,

@@ -9,7 +9,7 @@ use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::Slave;
-use profivac_sim::{Bus, Handle};
+use profivac_sim::{Segment, StationHandle};
 use profivac_wire::global::ControlCommand;
 
 type Class1 = Active<Master<4, 8>>;
@@ -22,8 +22,8 @@ fn parameters(address: u8, group: u8) -> SlaveParameters<'static> {
 }
 
 /// One after the other along the cable, all of them in data exchange.
-fn exchanging(baud: Baud) -> (Bus, Handle<Class1>, [Handle<Slave<Plain>>; 4]) {
-    let mut bus = Bus::new(baud);
+fn exchanging(baud: Baud) -> (Segment, StationHandle<Class1>, [StationHandle<Slave<Plain>>; 4]) {
+    let mut bus = Segment::new(baud);
     let mut master = Master::<4, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
     for (address, group) in SLAVES {
         master.user.add(&parameters(address, group)).unwrap();
@@ -37,14 +37,14 @@ fn exchanging(baud: Baud) -> (Bus, Handle<Class1>, [Handle<Slave<Plain>>; 4]) {
     (bus, master, slaves)
 }
 
-fn put(bus: &mut Bus, master: Handle<Class1>, outputs: [u8; 2]) {
+fn put(bus: &mut Segment, master: StationHandle<Class1>, outputs: [u8; 2]) {
     for (address, _) in SLAVES {
         bus.station_mut(master).user.outputs_mut(address).unwrap().copy_from_slice(&outputs);
     }
 }
 
 /// What each process has now.
-fn outputs(bus: &Bus, slaves: &[Handle<Slave<Plain>>; 4]) -> [Option<Vec<u8>>; 4] {
+fn outputs(bus: &Segment, slaves: &[StationHandle<Slave<Plain>>; 4]) -> [Option<Vec<u8>>; 4] {
     slaves.map(|slave| bus.station(slave).device().outputs.last().cloned().flatten())
 }
 
@@ -69,10 +69,10 @@ fn modes_groups_sync_and_freeze_at_three_rates() {
         // The first input counts how often inputs were sampled: only the frozen one stands still.
         bus.station_mut(master).user.control(ControlCommand::FREEZE, 2).unwrap();
         bus.run_for(WHILE).unwrap();
-        let image = |bus: &Bus, address| bus.station(master).user.inputs(address).unwrap()[0];
+        let image = |bus: &Segment, address| bus.station(master).user.inputs(address).unwrap()[0];
         let before = [10, 12].map(|address| image(&bus, address));
         // A number of cycles that is not a multiple of 256 whatever they last.
-        let exchanges = |bus: &Bus| bus.station(master).user.counters(10).unwrap().exchanges;
+        let exchanges = |bus: &Segment| bus.station(master).user.counters(10).unwrap().exchanges;
         let begin = exchanges(&bus);
         while exchanges(&bus) < begin + 7 {
             bus.run_for(100).unwrap();

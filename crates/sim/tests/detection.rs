@@ -6,7 +6,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use profivac_dp::link::{BitTime, CHARACTER_TBIT, Heard, Receiver};
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver};
 use profivac_sim::Random;
 use profivac_sim::character::{self, Uart};
 use profivac_sim::describe::Hex;
@@ -31,7 +31,7 @@ fn play(levels: &[bool], mut accepted: impl FnMut(&Telegram<'_>)) {
         match uart.level(*level) {
             Some(character) if character.error => receiver.character_error(BitTime(end)),
             Some(character) => {
-                if let Heard::Telegram(telegram) = receiver.octet(BitTime(end), character.octet) {
+                if let Received::Telegram(telegram) = receiver.octet(BitTime(end), character.octet) {
                     accepted(&telegram);
                 }
             }
@@ -147,8 +147,8 @@ fn long_telegrams_by_sampling() {
     let mut random = Random::new(SEED);
     for _ in 0..400 {
         let du: Vec<u8> = (0..1 + random.below(244)).map(|_| random.octet()).collect();
-        let frame = profivac_wire::Frame { da: 8, sa: 2, dsap: Some(51), ssap: Some(51), fc: 0x5C, du: &du };
-        let octets = emitted(&Telegram::Frame(frame));
+        let frame = profivac_wire::DataTelegram { da: 8, sa: 2, dsap: Some(51), ssap: Some(51), fc: 0x5C, du: &du };
+        let octets = emitted(&Telegram::Data(frame));
         let mut levels = levels(&octets);
         for _ in 0..100 {
             let flips: Vec<usize> = (0..3).map(|_| random.below(octets.len() as u64 * 11) as usize).collect();

@@ -7,7 +7,7 @@
 mod common;
 
 use common::*;
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 /// A slave in data exchange. Its owner's last counted request had FCB = 1.
 fn exchanging() -> Talk {
@@ -19,7 +19,7 @@ fn exchanging() -> Talk {
 /// One Data_Exchange; returns which sample of the inputs came back.
 fn exchange(talk: &mut Talk, fc: u8) -> u8 {
     let answer = ask(talk, &plain(OWN, fc, &[fc, 0]));
-    let Ok(Telegram::Frame(frame)) = Telegram::parse(&answer) else { panic!("data") };
+    let Ok(Telegram::Data(frame)) = Telegram::parse(&answer) else { panic!("data") };
     frame.du[0]
 }
 
@@ -87,8 +87,8 @@ fn what_is_not_counted_does_not_touch_the_memory() {
 
 #[test]
 fn what_others_are_told_does_not_touch_the_memory() {
-    let to_another = Frame { da: 9, sa: OWN, dsap: None, ssap: None, fc: FCB_1, du: &[1, 2] };
-    for between in [emit(&Telegram::Frame(to_another)), vec![0xDC, TS, OWN], vec![0xDC, OWN, OWN]] {
+    let to_another = DataTelegram { da: 9, sa: OWN, dsap: None, ssap: None, fc: FCB_1, du: &[1, 2] };
+    for between in [emit(&Telegram::Data(to_another)), vec![0xDC, TS, OWN], vec![0xDC, OWN, OWN]] {
         let mut talk = exchanging();
         let first = ask(&mut talk, &plain(OWN, FCB_0, &[1, 2]));
         assert_eq!(ask_or_silence(&mut talk, &between), None);

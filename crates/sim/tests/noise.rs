@@ -7,7 +7,7 @@ use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
-use profivac_sim::{Bus, Fault, Handle, Noise};
+use profivac_sim::{Fault, Noise, Segment, StationHandle};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 
@@ -99,8 +99,8 @@ impl Device for Witness {
 
 type Class1 = Active<Master<8, 8>>;
 
-fn segment() -> (Bus, Handle<Class1>, Vec<Handle<Slave<Witness>>>) {
-    let mut bus = Bus::new(BAUD);
+fn segment() -> (Segment, StationHandle<Class1>, Vec<StationHandle<Slave<Witness>>>) {
+    let mut bus = Segment::new(BAUD);
     let mut master = Master::<8, 8>::on(BusParameters::new(MASTER, BAUD), Settings::new(BAUD), BitTime(0));
     for address in SLAVES {
         let mut slave = SlaveParameters::new(address, 0x1234, &CFG);

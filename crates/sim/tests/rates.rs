@@ -10,14 +10,14 @@ use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::Slave;
-use profivac_sim::{Bus, Handle};
+use profivac_sim::{Segment, StationHandle};
 
 type Class1 = profivac_dp::link::active::Active<Master<8, 8>>;
-type Slaves = Vec<Handle<Slave<Plain>>>;
+type Slaves = Vec<StationHandle<Slave<Plain>>>;
 
 /// A master and eight slaves, each `apart` bit times from the one before.
-fn segment(baud: Baud, apart: u64) -> (Bus, Handle<Class1>, Slaves) {
-    let mut bus = Bus::new(baud);
+fn segment(baud: Baud, apart: u64) -> (Segment, StationHandle<Class1>, Slaves) {
+    let mut bus = Segment::new(baud);
     let parameters = BusParameters::new(OWN, baud);
     let mut master = Master::<8, 8>::on(parameters, Settings::new(baud), BitTime(0));
     for address in 10..18 {
@@ -54,7 +54,7 @@ fn all_slaves_exchange_and_nobody_breaks_a_rule() {
 fn an_exchange_takes_as_long_as_the_reference_says() {
     for baud in Baud::ALL {
         let (mut bus, master, _) = segment(baud, 0);
-        bus.record(10_000);
+        bus.set_trace_length(10_000);
         bus.run_until(BitTime(1_000_000)).unwrap();
         let t_id1 = bus.station(master).bus().id1_tbit();
         // Two exchanges with the slave at 12 that follow each other with one to 13 in between: request, T_SDR, answer,

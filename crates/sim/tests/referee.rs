@@ -5,9 +5,9 @@ mod common;
 use common::*;
 use profivac_dp::link::{Baud, BitTime, Station};
 use profivac_dp::slave::Slave;
-use profivac_sim::stations::{Puppet, Tester};
-use profivac_sim::{Bus, Fault, Foul, Limits, Rule, Tamper};
-use profivac_wire::{Frame, Telegram};
+use profivac_sim::stations::{MockStation, Tester};
+use profivac_sim::{Fault, Limits, Rule, Segment, TelegramFault, Violation};
+use profivac_wire::{DataTelegram, Telegram};
 
 const BAUD: Baud = Baud::B1500000;
 /// FDL status of the slave, 66 bit times long.
@@ -15,8 +15,8 @@ const ASK: [u8; 6] = [0x10, TS, OWN, 0x49, 0x53, 0x16];
 const ANSWER: [u8; 6] = [0x10, OWN, TS, 0x00, 0x0A, 0x16];
 
 /// A bus with a tester that sends telegrams at given times.
-fn bus_with(script: &[(u64, &[u8])]) -> Bus {
-    let mut bus = Bus::new(BAUD);
+fn bus_with(script: &[(u64, &[u8])]) -> Segment {
+    let mut bus = Segment::new(BAUD);
     let tester = bus.attach(Tester::new());
     for (time, octets) in script {
         bus.station_mut(tester).send(BitTime(*time), octets);
@@ -27,10 +27,10 @@ fn bus_with(script: &[(u64, &[u8])]) -> Bus {
 /// A station that answers whatever comes with `octets` after `tsdr`.
 fn answering(tsdr: u64, octets: &[u8]) -> impl Station + Send + 'static {
     let octets = octets.to_vec();
-    Puppet::new(move |end, _| Some((end + tsdr, octets.clone())))
+    MockStation::new(move |end, _| Some((end + tsdr, octets.clone())))
 }
 
-fn outcome(bus: &mut Bus) -> Result<(), Rule> {
+fn outcome(bus: &mut Segment) -> Result<(), Rule> {
     bus.run_until(BitTime(100_000)).map_err(|foul| foul.rule)
 }
 
@@ -104,10 +104,10 @@ fn what_is_no_telegram_is_found() {
 #[test]
 fn a_pause_inside_a_telegram_is_found() {
     for place in 1..6 {
-        let mut bus = Bus::new(BAUD);
+        let mut bus = Segment::new(BAUD);
         let tester = bus.attach(Tester::new());
         bus.station_mut(tester).send(BitTime(100), &ASK);
-        bus.inject(Fault::Tamper(tester.id(), Tamper::Stutter(place, 1)));
+        bus.inject(Fault::Telegram(tester.id(), TelegramFault::Pause(place, 1)));
         assert_eq!(outcome(&mut bus), Err(Rule::Gap));
     }
 }
@@ -128,7 +128,7 @@ fn a_token_inside_t_syn_is_found() {
 fn a_request_inside_t_id1_is_found_at_every_rate() {
     for (baud, t_id1) in Baud::ALL.into_iter().zip([37, 37, 225, 37, 37, 37, 37, 46, 57, 76]) {
         for (idle, expected) in [(t_id1 - 1, Err(Rule::Id1)), (t_id1, Ok(()))] {
-            let mut bus = Bus::new(baud);
+            let mut bus = Segment::new(baud);
             bus.attach(answering(11, &ANSWER));
             let tester = bus.attach(Tester::new());
             bus.station_mut(tester).send(BitTime(100), &ASK);
@@ -146,14 +146,15 @@ fn a_request_inside_t_id1_after_a_token_is_found() {
 
 #[test]
 fn a_request_inside_t_id2_after_an_unconfirmed_one_is_found() {
-    let all = emit(&Telegram::Frame(Frame { da: 127, sa: OWN, dsap: Some(58), ssap: Some(62), fc: 0x46, du: &[0, 0] }));
+    let all =
+        emit(&Telegram::Data(DataTelegram { da: 127, sa: OWN, dsap: Some(58), ssap: Some(62), fc: 0x46, du: &[0, 0] }));
     assert_eq!(after(&all, 149), Err(Rule::Id2));
     assert_eq!(after(&all, 150), Ok(()));
 }
 
 #[test]
 fn a_request_that_does_not_wait_for_an_answer_is_found() {
-    assert_eq!(after(&ASK, 299), Err(Rule::Impatient));
+    assert_eq!(after(&ASK, 299), Err(Rule::BeforeSlotTime));
     assert_eq!(after(&ASK, 300), Ok(()));
 }
 
@@ -170,13 +171,13 @@ fn an_answer_before_the_min_tsdr_a_slave_was_given_is_found_once_its_diagnosis_c
         let prm = request(OWN, FIRST, 61, &[0x80, 0, 0, 40, 0x12, 0x34, 0]);
         let ask_diag = request(OWN, FCB_0, 60, &[]);
         let mut bus = bus_with(&[(100, &prm), (1000, &ask_diag), (2000, &ASK)]);
-        bus.attach(Puppet::new(move |end, telegram| {
-            let Telegram::Frame(frame) = telegram else { return None };
+        bus.attach(MockStation::new(move |end, telegram| {
+            let Telegram::Data(frame) = telegram else { return None };
             Some(match frame.dsap {
                 Some(61) => (end + 11, vec![0xE5]),
                 Some(_) => {
-                    let answer = Frame { da: OWN, sa: TS, dsap: Some(62), ssap: Some(60), fc: 8, du: diag };
-                    (end + 40, emit(&Telegram::Frame(answer)))
+                    let answer = DataTelegram { da: OWN, sa: TS, dsap: Some(62), ssap: Some(60), fc: 8, du: diag };
+                    (end + 40, emit(&Telegram::Data(answer)))
                 }
                 None => (end + tsdr, ANSWER.to_vec()),
             })
@@ -193,7 +194,7 @@ fn an_answer_before_the_min_tsdr_a_slave_was_given_is_found_once_its_diagnosis_c
 fn an_answer_after_max_tsdr_is_found_at_every_rate() {
     for (baud, max) in Baud::ALL.into_iter().zip([60, 60, 60, 60, 60, 100, 150, 250, 450, 800]) {
         for (tsdr, expected) in [(max, Ok(())), (max + 1, Err(Rule::Late))] {
-            let mut bus = Bus::new(baud);
+            let mut bus = Segment::new(baud);
             bus.attach(answering(tsdr, &ANSWER));
             let tester = bus.attach(Tester::new());
             bus.station_mut(tester).send(BitTime(100), &ASK);
@@ -224,20 +225,20 @@ fn the_way_there_and_back_counts_for_the_slot_time_and_not_for_tsdr() {
 
 #[test]
 fn an_answer_nobody_asked_for_is_found() {
-    assert_eq!(outcome(&mut bus_with(&[(100, &[0xE5])])), Err(Rule::Unasked));
-    assert_eq!(outcome(&mut bus_with(&[(100, &ANSWER)])), Err(Rule::Unasked));
+    assert_eq!(outcome(&mut bus_with(&[(100, &[0xE5])])), Err(Rule::Unrequested));
+    assert_eq!(outcome(&mut bus_with(&[(100, &ANSWER)])), Err(Rule::Unrequested));
     // To a token, to everybody, to a request that has none.
     for octets in [&[0xDC, TS, OWN][..], &[0x10, 127, OWN, 0x46, 0xC7, 0x16], &[0x10, TS, OWN, 0x46, 0x50, 0x16]] {
         let mut bus = bus_with(&[(100, octets)]);
         bus.attach(answering(11, &ANSWER));
-        assert_eq!(outcome(&mut bus), Err(Rule::Unasked), "{octets:02X?}");
+        assert_eq!(outcome(&mut bus), Err(Rule::Unrequested), "{octets:02X?}");
     }
 }
 
 #[test]
 fn an_answer_of_or_to_the_wrong_station_is_found() {
-    assert_eq!(answered(11, &[0x10, OWN, 9, 0x00, 0x0B, 0x16]), Err(Rule::Unasked));
-    assert_eq!(answered(11, &[0x10, OTHER, TS, 0x00, 0x0B, 0x16]), Err(Rule::Unasked));
+    assert_eq!(answered(11, &[0x10, OWN, 9, 0x00, 0x0B, 0x16]), Err(Rule::Unrequested));
+    assert_eq!(answered(11, &[0x10, OTHER, TS, 0x00, 0x0B, 0x16]), Err(Rule::Unrequested));
 }
 
 #[test]
@@ -250,7 +251,7 @@ fn a_second_answer_is_found() {
 
 /// FDL status of `da` asked by `sa`, 66 bit times long.
 fn status(da: u8, sa: u8) -> Vec<u8> {
-    emit(&Telegram::Frame(Frame { da, sa, dsap: None, ssap: None, fc: 0x49, du: &[] }))
+    emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc: 0x49, du: &[] }))
 }
 
 /// What the referee says when the token went to `OTHER` and then `octets` come after `idle` bit times of silence.
@@ -289,9 +290,9 @@ fn a_second_token_is_found() {
 
 #[test]
 fn nobody_can_know_who_has_a_token_that_was_damaged() {
-    let mut bus = Bus::new(BAUD);
+    let mut bus = Segment::new(BAUD);
     let tester = bus.attach(Tester::new());
-    bus.inject(Fault::Tamper(tester.id(), Tamper::Flip(vec![12, 13])));
+    bus.inject(Fault::Telegram(tester.id(), TelegramFault::Flip(vec![12, 13])));
     bus.station_mut(tester).send(BitTime(100), &[0xDC, OTHER, OWN]);
     bus.station_mut(tester).send(BitTime(200), &status(TS, 9));
     assert_eq!(outcome(&mut bus), Ok(()));
@@ -304,7 +305,7 @@ fn a_telegram_that_power_cut_short_counts_as_far_as_it_went() {
         let mut bus = bus_with(&[(begin, &status(TS, OWN))]);
         let victim = bus.attach(Tester::new());
         bus.station_mut(victim).send(BitTime(100), &[0xDC, OTHER, OWN]);
-        bus.at(BitTime(122), Fault::Power(victim.id(), false));
+        bus.schedule_fault(BitTime(122), Fault::Power(victim.id(), false));
         assert_eq!(outcome(&mut bus), expected, "{begin}");
     }
 }
@@ -346,7 +347,7 @@ fn what_is_allowed_no_longer_is_found_again() {
 fn a_foul_tells_the_story() {
     let mut bus = bus_with(&[(100, &ASK)]);
     let slave = bus.attach(answering(10, &ANSWER));
-    let foul: Foul = *bus.run_until(BitTime(100_000)).unwrap_err();
+    let foul: Violation = *bus.run_until(BitTime(100_000)).unwrap_err();
     assert_eq!((foul.station, foul.at, foul.measured_tbit, foul.limit_tbit), (slave.id(), BitTime(176), 10, 11));
     let told: Vec<String> = foul.to_string().lines().map(squeezed).collect();
     assert_eq!(
@@ -374,7 +375,7 @@ fn what_is_allowed_is_not_found_and_the_run_goes_on() {
 
 #[test]
 fn an_exempt_station_may_do_what_it_likes_and_others_may_not() {
-    let mut bus = Bus::new(BAUD);
+    let mut bus = Segment::new(BAUD);
     let tester = bus.attach(Tester::new());
     bus.station_mut(tester).send(BitTime(100), &[0x00]);
     bus.station_mut(tester).send(BitTime(120), &ASK);
@@ -382,6 +383,6 @@ fn an_exempt_station_may_do_what_it_likes_and_others_may_not() {
     assert_eq!(outcome(&mut bus), Ok(()));
     let mut bus = bus_with(&[(100, &ASK)]);
     let slave = bus.attach(answering(10, &ANSWER));
-    bus.exempt(Bus::new(BAUD).attach(Tester::new()).id());
+    bus.exempt(Segment::new(BAUD).attach(Tester::new()).id());
     assert_eq!(bus.run_until(BitTime(1000)).map_err(|foul| foul.station), Err(slave.id()));
 }

@@ -6,8 +6,8 @@ use common::*;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::stations::Tester;
-use profivac_sim::{Bus, Fault, Tamper};
-use profivac_wire::{Frame, Telegram};
+use profivac_sim::{Fault, Segment, TelegramFault};
+use profivac_wire::{DataTelegram, Telegram};
 
 const SC: [u8; 1] = [0xE5];
 
@@ -152,8 +152,8 @@ fn an_extension_alone_or_of_another_kind_is_no_access_point() {
         (Some(60), Some(62 | 0x40)),
         (Some(60), Some(63)),
     ] {
-        let frame = Frame { da: TS, sa: OWN, dsap, ssap, fc: FIRST, du: &[] };
-        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Frame(frame)));
+        let frame = DataTelegram { da: TS, sa: OWN, dsap, ssap, fc: FIRST, du: &[] };
+        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Data(frame)));
         assert_eq!(answer, [0x10, OWN, TS, 3, 13, 0x16], "{dsap:?} {ssap:?}");
     }
 }
@@ -167,7 +167,7 @@ fn an_acknowledged_send_is_no_service_of_dp() {
 
 #[test]
 fn what_is_not_for_a_slave_is_met_by_silence() {
-    let frame = |da, sa, fc| emit(&Telegram::Frame(Frame { da, sa, dsap: None, ssap: None, fc, du: &[] }));
+    let frame = |da, sa, fc| emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }));
     let mut cases = vec![
         ("SC", vec![0xE5]),
         ("a token for the slave", vec![0xDC, TS, OWN]),
@@ -213,7 +213,7 @@ fn damage_on_the_line_is_met_by_silence_and_forgotten_after_t_syn() {
     for bit in 0..11 * SLAVE_DIAG.len() {
         let mut talk = talk(Plain::new());
         let tester = talk.tester();
-        talk.bus.inject(Fault::Tamper(tester, Tamper::Flip(vec![bit])));
+        talk.bus.inject(Fault::Telegram(tester, TelegramFault::Flip(vec![bit])));
         assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "bit {bit}");
         assert!(talk.ask(33, &SLAVE_DIAG).unwrap().is_some(), "after bit {bit}");
     }
@@ -225,14 +225,14 @@ fn after_a_damaged_telegram_only_t_syn_helps() {
         let mut damaged = SLAVE_DIAG;
         damaged[place] ^= 1;
         for idle in 0..=33 {
-            let mut bus = Bus::new(Baud::B1500000);
+            let mut bus = Segment::new(Baud::B1500000);
             bus.attach(Slave::<_>::new(Plain::new(), TS, Baud::B1500000));
             let tester = bus.attach(Tester::new());
             bus.exempt(tester.id());
             bus.station_mut(tester).send(BitTime(400), &damaged);
             bus.station_mut(tester).send(BitTime(400 + 11 * 11 + idle), &SLAVE_DIAG);
             bus.run_until(BitTime(1000)).unwrap();
-            let answers = bus.station(tester).heard.len();
+            let answers = bus.station(tester).received.len();
             assert_eq!(answers, usize::from(idle == 33), "{what} damaged, {idle} bit times");
         }
     }
@@ -241,10 +241,12 @@ fn after_a_damaged_telegram_only_t_syn_helps() {
 #[test]
 fn lost_and_added_octets_are_met_by_silence() {
     for place in 0..SLAVE_DIAG.len() {
-        for tamper in [Tamper::Lose(place), Tamper::Add(place, 0x10), Tamper::Add(place, 0xFF)] {
+        for tamper in
+            [TelegramFault::Lose(place), TelegramFault::Insert(place, 0x10), TelegramFault::Insert(place, 0xFF)]
+        {
             let mut talk = talk(Plain::new());
             let tester = talk.tester();
-            talk.bus.inject(Fault::Tamper(tester, tamper.clone()));
+            talk.bus.inject(Fault::Telegram(tester, tamper.clone()));
             assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "{tamper:?}");
             assert!(talk.ask(400, &SLAVE_DIAG).unwrap().is_some(), "after {tamper:?}");
         }

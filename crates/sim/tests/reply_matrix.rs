@@ -8,7 +8,7 @@ use common::*;
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 use profivac_wire::control::{Control, Status};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 /// The answer of every service in every state, to the owner of the slave and to another master. `SC>WAIT-CFG` changes the
 /// state, everything else leaves it. The device has neither MS1 nor MS2.
@@ -87,7 +87,7 @@ fn name(answer: Option<&[u8]>) -> String {
     match answer.map(Telegram::parse) {
         None => "-".to_owned(),
         Some(Ok(Telegram::ShortAck)) => "SC".to_owned(),
-        Some(Ok(Telegram::Frame(frame))) => match frame.control() {
+        Some(Ok(Telegram::Data(frame))) => match frame.control() {
             Control::Response { status, .. } => status_name(status).to_owned(),
             Control::Request { .. } => panic!("a slave asks"),
         },
@@ -114,8 +114,8 @@ fn play(table: &str, srd: u8, more: &[u8]) {
         let du = [du, more].concat();
         for ((state, sa), cell) in COLUMNS.into_iter().zip(words) {
             let mut talk = in_state(state);
-            let frame = Frame { da: TS, sa, dsap, ssap: dsap.map(|_| 62), fc: fc.unwrap_or(srd), du: &du };
-            let answer = ask_or_silence(&mut talk, &emit(&Telegram::Frame(frame)));
+            let frame = DataTelegram { da: TS, sa, dsap, ssap: dsap.map(|_| 62), fc: fc.unwrap_or(srd), du: &du };
+            let answer = ask_or_silence(&mut talk, &emit(&Telegram::Data(frame)));
             let (reply, after) = cell.split_once('>').unwrap_or((cell, state));
             let came = (name(answer.as_deref()), talk.station().state().to_string());
             assert_eq!(came, (reply.to_owned(), after.to_owned()), "{row}\nin {state}, master {sa}, FC {srd:02X}");
@@ -125,8 +125,8 @@ fn play(table: &str, srd: u8, more: &[u8]) {
 }
 
 /// An answer swaps addresses and access points. profibus-wire 1.3.
-fn swapped(request: &Frame<'_>, answer: Option<&[u8]>) {
-    if let Some(Ok(Telegram::Frame(answer))) = answer.map(Telegram::parse) {
+fn swapped(request: &DataTelegram<'_>, answer: Option<&[u8]>) {
+    if let Some(Ok(Telegram::Data(answer))) = answer.map(Telegram::parse) {
         assert_eq!((answer.da, answer.sa), (request.sa, request.da));
         let with_data = matches!(answer.control(), Control::Response { status: Status::DataLow, .. });
         let expected = if with_data { (request.ssap, request.dsap) } else { (None, None) };
@@ -159,8 +159,8 @@ fn data_where_none_are_expected_are_refused() {
 #[test]
 fn any_source_access_point_is_answered_where_it_came_from() {
     for ssap in [0, 50, 51, 54, 62] {
-        let frame = Frame { da: TS, sa: OWN, dsap: Some(60), ssap: Some(ssap), fc: FIRST, du: &[] };
-        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Frame(frame)));
+        let frame = DataTelegram { da: TS, sa: OWN, dsap: Some(60), ssap: Some(ssap), fc: FIRST, du: &[] };
+        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Data(frame)));
         assert_eq!(name(Some(&answer)), "DL");
         swapped(&frame, Some(&answer));
     }
@@ -169,17 +169,17 @@ fn any_source_access_point_is_answered_where_it_came_from() {
 #[test]
 fn everybody_is_asked_nothing() {
     for fc in [0x49, 0x4E, 0x6D, 0x6C, 0x43, 0x45] {
-        let frame = Frame { da: 127, sa: OWN, dsap: Some(60), ssap: Some(62), fc, du: &[] };
-        assert_eq!(ask_or_silence(&mut talk(Plain::new()), &emit(&Telegram::Frame(frame))), None, "FC {fc:02X}");
+        let frame = DataTelegram { da: 127, sa: OWN, dsap: Some(60), ssap: Some(62), fc, du: &[] };
+        assert_eq!(ask_or_silence(&mut talk(Plain::new()), &emit(&Telegram::Data(frame))), None, "FC {fc:02X}");
     }
 }
 
 #[test]
 fn a_slave_at_the_delivery_address_is_diagnosed_and_addressed() {
     let mut talk = Talk::new(Baud::B19200, Slave::new(Plain::new(), 126, Baud::B19200));
-    let set = Frame { da: 126, sa: OWN, dsap: Some(55), ssap: Some(62), fc: FIRST, du: &[TS, 0x12, 0x34, 0] };
-    assert_eq!(ask(&mut talk, &emit(&Telegram::Frame(set))), [0xE5]);
+    let set = DataTelegram { da: 126, sa: OWN, dsap: Some(55), ssap: Some(62), fc: FIRST, du: &[TS, 0x12, 0x34, 0] };
+    assert_eq!(ask(&mut talk, &emit(&Telegram::Data(set))), [0xE5]);
     assert_eq!(talk.station().address(), TS);
-    assert_eq!(ask_or_silence(&mut talk, &emit(&Telegram::Frame(set))), None);
+    assert_eq!(ask_or_silence(&mut talk, &emit(&Telegram::Data(set))), None);
     assert_eq!(diagnosis(&mut talk), "02 05 00 FF");
 }

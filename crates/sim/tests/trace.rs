@@ -12,7 +12,7 @@ use profivac_dp::slave::{Features, Slave};
 use profivac_sim::scenario::Dialogue;
 use profivac_sim::stations::Tester;
 use profivac_sim::trace::pcapng;
-use profivac_sim::{Bus, Fault, Mangle, Noise, Tamper, Trace};
+use profivac_sim::{Fault, Noise, OctetErrors, Segment, TelegramFault, Trace};
 
 /// The start-up of profibus-wire 2.13 with a slave of this project in place of the one that was recorded: another ident
 /// number and configuration, otherwise the same telegrams.
@@ -45,9 +45,9 @@ fn a_start_up_reads_like_this() {
     let mut talk = started();
     // The rest is damaged: a flipped bit, a lost octet, no telegram at all.
     let tester = talk.tester();
-    talk.bus.inject(Fault::Tamper(tester, Tamper::Flip(vec![25])));
+    talk.bus.inject(Fault::Telegram(tester, TelegramFault::Flip(vec![25])));
     talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
-    talk.bus.inject(Fault::Tamper(tester, Tamper::Lose(7)));
+    talk.bus.inject(Fault::Telegram(tester, TelegramFault::Lose(7)));
     talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
     talk.play("+60 -> 00 FF").unwrap();
     golden("tests/trace-start-up.txt", &talk.bus.trace().to_string());
@@ -56,15 +56,15 @@ fn a_start_up_reads_like_this() {
 /// A second of exchange with everything that can happen to octets.
 fn disturbed() -> Trace {
     let baud = Baud::B12000000;
-    let mut bus = Bus::new(baud);
+    let mut bus = Segment::new(baud);
     let mut master = Master::<1, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
     bus.attach(master);
     bus.attach(Slave::new(Plain::new(), 8, baud));
-    bus.record(usize::MAX);
+    bus.set_trace_length(usize::MAX);
     bus.inject(Fault::Noise(Some(Noise::new(11, 1e-4))));
-    bus.inject(Fault::Mangle(Some(Mangle { seed: 12, lose: 0.001, add: 0.001 })));
+    bus.inject(Fault::OctetErrors(Some(OctetErrors { seed: 12, loss: 0.001, insertion: 0.001 })));
     bus.run_until(BitTime(12_000_000)).unwrap();
     let trace = bus.trace().clone();
     assert!(trace.entries.len() > 10_000);
@@ -88,10 +88,10 @@ fn capture_files_are_read_back() {
 
 #[test]
 fn only_as_much_is_kept_as_was_asked_for() {
-    let mut bus = Bus::new(Baud::B500000);
+    let mut bus = Segment::new(Baud::B500000);
     let tester = bus.attach(Tester::new());
     for (kept, until) in [(100, 50), (5, 60), (1, 70)] {
-        bus.record(kept);
+        bus.set_trace_length(kept);
         (until - 10..until).for_each(|turn| bus.station_mut(tester).send(BitTime(turn * 1000), &[0xDC, 2, 2]));
         bus.run_until(BitTime(until * 1000)).unwrap();
         let starts: Vec<u64> = bus.trace().entries.iter().map(|entry| entry.start.0).collect();

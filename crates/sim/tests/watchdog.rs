@@ -7,9 +7,9 @@ mod common;
 use common::*;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::slave::{Features, Slave};
-use profivac_sim::Bus;
+use profivac_sim::Segment;
 use profivac_sim::stations::Tester;
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 /// Set_Prm with a watchdog of 10 ms x 5 x 12.
 const WATCHDOG_600_MS: [u8; 7] = [0x88, 5, 12, 11, 0x12, 0x34, 0];
@@ -139,14 +139,14 @@ fn without_watchdog_outputs_stay_for_ever() {
 fn slaves_are_watched_one_by_one() {
     // Both are owned; only one is spoken to any more.
     let baud = Baud::B1500000;
-    let mut bus = Bus::new(baud);
+    let mut bus = Segment::new(baud);
     let slaves = [8, 9].map(|address| bus.attach(Slave::new(Plain::new(), address, baud)));
     let tester = bus.attach(Tester::new());
     let mut time = 0;
-    let mut send = |bus: &mut Bus, da, fc, dsap: Option<u8>, du: &[u8]| {
+    let mut send = |bus: &mut Segment, da, fc, dsap: Option<u8>, du: &[u8]| {
         time += 2000;
-        let frame = Frame { da, sa: OWN, dsap, ssap: dsap.map(|_| 62), fc, du };
-        bus.station_mut(tester).send(BitTime(time), &emit(&Telegram::Frame(frame)));
+        let frame = DataTelegram { da, sa: OWN, dsap, ssap: dsap.map(|_| 62), fc, du };
+        bus.station_mut(tester).send(BitTime(time), &emit(&Telegram::Data(frame)));
     };
     for da in [8, 9] {
         send(&mut bus, da, FIRST, Some(61), &WATCHDOG_600_MS);
@@ -160,5 +160,5 @@ fn slaves_are_watched_one_by_one() {
 }
 
 fn to_all(sa: u8, du: &[u8]) -> Vec<u8> {
-    emit(&Telegram::Frame(Frame { da: 127, sa, dsap: Some(58), ssap: Some(62), fc: 0x46, du }))
+    emit(&Telegram::Data(DataTelegram { da: 127, sa, dsap: Some(58), ssap: Some(62), fc: 0x46, du }))
 }

@@ -10,9 +10,9 @@
 mod hardship;
 
 use hardship::{Bench, Blow};
-use profivac_station::plant::Plant;
+use profivac_station::services::Services;
 use profivac_station::station::Station;
-use profivac_station::view::Standing;
+use profivac_station::view::BusStationState;
 use std::time::{Duration, Instant};
 
 const SEGMENTS: usize = 2;
@@ -26,7 +26,7 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     let benches: Vec<_> = (0..SEGMENTS).map(|_| Bench::start(&DEVICES)).collect();
     let station = Station::start(hardship::config(&benches, &DEVICES, "200 ms", folder.path())).unwrap();
-    let plant = station.plant();
+    let plant = station.services();
     wait_until_well(&plant);
     let mut random = fastrand::Rng::with_seed(1);
     let (mut cuts, mut powers, mut babbles) = (0_u32, 0_u32, 0_u32);
@@ -67,16 +67,20 @@ fn main() {
         "{SEGMENTS} segments, {} gauges: {cuts} cut lines, {powers} power cuts, {babbles} times noise",
         DEVICES.len() * SEGMENTS
     );
-    println!("all well {:.1} s after the last; {} samples lost", well.as_secs_f64(), plant.recorder().health().lost);
+    println!(
+        "all well {:.1} s after the last; {} samples lost",
+        well.as_secs_f64(),
+        plant.recorder().health().lost_samples
+    );
     station.stop();
 }
 
 /// How long it took until all gauges exchange data. A station in which something is stuck never gets there.
-fn wait_until_well(plant: &Plant) -> Duration {
+fn wait_until_well(plant: &Services) -> Duration {
     let begun = Instant::now();
     // An IMG 400 with its ion gauges off reports that.
-    let is_well = |standing| matches!(standing, Standing::Exchanging | Standing::Faulty);
-    let well = |plant: &Plant| plant.gauges().iter().filter(|gauge| is_well(gauge.standing)).count();
+    let is_well = |standing| matches!(standing, BusStationState::Exchanging | BusStationState::Faulty);
+    let well = |plant: &Services| plant.gauges().iter().filter(|gauge| is_well(gauge.standing)).count();
     while well(plant) < SEGMENTS * DEVICES.len() {
         assert!(begun.elapsed() < Duration::from_secs(120), "something is stuck: {:#?}", plant.gauges());
         std::thread::sleep(Duration::from_millis(100));

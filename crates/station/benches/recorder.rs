@@ -5,9 +5,9 @@
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
 
-use profivac_recorder::alarms::Batch;
-use profivac_recorder::rollup::Additions;
-use profivac_recorder::store::Store;
+use profivac_recorder::alarms::AlarmBatch;
+use profivac_recorder::database::Database;
+use profivac_recorder::spans::PendingSpans;
 use profivac_recorder::{Micros, Quality, Reader, Recorder, Sample, Settings};
 use std::fs;
 use std::path::Path;
@@ -44,25 +44,25 @@ fn recording(path: &Path) {
     }
     assert!(recorder.flush());
     let share = (processor_time() - before).as_secs_f64() / begun.elapsed().as_secs_f64();
-    let lost = recorder.health().lost;
+    let lost = recorder.health().lost_samples;
     println!("125 gauges at 50 Hz: {:.1} % of a core, {lost} lost (to reach: 20 %)", share * 100.0);
 }
 
 /// A year of one gauge at 2000 pixels, and pieces of it.
 fn drawing(path: &Path) {
     let count = std::env::var("PROFIVAC_BENCH_SAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(100_000_000);
-    let mut store = Store::open(path).unwrap();
-    let gauge = store.gauge("chamber");
+    let mut store = Database::open(path).unwrap();
+    let gauge = store.series_index("chamber");
     let mut random = fastrand::Rng::with_seed(1);
     let begun = Instant::now();
-    let (mut samples, mut additions) = (Vec::new(), Additions::default());
+    let (mut samples, mut additions) = (Vec::new(), PendingSpans::default());
     for number in 0..count {
         let at = Micros(BEGIN + (i128::from(number) * i128::from(YEAR) / i128::from(count)) as i64);
         let sample = Sample::new(at, Some(1e-4 * (1.0 + random.f64())), Quality::Valid);
         samples.push((gauge, sample));
         additions.add(gauge, &sample);
         if samples.len() == 100_000 || number + 1 == count {
-            store.write(&samples, &additions, &[], &Batch::default()).unwrap();
+            store.write(&samples, &additions, &[], &AlarmBatch::default()).unwrap();
             samples.clear();
             additions.clear();
         }
@@ -72,7 +72,7 @@ fn drawing(path: &Path) {
     let reader = Reader::open(path).unwrap();
     for (name, part) in [("a year", 1), ("a month", 12), ("a day", 365), ("an hour", 8760)] {
         let begun = Instant::now();
-        let bins = reader.draw("chamber", Micros(BEGIN), Micros(BEGIN + YEAR / part), 2000).unwrap();
+        let bins = reader.trend("chamber", Micros(BEGIN), Micros(BEGIN + YEAR / part), 2000).unwrap();
         println!("{name} in {} bins: {:.1} ms (to reach: 100 ms)", bins.len(), begun.elapsed().as_secs_f64() * 1e3);
     }
 }

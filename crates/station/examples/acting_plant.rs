@@ -6,21 +6,21 @@
 //!
 //! A bcg450 called chamber at 1e-6 mbar. Erna is engineer, Otto operator and Vera viewer; all have the same password. A line `mbar 5e-4` on its input is the pressure from then on. It ends when its input ends.
 
+use profivac_client::cyclic::CyclicSlave;
 use profivac_client::pressure::Pressure;
-use profivac_client::watch::Watched;
 use profivac_dp::link::Baud;
 use profivac_recorder::{EventKind, Recorder, Settings};
-use profivac_station::people::password::Hash;
-use profivac_station::people::users::Users;
-use profivac_station::people::{Access, Role};
-use profivac_station::plant::Plant;
-use profivac_station::segment::Exhibit;
+use profivac_station::auth::password::Hash;
+use profivac_station::auth::users::Users;
+use profivac_station::auth::{Access, Role};
+use profivac_station::segment::DemoSegment;
 use profivac_station::server::{Server, Setup};
+use profivac_station::services::Services;
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::{Spec, entry};
-use profivac_virtual::memory::Memory;
-use profivac_virtual::scene::Scene;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::{DeviceSpec, entry};
+use profivac_virtual::memory_segment::MemorySegment;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use std::error::Error;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -41,11 +41,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("acting.db");
     let recorder = Recorder::start(&file, Settings::default())?;
-    let plant = Arc::new(Plant::new("Test hall".to_owned(), file, recorder));
-    plant.note(None, EventKind::Station, "the station begins");
+    let plant = Arc::new(Services::new("Test hall".to_owned(), file, recorder));
+    plant.record_event_and_wait(None, EventKind::Station, "the station begins");
     let (pressures, inbox) = channel();
     let scene = scene()?;
-    let exhibit = Exhibit::new(Arc::clone(&plant), "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
+    let exhibit =
+        DemoSegment::new(Arc::clone(&plant), "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
     std::thread::spawn(move || live(scene, exhibit, &inbox));
     let users = folder.path().join("users.toml");
     let hash = Hash::of(PASSWORD)?;
@@ -61,31 +62,36 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn around(mbar: f64) -> Conditions {
-    Conditions { pressure: Pressure::from_mbar(mbar), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 }
+fn around(mbar: f64) -> GasConditions {
+    GasConditions { pressure: Pressure::from_mbar(mbar), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 }
 }
 
-fn scene() -> Result<Scene, Box<dyn Error>> {
-    let spec: Spec = "bcg450@5".parse()?;
-    let device = VirtualDevice::new(spec.build(Memory::volatile(), BAUD)?, 5, BAUD, around(1e-6));
+fn scene() -> Result<MemorySegment, Box<dyn Error>> {
+    let spec: DeviceSpec = "bcg450@5".parse()?;
+    let device = VirtualDevice::new(spec.build(NonvolatileMemory::volatile(), BAUD)?, 5, BAUD, around(1e-6));
     let model = entry("bcg450")?.model;
     let unit = model.unit_named("mbar").ok_or("there is no such unit")?;
-    let watched =
-        Watched { address: 5, model, configuration: model.default_configuration, unit, fitted: Default::default() };
-    Ok(Scene::new(vec![device], vec![watched], 1, BAUD)?)
+    let watched = CyclicSlave {
+        address: 5,
+        model,
+        configuration: model.default_configuration,
+        unit,
+        principles: Default::default(),
+    };
+    Ok(MemorySegment::new(vec![device], vec![watched], 1, BAUD)?)
 }
 
-fn live(mut scene: Scene, mut exhibit: Exhibit, pressures: &Receiver<f64>) {
+fn live(mut scene: MemorySegment, mut exhibit: DemoSegment, pressures: &Receiver<f64>) {
     let mut lived = Instant::now();
     loop {
         match pressures.recv_timeout(PIECE) {
-            Ok(mbar) => scene.surround(around(mbar)),
+            Ok(mbar) => scene.set_surroundings(around(mbar)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
         }
         let now = Instant::now();
         scene.run_until(scene.seconds() + now.duration_since(lived).as_secs_f64().min(0.2));
         lived = now;
-        exhibit.look(&mut scene);
+        exhibit.run_once(&mut scene);
     }
 }

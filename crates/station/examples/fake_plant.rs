@@ -21,13 +21,13 @@ mod segments;
 
 use gauges::{Fake, Shown};
 use profivac_recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
-use profivac_station::act::draft::Refusal;
-use profivac_station::alarm::Watcher;
-use profivac_station::people::password::Hash;
-use profivac_station::people::users::Users;
-use profivac_station::people::{Access, Role};
-use profivac_station::plant::{Plant, Question, Scenery};
+use profivac_station::alarm::AlarmThread;
+use profivac_station::auth::password::Hash;
+use profivac_station::auth::users::Users;
+use profivac_station::auth::{Access, Role};
+use profivac_station::control::operation::OperationError;
 use profivac_station::server::{Server, Setup};
+use profivac_station::services::{SegmentRequest, SegmentSnapshot, Services};
 use std::collections::HashMap;
 use std::error::Error;
 use std::net::SocketAddr;
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("fake.db");
     let recorder = Recorder::start(&file, Settings::default())?;
-    let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+    let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
     let start = Micros::now();
     remember(&plant, &fakes, start);
     show(&plant, &fakes, 0.0, &Told::default());
@@ -61,13 +61,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         answer(&plant, segment);
     }
     alarms::begin(&plant, &fakes)?;
-    plant.note(None, EventKind::Station, "the station begins");
-    let _watcher = Watcher::start(Arc::clone(&plant))?;
+    plant.record_event_and_wait(None, EventKind::Station, "the station begins");
+    let _watcher = AlarmThread::start(Arc::clone(&plant))?;
     let users = folder.path().join("users.toml");
     let access = match (said("users"), said("viewer")) {
         (true, _) => with_users(&users)?,
-        (_, true) => Access::look(),
-        _ => Access::everybody("demo", Role::Engineer),
+        (_, true) => Access::anonymous_viewer(),
+        _ => Access::anonymous("demo", Role::Engineer),
     };
     let server = Server::start(Arc::clone(&plant), Setup::new(address, access))?;
     println!("{}", server.url());
@@ -98,7 +98,7 @@ fn with_users(file: &Path) -> Result<Access, Box<dyn Error>> {
 }
 
 /// The week before the start.
-fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
+fn remember(plant: &Services, fakes: &[Fake], start: Micros) {
     let mut pushed = 0_u64;
     for fake in fakes {
         let until = PAST.iter().skip(1).map(|(from, _)| -from).chain([0]);
@@ -114,13 +114,17 @@ fn remember(plant: &Plant, fakes: &[Fake], start: Micros) {
     }
     for (second, gauge, kind, text) in segments::EVENTS {
         let at = moment(start, second);
-        let _written =
-            plant.recorder().event(Event { at, gauge: gauge.map(str::to_owned), kind, text: text.to_owned() });
+        let _written = plant.recorder().record_event_and_wait(Event {
+            at,
+            gauge: gauge.map(str::to_owned),
+            kind,
+            text: text.to_owned(),
+        });
     }
 }
 
 /// What a gauge shows at a second, on its way to the record.
-fn record(plant: &Plant, fake: &Fake, start: Micros, second: f64) {
+fn record(plant: &Services, fake: &Fake, start: Micros, second: f64) {
     let at = moment(start, second);
     for (series, shown) in fake.series(second) {
         let Shown { pa, quality } = shown;
@@ -133,16 +137,16 @@ fn moment(start: Micros, second: f64) -> Micros {
 }
 
 /// What is seen `second` seconds after the start.
-fn show(plant: &Plant, fakes: &[Fake], second: f64, told: &Told) {
+fn show(plant: &Services, fakes: &[Fake], second: f64, told: &Told) {
     let told = told.lock().unwrap_or_else(PoisonError::into_inner);
     for segment in segments::all(fakes, second) {
         let ours = fakes.iter().filter(|fake| fake.segment == segment.name);
         let gauges = ours.map(|fake| fake.view(second, told.get(fake.name).copied())).collect();
-        plant.show(Scenery { segment, gauges });
+        plant.publish(SegmentSnapshot { segment, gauges });
     }
 }
 
-fn live(plant: &Plant, fakes: &[Fake], start: Micros, told: &Told) {
+fn live(plant: &Services, fakes: &[Fake], start: Micros, told: &Told) {
     loop {
         let second = (Micros::now().0 - start.0) as f64 / 1e6;
         show(plant, fakes, second, told);
@@ -154,25 +158,25 @@ fn live(plant: &Plant, fakes: &[Fake], start: Micros, told: &Told) {
 }
 
 /// Answers what is asked of a segment, about as fast as a slow bus.
-fn answer(plant: &Plant, segment: &str) {
-    let questions = plant.take_questions(segment);
+fn answer(plant: &Services, segment: &str) {
+    let questions = plant.accept_requests(segment);
     std::thread::spawn(move || {
         while let Ok(question) = questions.recv() {
             std::thread::sleep(Duration::from_millis(400));
             // Whoever asked may have gone.
             match question {
-                Question::Blocks(gauge, answer) if gauge == "turbo outlet" => {
+                SegmentRequest::Blocks(gauge, answer) if gauge == "turbo outlet" => {
                     answer.send(Err(format!("{gauge} does not answer"))).ok();
                 }
-                Question::Blocks(_, answer) => drop(answer.send(Ok(blocks::all()))),
-                Question::Draft(gauge, _, answer) => drop(answer.send(Err(scenery(&gauge)))),
-                Question::Fire(order, _, answer) => drop(answer.send(Err(scenery(&order.gauge)))),
+                SegmentRequest::Blocks(_, answer) => drop(answer.send(Ok(blocks::all()))),
+                SegmentRequest::Preview(gauge, _, answer) => drop(answer.send(Err(scenery(&gauge)))),
+                SegmentRequest::Execute(order, _, answer) => drop(answer.send(Err(scenery(&order.gauge)))),
             }
         }
     });
 }
 
 /// Nothing can be done to what is painted.
-fn scenery(gauge: &str) -> Refusal {
-    Refusal::Away(format!("{gauge} is scenery: the example acting_plant has a gauge that acts"))
+fn scenery(gauge: &str) -> OperationError {
+    OperationError::Unavailable(format!("{gauge} is scenery: the example acting_plant has a gauge that acts"))
 }

@@ -34,18 +34,18 @@ mod names;
 mod webhooks;
 
 use crate::alarm::Rule;
-use crate::api::guard::host;
-use crate::people::Access;
+use crate::api::headers::host;
+use crate::auth::Access;
 use crate::server::TlsFiles;
-use alarms::{WrittenAlarm, WrittenDefaults};
+use alarms::{AlarmToml, DefaultAlarmsToml};
 use names::unique;
 use profivac_client::pressure::Pressure;
 use profivac_devices::catalog::MODELS;
 use profivac_dp::link::Baud;
 use profivac_host::port::PortError;
-use profivac_host::text_file::{self, Parsed, baud, place_of, usual_baud};
+use profivac_host::text_file::{self, Parsed, baud, line_and_column, usual_baud};
 use profivac_vacuum::Gas;
-use profivac_virtual::factory::entry;
+use profivac_virtual::device_spec::entry;
 use profivac_virtual::segment_file::SegmentFile;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
@@ -54,7 +54,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
-use webhooks::WrittenWebhook;
+use webhooks::WebhookToml;
 pub use webhooks::{Secret, Webhook};
 
 /// Where the dashboard is unless the file says otherwise: only this computer sees it.
@@ -80,7 +80,7 @@ pub struct Config {
     /// Where the dashboard is.
     pub listen: SocketAddr,
     /// The recorder's file.
-    pub record: PathBuf,
+    pub database: PathBuf,
     /// Who may log in.
     pub users: UsersFile,
     /// Names and addresses of this computer, without ports.
@@ -160,23 +160,23 @@ pub struct ConfigError {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct ConfigToml {
     #[serde(default)]
-    station: WrittenStation,
-    tls: Option<WrittenTls>,
+    station: StationToml,
+    tls: Option<TlsToml>,
     #[serde(default)]
-    segment: Vec<WrittenSegment>,
+    segment: Vec<SegmentToml>,
     #[serde(default)]
-    alarm: Vec<WrittenAlarm>,
+    alarm: Vec<AlarmToml>,
     #[serde(default)]
-    alarms: WrittenDefaults,
+    alarms: DefaultAlarmsToml,
     #[serde(default)]
-    webhook: Vec<WrittenWebhook>,
+    webhook: Vec<WebhookToml>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenStation {
+struct StationToml {
     name: Option<String>,
     listen: Option<Parsed<SocketAddr>>,
     record: Option<PathBuf>,
@@ -187,14 +187,14 @@ struct WrittenStation {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenTls {
+struct TlsToml {
     certificate: PathBuf,
     key: PathBuf,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenSegment {
+struct SegmentToml {
     name: Spanned<String>,
     port: Spanned<String>,
     #[serde(default = "usual_baud", deserialize_with = "baud")]
@@ -202,12 +202,12 @@ struct WrittenSegment {
     #[serde(default)]
     master: Option<Spanned<u8>>,
     #[serde(default)]
-    gauge: Vec<WrittenGauge>,
+    gauge: Vec<GaugeToml>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenGauge {
+struct GaugeToml {
     name: Spanned<String>,
     address: Spanned<u8>,
     device: Spanned<String>,
@@ -218,7 +218,7 @@ struct WrittenGauge {
 }
 
 /// A complaint about a place in the file.
-type Complaint = (Range<usize>, String);
+type SpannedMessage = (Range<usize>, String);
 
 impl Config {
     /// Reads the file at `path`.
@@ -262,7 +262,7 @@ impl Config {
     #[must_use]
     pub fn access(&self) -> Access {
         let UsersFile { path, named } = &self.users;
-        if *named || path.exists() { Access::Users(path.clone()) } else { Access::look() }
+        if *named || path.exists() { Access::Users(path.clone()) } else { Access::anonymous_viewer() }
     }
 
     /// Whether it holds secrets or says where they are, so that only its owner may read it. The address of a webhook often is one.
@@ -280,7 +280,7 @@ impl Config {
         let tls = ("tls", files(self), files(new));
         let users = ("users", self.users.path.display().to_string(), new.users.path.display().to_string());
         let hosts = ("hosts", format!("{:?}", self.hosts), format!("{:?}", new.hosts));
-        let record = ("record", self.record.display().to_string(), new.record.display().to_string());
+        let record = ("record", self.database.display().to_string(), new.database.display().to_string());
         let name = ("name", self.name.clone(), new.name.clone());
         let changed = [listen, record, name, users, hosts, tls].into_iter().filter(|(_, old, new)| old != new);
         changed
@@ -293,11 +293,11 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] with the place and what was expected there.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let at = |(span, what): Complaint| {
-            let (line, column) = place_of(text, span.start);
+        let at = |(span, what): SpannedMessage| {
+            let (line, column) = line_and_column(text, span.start);
             ConfigError { file: path.to_owned(), line, column, what }
         };
-        let written: Written =
+        let written: ConfigToml =
             toml::from_str(text).map_err(|error| at((error.span().unwrap_or_default(), error.message().to_owned())))?;
         check(&written).map_err(at)?;
         let alarms = alarms::rules(&written.alarm, &written.alarms, &written.segment).map_err(at)?;
@@ -307,7 +307,7 @@ impl Config {
 }
 
 /// Everything that no single value shows.
-fn check(written: &Written) -> Result<(), Complaint> {
+fn check(written: &ConfigToml) -> Result<(), SpannedMessage> {
     if written.segment.is_empty() {
         return Err((0..0, "expected at least one [[segment]]".to_owned()));
     }
@@ -319,7 +319,7 @@ fn check(written: &Written) -> Result<(), Complaint> {
 }
 
 /// Names are given without ports: a certificate has none either.
-fn check_host(name: &Spanned<String>) -> Result<(), Complaint> {
+fn check_host(name: &Spanned<String>) -> Result<(), SpannedMessage> {
     let text = name.get_ref();
     let bare = host(text).filter(|host| host == text) == Some(text.clone());
     let address = text.parse::<IpAddr>().is_ok();
@@ -329,7 +329,7 @@ fn check_host(name: &Spanned<String>) -> Result<(), Complaint> {
     Err((name.span(), format!("expected a name or an address of this computer without a port, got {text:?}")))
 }
 
-fn check_segment(segment: &WrittenSegment) -> Result<(), Complaint> {
+fn check_segment(segment: &SegmentToml) -> Result<(), SpannedMessage> {
     let mut taken = HashSet::from([master(segment)]);
     if let Some(master) = segment.master.as_ref().filter(|master| *master.get_ref() > MAX_ADDRESS) {
         return Err((master.span(), format!("expected a master's address from 0 to 125, got {}", master.get_ref())));
@@ -345,7 +345,7 @@ fn check_segment(segment: &WrittenSegment) -> Result<(), Complaint> {
     Ok(())
 }
 
-fn check_gauge(gauge: &WrittenGauge) -> Result<(), Complaint> {
+fn check_gauge(gauge: &GaugeToml) -> Result<(), SpannedMessage> {
     let address = *gauge.address.get_ref();
     if address > MAX_ADDRESS {
         return Err((gauge.address.span(), format!("expected a slave's address from 0 to 125, got {address}")));
@@ -370,11 +370,11 @@ fn alike(name: &str) -> Option<&'static str> {
     best.filter(|best| likeness(best) >= ALIKE)
 }
 
-fn master(segment: &WrittenSegment) -> u8 {
+fn master(segment: &SegmentToml) -> u8 {
     segment.master.as_ref().map_or(0, |master| *master.get_ref())
 }
 
-impl Written {
+impl ConfigToml {
     fn into_config(self, path: &Path) -> Config {
         let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
         let record = self.station.record.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")));
@@ -386,11 +386,11 @@ impl Written {
         Config {
             name: self.station.name.unwrap_or(stem),
             listen: self.station.listen.map_or_else(usual_listen, |listen| listen.0),
-            record: beside(record),
+            database: beside(record),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),
-            segments: self.segment.into_iter().map(WrittenSegment::into_segment).collect(),
+            segments: self.segment.into_iter().map(SegmentToml::into_segment).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),
         }
@@ -401,19 +401,19 @@ fn usual_listen() -> SocketAddr {
     LISTEN.parse().unwrap_or_else(|_| SocketAddr::from(([127, 0, 0, 1], 8080)))
 }
 
-impl WrittenSegment {
+impl SegmentToml {
     fn into_segment(self) -> Segment {
         Segment {
             master: master(&self),
             name: self.name.into_inner(),
             port: self.port.into_inner(),
             baud: self.baud,
-            gauges: self.gauge.into_iter().map(WrittenGauge::into_gauge).collect(),
+            gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
         }
     }
 }
 
-impl WrittenGauge {
+impl GaugeToml {
     fn into_gauge(self) -> Gauge {
         Gauge {
             name: self.name.into_inner(),
@@ -456,7 +456,7 @@ levels = { process = "1e-3 mbar" }
     #[test]
     fn a_file_describes_a_station() {
         let config = parse(FILE).unwrap();
-        assert_eq!((config.name.as_str(), config.record.as_path()), ("Target hall", Path::new("plants/hall.db")));
+        assert_eq!((config.name.as_str(), config.database.as_path()), ("Target hall", Path::new("plants/hall.db")));
         assert_eq!(config.listen.to_string(), "127.0.0.1:8080");
         let segment = &config.segments[0];
         assert_eq!((segment.name.as_str(), segment.baud, segment.master), ("hall", Baud::B93750, 1));
@@ -492,7 +492,7 @@ levels = { process = "1e-3 mbar" }
         );
         assert_eq!(
             (config.users.path.as_path(), config.access()),
-            (Path::new("plants/hall.users.toml"), Access::look())
+            (Path::new("plants/hall.users.toml"), Access::anonymous_viewer())
         );
     }
 

@@ -19,17 +19,17 @@
 //! | [`web`] | the dashboard |
 //! | [`webhook`] | who is told of alarms over HTTP |
 
-pub mod act;
 pub mod alarm;
 pub mod api;
+pub mod auth;
 pub mod config;
-pub mod people;
-pub mod plant;
+pub mod control;
 pub mod pumpdown;
 pub mod report;
 pub mod rise;
 pub mod segment;
 pub mod server;
+pub mod services;
 pub mod station;
 pub mod view;
 pub mod web;

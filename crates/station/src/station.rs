@@ -1,24 +1,24 @@
 //! The station as a whole: a recorder, a thread for each segment, and somebody who starts one again that has died.
 
-use crate::alarm::{Addressee, Watcher};
+use crate::alarm::{AlarmThread, NotificationTarget};
 use crate::config::{Config, Webhook};
-use crate::plant::Plant;
-use crate::segment::Running;
-use crate::webhook::{Courier, Patience};
-use profivac_recorder::alarms::Batch;
-use profivac_recorder::{EventKind, Recorder, Settings, StoreError};
+use crate::segment::SegmentHandle;
+use crate::services::Services;
+use crate::webhook::{DeliverySettings, DeliveryThread};
+use profivac_recorder::alarms::AlarmBatch;
+use profivac_recorder::{DatabaseError, EventKind, Recorder, Settings};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How long a segment may take to end: its slaves have a second to let go.
-const PATIENCE: Duration = Duration::from_millis(1500);
+const STOP_TIMEOUT: Duration = Duration::from_millis(1500);
 
 /// Why a station does not begin.
 #[derive(Debug, thiserror::Error)]
 pub enum StationError {
     /// The record.
     #[error(transparent)]
-    Store(#[from] StoreError),
+    Store(#[from] DatabaseError),
     /// The system.
     #[error("the system gives no thread: {0}")]
     Thread(#[from] std::io::Error),
@@ -26,17 +26,17 @@ pub enum StationError {
 
 /// A station that runs.
 pub struct Station {
-    plant: Arc<Plant>,
-    segments: Vec<Running>,
+    plant: Arc<Services>,
+    segments: Vec<SegmentHandle>,
     /// Nobody looks for alarms any more when the station ends.
-    watcher: Option<Watcher>,
-    couriers: Vec<Courier>,
+    watcher: Option<AlarmThread>,
+    couriers: Vec<DeliveryThread>,
     /// Somebody was told that nobody looks for alarms.
     told: bool,
 }
 
 /// When nobody has looked for alarms for so long, an event says so.
-const QUIET: Duration = Duration::from_secs(15);
+const EVALUATION_OVERDUE: Duration = Duration::from_secs(15);
 
 impl Station {
     /// Begins to record and to watch.
@@ -44,21 +44,21 @@ impl Station {
     /// # Errors
     /// [`StationError`] when the record cannot be kept, or the system gives no threads.
     pub fn start(config: Config) -> Result<Self, StationError> {
-        let recorder = Recorder::start(&config.record, Settings::default())?;
-        let plant = Arc::new(Plant::new(config.name, config.record, recorder));
-        plant.note(None, EventKind::Station, "the station begins");
-        plant.alarms().begin(&plant, config.alarms, addressees(&config.webhooks))?;
-        let start = |segment| Running::start(segment, Arc::clone(&plant));
+        let recorder = Recorder::start(&config.database, Settings::default())?;
+        let plant = Arc::new(Services::new(config.name, config.database, recorder));
+        plant.record_event_and_wait(None, EventKind::Station, "the station begins");
+        plant.alarms().begin(&plant, config.alarms, notification_targets(&config.webhooks))?;
+        let start = |segment| SegmentHandle::start(segment, Arc::clone(&plant));
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
-        let watcher = Some(Watcher::start(Arc::clone(&plant))?);
+        let watcher = Some(AlarmThread::start(Arc::clone(&plant))?);
         let mut station = Self { plant, segments, watcher, couriers: Vec::new(), told: false };
-        station.send(config.webhooks)?;
+        station.start_deliveries(config.webhooks)?;
         Ok(station)
     }
 
     /// What all threads share.
     #[must_use]
-    pub fn plant(&self) -> Arc<Plant> {
+    pub fn services(&self) -> Arc<Services> {
         Arc::clone(&self.plant)
     }
 
@@ -67,64 +67,76 @@ impl Station {
     ///
     /// # Errors
     /// When the system gives no threads.
-    pub fn become_like(&mut self, config: Config) -> std::io::Result<()> {
+    pub fn reconfigure(&mut self, config: Config) -> std::io::Result<()> {
         let mut old = std::mem::take(&mut self.segments);
         for new in config.segments {
-            let place = old.iter().position(|segment| segment.config().name == new.name && segment.can_become(&new));
+            let place =
+                old.iter().position(|segment| segment.config().name == new.name && segment.can_reconfigure(&new));
             self.segments.push(match place.map(|place| old.remove(place)) {
                 Some(mut kept) => {
-                    kept.become_like(new);
+                    kept.reconfigure(new);
                     kept
                 }
                 None => {
                     // A port cannot be opened twice: whoever has it goes first.
                     if let Some(place) = old.iter().position(|segment| segment.config().port == new.port) {
-                        old.remove(place).stop(Instant::now() + PATIENCE);
+                        old.remove(place).stop(Instant::now() + STOP_TIMEOUT);
                     }
-                    Running::start(new, Arc::clone(&self.plant))?
+                    SegmentHandle::start(new, Arc::clone(&self.plant))?
                 }
             });
         }
         stop(old);
-        self.plant.alarms().become_like(self.plant.recorder(), config.alarms, addressees(&config.webhooks));
-        self.send(config.webhooks)?;
-        self.plant.remark(None, EventKind::Station, "the file was read again");
+        self.plant.alarms().reconfigure(self.plant.recorder(), config.alarms, notification_targets(&config.webhooks));
+        self.start_deliveries(config.webhooks)?;
+        self.plant.record_event(None, EventKind::Station, "the file was read again");
         Ok(())
     }
 
     /// A courier for each webhook; those whose webhook stays go on.
-    fn send(&mut self, webhooks: Vec<Webhook>) -> std::io::Result<()> {
+    fn start_deliveries(&mut self, webhooks: Vec<Webhook>) -> std::io::Result<()> {
         let names: Vec<_> = webhooks.iter().map(|webhook| webhook.name.clone()).collect();
         self.couriers.retain(|courier| webhooks.contains(courier.webhook()));
         for webhook in webhooks {
             if !self.couriers.iter().any(|courier| *courier.webhook() == webhook) {
-                self.couriers.push(Courier::start(webhook, Arc::clone(&self.plant), Patience::default())?);
+                self.couriers.push(DeliveryThread::start(
+                    webhook,
+                    Arc::clone(&self.plant),
+                    DeliverySettings::default(),
+                )?);
             }
         }
         // What was meant for somebody who does not stand in the file any more is for nobody.
-        let gone = self.plant.reader().and_then(|reader| reader.letters_to_others(&names)).unwrap_or_default();
+        let gone = self
+            .plant
+            .open_reader()
+            .and_then(|reader| reader.notifications_for_other_webhooks(&names))
+            .unwrap_or_default();
         if !gone.is_empty() {
-            let _room = self.plant.recorder().alarms(Batch { gone, ..Batch::default() }, Vec::new());
+            let _room = self
+                .plant
+                .recorder()
+                .record_alarms(AlarmBatch { finished_notifications: gone, ..AlarmBatch::default() }, Vec::new());
         }
         Ok(())
     }
 
     /// Starts what has died, and tells when nobody has looked for alarms for long.
-    fn watch_alarms(&mut self) -> std::io::Result<()> {
-        if self.watcher.as_ref().is_some_and(Watcher::has_ended) {
-            self.plant.remark(None, EventKind::Station, "who looks for alarms has died and is started again");
-            self.watcher = Some(Watcher::start(Arc::clone(&self.plant))?);
+    fn restart_alarm_threads(&mut self) -> std::io::Result<()> {
+        if self.watcher.as_ref().is_some_and(AlarmThread::has_ended) {
+            self.plant.record_event(None, EventKind::Station, "who looks for alarms has died and is started again");
+            self.watcher = Some(AlarmThread::start(Arc::clone(&self.plant))?);
         }
-        let is_late = self.plant.alarms().looked_ago().is_some_and(|ago| ago > QUIET);
+        let is_late = self.plant.alarms().evaluated_ago().is_some_and(|ago| ago > EVALUATION_OVERDUE);
         if is_late && !self.told {
-            self.plant.remark(None, EventKind::Station, "nobody has looked for alarms for long");
+            self.plant.record_event(None, EventKind::Station, "nobody has looked for alarms for long");
         }
         self.told = is_late;
         let dead = self.couriers.iter().filter(|courier| courier.has_ended());
         let dead: Vec<_> = dead.map(|courier| courier.webhook().clone()).collect();
         self.couriers.retain(|courier| !courier.has_ended());
         for webhook in dead {
-            self.couriers.push(Courier::start(webhook, Arc::clone(&self.plant), Patience::default())?);
+            self.couriers.push(DeliveryThread::start(webhook, Arc::clone(&self.plant), DeliverySettings::default())?);
         }
         Ok(())
     }
@@ -133,19 +145,19 @@ impl Station {
     ///
     /// # Errors
     /// When the system gives no threads.
-    pub fn watch(&mut self) -> std::io::Result<()> {
+    pub fn restart_ended_threads(&mut self) -> std::io::Result<()> {
         for segment in &mut self.segments {
             if segment.has_ended() {
                 let config = segment.config().clone();
-                self.plant.remark(
+                self.plant.record_event(
                     None,
                     EventKind::Station,
                     format!("segment {} has died and is started again", config.name),
                 );
-                *segment = Running::start(config, Arc::clone(&self.plant))?;
+                *segment = SegmentHandle::start(config, Arc::clone(&self.plant))?;
             }
         }
-        self.watch_alarms()
+        self.restart_alarm_threads()
     }
 
     /// Gives all slaves back and ends. Everything that was recorded is on the disk then, if the disk takes it.
@@ -155,19 +167,22 @@ impl Station {
         self.plant.alarms().end();
         drop(self.couriers);
         stop(self.segments);
-        self.plant.remark(None, EventKind::Station, "the station ends");
+        self.plant.record_event(None, EventKind::Station, "the station ends");
         // The recorder's health says so if it cannot write, and nobody is left to read that.
         let _written = self.plant.recorder().finish();
     }
 }
 
-fn addressees(webhooks: &[Webhook]) -> Vec<Addressee> {
-    webhooks.iter().map(|webhook| Addressee { hook: webhook.name.clone(), least: webhook.least }).collect()
+fn notification_targets(webhooks: &[Webhook]) -> Vec<NotificationTarget> {
+    webhooks
+        .iter()
+        .map(|webhook| NotificationTarget { webhook: webhook.name.clone(), min_priority: webhook.min_priority })
+        .collect()
 }
 
 /// Stops segments together: one that is slow does not take the time of another.
-fn stop(segments: Vec<Running>) {
-    let end = Instant::now() + PATIENCE;
-    segments.iter().for_each(Running::begin_to_stop);
+fn stop(segments: Vec<SegmentHandle>) {
+    let end = Instant::now() + STOP_TIMEOUT;
+    segments.iter().for_each(SegmentHandle::begin_to_stop);
     segments.into_iter().for_each(|segment| segment.stop(end));
 }

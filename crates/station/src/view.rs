@@ -2,8 +2,8 @@
 //!
 //! Pressures are in Pa. Whatever shows them in another unit, or corrected for a gas, does so for the eye alone.
 
-use crate::act::allowed::Risk;
-use crate::people::Role;
+use crate::auth::Role;
+use crate::control::permissions::Risk;
 use profivac_recorder::{Event, Micros, Qualities, Quality};
 use serde::Serialize;
 use std::time::Duration;
@@ -69,13 +69,13 @@ pub struct Segment {
     /// Telegrams that arrived damaged since it runs.
     pub damaged: u32,
     /// Who is on it.
-    pub stations: Vec<OnBus>,
+    pub stations: Vec<BusStation>,
 }
 
 /// What a station of a segment is to us.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Standing {
+pub enum BusStationState {
     /// Our master.
     Ourselves,
     /// Another master.
@@ -94,11 +94,11 @@ pub enum Standing {
 
 /// A station on a segment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct OnBus {
+pub struct BusStation {
     /// Its address, 0 to 126.
     pub address: u8,
     /// What it is to us.
-    pub standing: Standing,
+    pub standing: BusStationState,
     /// The name we gave it.
     pub name: Option<String>,
     /// What it is, as far as we know.
@@ -121,7 +121,7 @@ pub struct Gauge {
     /// What it is: `bcg450`.
     pub device: String,
     /// What it is to us.
-    pub standing: Standing,
+    pub standing: BusStationState,
     /// Why it does not measure, in a sentence.
     pub trouble: Option<String>,
     /// What it reports beside the pressure, in words.
@@ -129,7 +129,7 @@ pub struct Gauge {
     /// The gas its readings are corrected for beside the indicated ones.
     pub gas: String,
     /// Where a line is drawn in a trend.
-    pub levels: Vec<TripLevel>,
+    pub levels: Vec<PressureLevel>,
     /// What it measures, one for each measuring part that travels.
     pub readings: Vec<Reading>,
     /// How old the readings are, in milliseconds; nothing if there never was one.
@@ -140,7 +140,7 @@ pub struct Gauge {
 
 /// A pressure at which something happens.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct TripLevel {
+pub struct PressureLevel {
     /// What happens.
     pub name: String,
     /// In Pa.
@@ -184,21 +184,21 @@ pub struct Trend {
 impl Trend {
     /// A trend of bins.
     #[must_use]
-    pub fn of(series: &str, bins: &[profivac_recorder::Bin]) -> Self {
+    pub fn of(series: &str, bins: &[profivac_recorder::Span]) -> Self {
         Self {
             series: series.to_owned(),
-            start_ms: bins.iter().map(|bin| milliseconds(bin.start)).collect(),
-            low: bins.iter().map(|bin| bin.extent.low).collect(),
-            high: bins.iter().map(|bin| bin.extent.high).collect(),
-            mean: bins.iter().map(|bin| bin.extent.mean()).collect(),
-            qualities: bins.iter().map(|bin| bin.extent.qualities).map(|Qualities(bits)| bits).collect(),
+            start_ms: bins.iter().map(|bin| unix_ms(bin.start)).collect(),
+            low: bins.iter().map(|bin| bin.summary.low).collect(),
+            high: bins.iter().map(|bin| bin.summary.high).collect(),
+            mean: bins.iter().map(|bin| bin.summary.mean()).collect(),
+            qualities: bins.iter().map(|bin| bin.summary.qualities).map(|Qualities(bits)| bits).collect(),
         }
     }
 }
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Happening {
+pub struct EventView {
     /// When, in milliseconds since 1970.
     pub at_ms: i64,
     /// To which gauge.
@@ -209,9 +209,9 @@ pub struct Happening {
     pub text: String,
 }
 
-impl From<Event> for Happening {
+impl From<Event> for EventView {
     fn from(event: Event) -> Self {
-        Self { at_ms: milliseconds(event.at), gauge: event.gauge, kind: event.kind.word(), text: event.text }
+        Self { at_ms: unix_ms(event.at), gauge: event.gauge, kind: event.kind.word(), text: event.text }
     }
 }
 
@@ -247,7 +247,7 @@ pub struct Block {
 
 /// How far the parameters of a gauge are read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct ReadSoFar {
+pub struct ReadProgress {
     /// The gauge.
     pub gauge: String,
     /// So many were read.
@@ -258,7 +258,7 @@ pub struct ReadSoFar {
 
 /// Who may act on gauges now.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Mastership {
+pub struct ControlAuthorityView {
     /// Who; nothing if it is free.
     pub holder: Option<String>,
     /// Since when, in milliseconds since 1970.
@@ -285,12 +285,12 @@ pub struct Parameter {
     /// Why it could not be read.
     pub refusal: Option<String>,
     /// What it takes to write it; nothing if it is not written, or only as a command.
-    pub write: Option<Writing>,
+    pub write: Option<WriteInfo>,
 }
 
 /// What it takes to write a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Writing {
+pub struct WriteInfo {
     /// What it takes, in words with its unit.
     pub takes: String,
     /// The values it takes, if it takes only these.
@@ -305,13 +305,13 @@ pub struct Writing {
 
 /// Milliseconds since 1970.
 #[must_use]
-pub const fn milliseconds(at: Micros) -> i64 {
+pub const fn unix_ms(at: Micros) -> i64 {
     at.0.div_euclid(1000)
 }
 
 /// A time in whole milliseconds.
 #[must_use]
-pub fn whole_milliseconds(time: Duration) -> u64 {
+pub fn duration_ms(time: Duration) -> u64 {
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 

@@ -5,11 +5,11 @@
 mod bench;
 
 use bench::{Desk, ENGINEER, OPERATOR, Outside, VIEWER, until};
-use profivac_station::act::draft::Refusal;
-use profivac_station::act::{self, Actor, Move};
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Question;
-use profivac_station::view::Standing;
+use profivac_station::auth::{Role, User};
+use profivac_station::control::operation::OperationError;
+use profivac_station::control::{self, Actor, AuthorityAction};
+use profivac_station::services::SegmentRequest;
+use profivac_station::view::BusStationState;
 use serde_json::{Value, json};
 use std::sync::{Arc, Barrier};
 use std::time::Instant;
@@ -52,7 +52,7 @@ fn a_degas_is_armed_and_fired_and_written_down() {
     let command = "Hot Cathode Block State Command (1:2/14)";
     assert_eq!(trail[1], ["fired", "Otto", command, "", "degas-on", ""], "{trail:#?}");
     assert_eq!(trail[2], ["outcome", "Otto", command, "", "", "done"], "{trail:#?}");
-    assert_eq!(desk.gauge().standing, Standing::Exchanging);
+    assert_eq!(desk.gauge().standing, BusStationState::Exchanging);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn a_pressure_that_rises_between_arming_and_firing_counts() {
     let desk = Desk::new(1e-6);
     desk.masters(OPERATOR);
     let (_, armed) = desk.arm(OPERATOR, &json!({ "command": DEGAS }));
-    desk.outside(|scene| scene.surround(Outside::mbar(5e-4)));
+    desk.outside(|scene| scene.set_surroundings(Outside::mbar(5e-4)));
     desk.until_pa(|pa| pa > 1e-2);
     let (status, refused) = desk.fire(OPERATOR, &armed);
     assert_eq!((status, &refused["conditions"][2]["holds"]), (409, &json!(false)), "{refused}");
@@ -204,18 +204,19 @@ fn of_many_who_ask_at_once_one_has_it() {
         let askers: Vec<_> = (0..8)
             .map(|number| {
                 let (plant, barrier) = (Arc::clone(&desk.plant), Arc::clone(&barrier));
-                let person = Person { name: Arc::from(format!("asker {number}")), role: Role::Operator };
+                let person = User { name: Arc::from(format!("asker {number}")), role: Role::Operator };
                 std::thread::spawn(move || {
                     barrier.wait();
-                    let actor = Actor { person, peer: None };
-                    act::pass(&plant, &actor, Move::Ask, Instant::now()).ok();
+                    let actor = Actor { user: person, peer: None };
+                    control::change_authority(&plant, &actor, AuthorityAction::Request, Instant::now()).ok();
                     actor
                 })
             })
             .collect();
         let askers: Vec<_> = askers.into_iter().map(|asker| asker.join().unwrap()).collect();
-        let released =
-            askers.iter().filter(|asker| act::pass(&desk.plant, asker, Move::Release, Instant::now()).is_ok());
+        let released = askers.iter().filter(|asker| {
+            control::change_authority(&desk.plant, asker, AuthorityAction::Release, Instant::now()).is_ok()
+        });
         assert_eq!(released.count(), 1);
     }
     assert!(desk.plant.recorder().flush());
@@ -229,7 +230,7 @@ fn a_gauge_that_is_gone_between_arming_and_firing_is_told() {
     let desk = Desk::new(1e-6);
     desk.masters(OPERATOR);
     let (_, armed) = desk.arm(OPERATOR, &json!({ "command": DEGAS }));
-    desk.outside(|scene| scene.devices_mut().for_each(|device| device.power(false)));
+    desk.outside(|scene| scene.devices_mut().for_each(|device| device.set_power(false)));
     let (status, refused) = desk.fire(OPERATOR, &armed);
     assert_eq!(status, 409, "{refused}");
     assert!(trail(&desk).last().unwrap()[5].starts_with("not sent: "), "{:#?}", trail(&desk));
@@ -341,7 +342,7 @@ fn the_others_go_on_while_something_is_done() {
     }
     let lost = desk.ask_outside(|scene| scene.master().unwrap().counters(5).unwrap().lost);
     assert_eq!(lost, 0);
-    until("all exchange data", || (desk.gauge().standing == Standing::Exchanging).then_some(()));
+    until("all exchange data", || (desk.gauge().standing == BusStationState::Exchanging).then_some(()));
 }
 
 #[test]
@@ -366,12 +367,12 @@ fn a_body_that_is_none_is_answered() {
 fn what_was_fired_before_the_mastership_was_lost_is_not_sent_after_it() {
     let desk = Desk::new(1e-6);
     desk.masters(OPERATOR);
-    let person = Person { name: Arc::from(OPERATOR.0), role: OPERATOR.1 };
-    let actor = Actor { person, peer: None };
+    let person = User { name: Arc::from(OPERATOR.0), role: OPERATOR.1 };
+    let actor = Actor { user: person, peer: None };
     let wish = serde_json::from_value(json!({ "command": DEGAS })).unwrap();
-    let order = act::arm(&desk.plant, &actor, "chamber", &wish).unwrap();
-    act::pass(&desk.plant, &actor, Move::Release, Instant::now()).unwrap();
-    let late = desk.plant.fire(order, Instant::now() + std::time::Duration::from_secs(60)).unwrap_err();
+    let order = control::arm(&desk.plant, &actor, "chamber", &wish).unwrap();
+    control::change_authority(&desk.plant, &actor, AuthorityAction::Release, Instant::now()).unwrap();
+    let late = desk.plant.execute(order, Instant::now() + std::time::Duration::from_secs(60)).unwrap_err();
     assert_eq!(late.outcome(), "not sent: Otto has lost the mastership before it was sent");
     assert!(!desk.is_degassing());
 }
@@ -380,7 +381,7 @@ fn what_was_fired_before_the_mastership_was_lost_is_not_sent_after_it() {
 fn who_looks_leaves_room_for_who_acts() {
     let desk = Desk::new(1e-6);
     desk.masters(OPERATOR);
-    let questions = desk.plant.take_questions(&desk.gauge().segment);
+    let questions = desk.plant.accept_requests(&desk.gauge().segment);
     std::thread::scope(|scope| {
         let (done, busy) = std::sync::mpsc::channel();
         for _ in 0..10 {
@@ -390,11 +391,15 @@ fn who_looks_leaves_room_for_who_acts() {
         (0..8).for_each(|_| assert!(busy.recv_timeout(std::time::Duration::from_secs(30)).unwrap(), "only two wait"));
         let arm = scope.spawn(|| desk.arm(OPERATOR, &json!({ "command": DEGAS })));
         for _ in 0..2 {
-            let Ok(Question::Blocks(_, answer)) = questions.recv() else { panic!("expected those who look first") };
+            let Ok(SegmentRequest::Blocks(_, answer)) = questions.recv() else {
+                panic!("expected those who look first")
+            };
             answer.send(Ok(Vec::new())).unwrap();
         }
-        let Ok(Question::Draft(_, _, answer)) = questions.recv() else { panic!("expected what is to be armed") };
-        answer.send(Err(Refusal::Away("asked".to_owned()))).unwrap();
+        let Ok(SegmentRequest::Preview(_, _, answer)) = questions.recv() else {
+            panic!("expected what is to be armed")
+        };
+        answer.send(Err(OperationError::Unavailable("asked".to_owned()))).unwrap();
         assert_eq!(arm.join().unwrap().1["problem"], "asked");
     });
 }

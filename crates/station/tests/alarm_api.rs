@@ -8,11 +8,11 @@ use axum::body::{Body, to_bytes};
 use axum::http::Request;
 use desk::{scenery, sight};
 use profivac_recorder::{Recorder, Settings};
-use profivac_station::api::gate::Peer;
+use profivac_station::api::middleware::Peer;
 use profivac_station::api::router;
+use profivac_station::auth::{Role, User};
 use profivac_station::config::Config;
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Plant;
+use profivac_station::services::Services;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ stale = { priority = "off" }
 "#;
 
 struct Desk {
-    plant: Arc<Plant>,
+    plant: Arc<Services>,
     _folder: TempDir,
 }
 
@@ -55,16 +55,16 @@ impl Desk {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
         let rules = Config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
         plant.alarms().begin(&plant, rules, Vec::new()).unwrap();
-        plant.show(scenery(1.0, "valid"));
+        plant.publish(scenery(1.0, "valid"));
         Self { plant, _folder: folder }
     }
 
     /// The gauge shows this for the time of a look.
     fn look(&self, pa: f64) {
-        self.plant.alarms().look(self.plant.recorder(), &sight(pa, "valid"));
+        self.plant.alarms().evaluate(self.plant.recorder(), &sight(pa, "valid"));
     }
 
     fn ask(&self, method: &str, path: &str, body: &str, role: Role) -> (u16, Value) {
@@ -72,7 +72,7 @@ impl Desk {
         runtime.block_on(async {
             let request = Request::builder().method(method).uri(path).header("content-type", "application/json");
             let mut request = request.body(Body::from(body.to_owned())).unwrap();
-            request.extensions_mut().insert(Person { name: Arc::from("Ada"), role });
+            request.extensions_mut().insert(User { name: Arc::from("Ada"), role });
             request.extensions_mut().insert(Peer([10, 0, 0, 7].into()));
             let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
             let status = response.status().as_u16();
@@ -302,7 +302,7 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
 fn a_moment_says_what_stands_the_most_urgent_first() {
     let desk = Desk::new();
     desk.look(5.0);
-    let standing = serde_json::to_value(desk.plant.alarms().standing()).unwrap();
+    let standing = serde_json::to_value(desk.plant.alarms().overview()).unwrap();
     assert_eq!(standing["high"], json!({ "active": 1, "unacknowledged": 1 }));
     assert_eq!(standing["medium"], json!({ "active": 1, "unacknowledged": 1 }));
     let names: Vec<_> =

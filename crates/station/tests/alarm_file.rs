@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_station::alarm::{Condition, Priority, Rule, Subject};
+use profivac_station::auth::file_permissions;
 use profivac_station::config::{Config, ConfigError};
-use profivac_station::people::private;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -104,7 +104,7 @@ fn every_gauge_and_segment_has_alarms_by_itself() {
     let all = rules(FILE);
     assert_eq!(rule(&all, "segment hall: down").priority, Priority::High);
     assert_eq!(rule(&all, "chamber: no data").condition, Condition::Stale { behind_segment: Some("hall".to_owned()) });
-    assert_eq!(rule(&all, "tpg.2: blind").condition, Condition::Blind { limits: vec![100.0] });
+    assert_eq!(rule(&all, "tpg.2: blind").condition, Condition::NotMeasurable { limits: vec![100.0] });
 }
 
 #[test]
@@ -124,7 +124,10 @@ fn what_there_is_by_itself_can_be_changed_and_switched_off() {
         "nobody else tells it"
     );
     let damage = rule(&all, "segment hall: damage");
-    assert_eq!((damage.condition, damage.off_delay), (Condition::Damage { limit: 100.0 }, Duration::from_secs(9)));
+    assert_eq!(
+        (damage.condition, damage.off_delay),
+        (Condition::DamagedTelegrams { limit: 100.0 }, Duration::from_secs(9))
+    );
 }
 
 #[test]
@@ -194,7 +197,7 @@ fn what_is_wrong_is_told_with_its_place() {
 fn a_webhook_is_as_the_file_says_and_keeps_its_secret() {
     let folder = tempfile::tempdir().unwrap();
     let token = folder.path().join("ops.token");
-    private::write(&token, "s3cret\n").unwrap();
+    file_permissions::write(&token, "s3cret\n").unwrap();
     let file = FILE.to_owned()
         + "[[webhook]]\nurl = 'https://alarms.example.org:8443/hook/abc'\ntoken-file = 'ops.token'\npriority = 'medium'\n\
            [[webhook]]\nname = 'ours'\nurl = 'http://10.0.0.1/hook'\n";
@@ -202,10 +205,10 @@ fn a_webhook_is_as_the_file_says_and_keeps_its_secret() {
     let config = Config::parse(&file, &path).unwrap();
     assert!(config.is_private());
     let [first, second] = &config.webhooks[..] else { panic!("{:?}", config.webhooks) };
-    assert_eq!((first.name.as_str(), first.least), ("alarms.example.org", Priority::Medium));
+    assert_eq!((first.name.as_str(), first.min_priority), ("alarms.example.org", Priority::Medium));
     assert_eq!(first.token.as_ref().unwrap().reveal(), "s3cret");
-    assert_eq!(first.place(), "https://alarms.example.org:8443");
-    assert_eq!((second.name.as_str(), second.least, &second.token), ("ours", Priority::Low, &None));
+    assert_eq!(first.origin(), "https://alarms.example.org:8443");
+    assert_eq!((second.name.as_str(), second.min_priority, &second.token), ("ours", Priority::Low, &None));
     let shown = format!("{config:?}");
     assert!(!shown.contains("s3cret") && !shown.contains("hook/abc"), "{shown}");
     fs::set_permissions(&token, fs::Permissions::from_mode(0o640)).unwrap();

@@ -5,10 +5,10 @@
 mod desk;
 
 use desk::{actor, sight};
-use profivac_recorder::audit::Wanted;
+use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::{Micros, Reader, Recorder, Settings};
-use profivac_station::alarm::{Addressee, Condition, Priority, Rule, State, Subject};
-use profivac_station::plant::Plant;
+use profivac_station::alarm::{AlarmState, Condition, NotificationTarget, Priority, Rule, Subject};
+use profivac_station::services::Services;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -30,16 +30,16 @@ fn rule(name: &str, limit: f64) -> Rule {
 }
 
 /// The plant over the file, with its alarms where they stood.
-fn open(path: &Path) -> Plant {
+fn open(path: &Path) -> Services {
     let recorder = Recorder::start(path, Settings::default()).unwrap();
-    let plant = Plant::new("hall".to_owned(), path.to_owned(), recorder);
+    let plant = Services::new("hall".to_owned(), path.to_owned(), recorder);
     let rules = vec![rule("chatters", 1.0), rule("stands", 0.5), rule("was", 10.0), rule("away", 1.0)];
-    let everything = Addressee { hook: "ops".to_owned(), least: Priority::Low };
+    let everything = NotificationTarget { webhook: "ops".to_owned(), min_priority: Priority::Low };
     plant.alarms().begin(&plant, rules, vec![everything]).unwrap();
     plant
 }
 
-fn occurrence(plant: &Plant, name: &str) -> (State, i64) {
+fn occurrence(plant: &Services, name: &str) -> (AlarmState, i64) {
     let alarm = plant.alarms().all().into_iter().find(|alarm| alarm.name == name).unwrap();
     (alarm.state, alarm.occurrence)
 }
@@ -50,14 +50,14 @@ fn raise_and_acknowledge_for_ever_when_told_so() {
     let Some(path) = std::env::var_os(FILE) else { return };
     let plant = open(Path::new(&path));
     loop {
-        plant.alarms().look(plant.recorder(), &sight(2.0, "valid"));
+        plant.alarms().evaluate(plant.recorder(), &sight(2.0, "valid"));
         let (_, raised) = occurrence(&plant, "chatters");
         // The process before may have died between this and what follows.
         if plant.alarms().acknowledge(plant.recorder(), "chatters", raised, &actor("Ada")).is_ok() {
             println!("acknowledged {raised}");
             std::io::stdout().flush().unwrap();
         }
-        plant.alarms().look(plant.recorder(), &sight(0.6, "valid"));
+        plant.alarms().evaluate(plant.recorder(), &sight(0.6, "valid"));
     }
 }
 
@@ -67,11 +67,11 @@ fn forty_kills_lose_no_acknowledgement_and_leave_alarms_where_they_stood() {
     let path = folder.path().join("plant.db");
     // One that stands acknowledged, one that is over and nobody knows, one that is out of service.
     let plant = open(&path);
-    plant.alarms().look(plant.recorder(), &sight(20.0, "valid"));
-    plant.alarms().look(plant.recorder(), &sight(0.6, "valid"));
+    plant.alarms().evaluate(plant.recorder(), &sight(20.0, "valid"));
+    plant.alarms().evaluate(plant.recorder(), &sight(0.6, "valid"));
     let (_, stands) = occurrence(&plant, "stands");
     plant.alarms().acknowledge(plant.recorder(), "stands", stands, &actor("Ada")).unwrap();
-    plant.alarms().take_out(plant.recorder(), "away", &actor("Eve"), "calibration", None).unwrap();
+    plant.alarms().take_out_of_service(plant.recorder(), "away", &actor("Eve"), "calibration", None).unwrap();
     drop(plant);
     let mut random = fastrand::Rng::with_seed(12);
     for _ in 0..40 {
@@ -79,23 +79,28 @@ fn forty_kills_lose_no_acknowledgement_and_leave_alarms_where_they_stood() {
         let reader = Reader::open(&path).unwrap();
         let lines = reader.alarm_history(Micros(0), Micros(i64::MAX), Some("chatters"), u32::MAX).unwrap();
         let known: Vec<_> =
-            lines.iter().filter(|line| line.what == "acknowledged").map(|line| line.occurrence).collect();
+            lines.iter().filter(|line| line.change == "acknowledged").map(|line| line.occurrence).collect();
         for raised in &acknowledged {
             assert!(known.contains(raised), "{raised} was answered and is lost");
         }
-        let everything =
-            Wanted { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: Some("Ada".to_owned()), most: u32::MAX };
+        let everything = AuditQuery {
+            from: Micros(0),
+            to: Micros(i64::MAX),
+            gauge: None,
+            who: Some("Ada".to_owned()),
+            limit: u32::MAX,
+        };
         let rows = reader.audit(&everything).unwrap();
         assert_eq!(rows.len(), known.len() + 1, "each acknowledgement has its row, and the first has one");
-        let told = reader.letters("ops").unwrap().len();
+        let told = reader.queued_notifications("ops").unwrap().len();
         let all = reader.alarm_history(Micros(0), Micros(i64::MAX), None, u32::MAX).unwrap().len();
         assert_eq!(told, all, "each line has its letter");
         drop(reader);
         let plant = open(&path);
-        assert_eq!(occurrence(&plant, "stands"), (State::Acknowledged, stands));
-        assert_eq!(occurrence(&plant, "was").0, State::Returned, "nobody knows of it yet");
-        assert_eq!(occurrence(&plant, "away").0, State::OutOfService);
-        assert_ne!(occurrence(&plant, "chatters").0, State::OutOfService);
+        assert_eq!(occurrence(&plant, "stands"), (AlarmState::Acknowledged, stands));
+        assert_eq!(occurrence(&plant, "was").0, AlarmState::Returned, "nobody knows of it yet");
+        assert_eq!(occurrence(&plant, "away").0, AlarmState::OutOfService);
+        assert_ne!(occurrence(&plant, "chatters").0, AlarmState::OutOfService);
     }
 }
 

@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_recorder::Micros;
-use profivac_station::act::Actor;
-use profivac_station::alarm::State;
-use profivac_station::alarm::view::Alarm;
+use profivac_station::alarm::AlarmState;
+use profivac_station::alarm::view::AlarmView;
+use profivac_station::auth::{Role, User};
 use profivac_station::config::Config;
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Plant;
+use profivac_station::control::Actor;
+use profivac_station::services::Services;
 use profivac_station::station::Station;
 use std::fs;
 use std::path::Path;
@@ -32,11 +32,11 @@ fn config(folder: &Path, more: &str) -> Config {
     Config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
-fn alarm(plant: &Plant, name: &str) -> Option<Alarm> {
+fn alarm(plant: &Services, name: &str) -> Option<AlarmView> {
     plant.alarms().all().into_iter().find(|alarm| alarm.name == name)
 }
 
-fn until(plant: &Plant, name: &str, state: State) -> Alarm {
+fn until(plant: &Services, name: &str, state: AlarmState) -> AlarmView {
     let end = Instant::now() + PATIENCE;
     loop {
         let alarm = alarm(plant, name).unwrap();
@@ -48,41 +48,42 @@ fn until(plant: &Plant, name: &str, state: State) -> Alarm {
     }
 }
 
-fn history(plant: &Plant) -> Vec<(String, String)> {
+fn history(plant: &Services) -> Vec<(String, String)> {
     assert!(plant.recorder().flush());
-    let lines = plant.reader().unwrap().alarm_history(Micros(0), Micros(i64::MAX), None, 1000).unwrap();
-    lines.into_iter().rev().map(|line| (line.alarm, line.what)).collect()
+    let lines = plant.open_reader().unwrap().alarm_history(Micros(0), Micros(i64::MAX), None, 1000).unwrap();
+    lines.into_iter().rev().map(|line| (line.alarm, line.change)).collect()
 }
 
 #[test]
 fn a_station_raises_alarms_and_keeps_them_whatever_becomes_of_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut station = Station::start(config(folder.path(), "")).unwrap();
-    let plant = station.plant();
-    let raised = until(&plant, "too high", State::Unacknowledged);
+    let plant = station.services();
+    let raised = until(&plant, "too high", AlarmState::Unacknowledged);
     let pa = raised.raised_value.unwrap();
     assert!((pa / 0.2 - 1.0).abs() < 0.01, "{pa}");
-    assert_eq!(alarm(&plant, "much too high").unwrap().state, State::Normal);
-    let ada = Actor { person: Person { name: "Ada".into(), role: Role::Operator }, peer: None };
+    assert_eq!(alarm(&plant, "much too high").unwrap().state, AlarmState::Normal);
+    let ada = Actor { user: User { name: "Ada".into(), role: Role::Operator }, peer: None };
     plant.alarms().acknowledge(plant.recorder(), "too high", raised.occurrence, &ada).unwrap();
     station
-        .become_like(config(
+        .reconfigure(config(
             folder.path(),
             "[[alarm]]\nname = 'low'\ngauge = 'chamber'\nbelow = '1 mbar'\ndelay = '0 s'\n",
         ))
         .unwrap();
-    until(&plant, "low", State::Unacknowledged);
+    until(&plant, "low", AlarmState::Unacknowledged);
     assert_eq!(alarm(&plant, "too high").unwrap().acknowledged_by.as_deref(), Some("Ada"));
     station.stop();
     drop(plant);
     // The alarm `low` is not meant any more.
     let station = Station::start(config(folder.path(), "")).unwrap();
-    let plant = station.plant();
+    let plant = station.services();
     let kept = alarm(&plant, "too high").unwrap();
-    assert_eq!((kept.state, kept.occurrence), (State::Acknowledged, raised.occurrence));
+    assert_eq!((kept.state, kept.occurrence), (AlarmState::Acknowledged, raised.occurrence));
     assert_eq!(alarm(&plant, "low"), None);
     assert!(
-        plant.reader().unwrap().alarms().unwrap().iter().all(|(name, _)| name != "low") || plant.recorder().flush()
+        plant.open_reader().unwrap().alarms().unwrap().iter().all(|(name, _)| name != "low")
+            || plant.recorder().flush()
     );
     station.stop();
     let told = history(&plant);
@@ -95,11 +96,11 @@ fn a_station_raises_alarms_and_keeps_them_whatever_becomes_of_it() {
 fn who_looks_for_alarms_is_looked_after() {
     let folder = tempfile::tempdir().unwrap();
     let mut station = Station::start(config(folder.path(), "")).unwrap();
-    let plant = station.plant();
-    station.watch().unwrap();
-    until(&plant, "too high", State::Unacknowledged);
-    assert_eq!(plant.alarms().standing().trouble, None);
-    assert!(plant.alarms().looked_ago().unwrap() < PATIENCE);
+    let plant = station.services();
+    station.restart_ended_threads().unwrap();
+    until(&plant, "too high", AlarmState::Unacknowledged);
+    assert_eq!(plant.alarms().overview().trouble, None);
+    assert!(plant.alarms().evaluated_ago().unwrap() < PATIENCE);
     station.stop();
-    assert_eq!(plant.alarms().looked_ago(), None, "nobody is to look any more");
+    assert_eq!(plant.alarms().evaluated_ago(), None, "nobody is to look any more");
 }

@@ -7,29 +7,30 @@ mod desk;
 use desk::sight;
 use profivac_recorder::Micros;
 use profivac_station::alarm::{
-    Book, Change, Condition, Life, Now, Priority, Refusal, Rule, Sight, State, Subject, What,
+    AlarmChange, AlarmError, AlarmRegistry, AlarmState, AlarmStatus, AlarmTime, ChangeKind, Condition, Inputs,
+    Priority, Rule, Subject,
 };
-use profivac_station::view::{SegmentState, Standing};
+use profivac_station::view::{BusStationState, SegmentState};
 use std::time::Duration;
 
 const NEW_YEAR_S: i64 = 1_767_225_600;
 
 /// A book with a clock that nobody sets and one on the wall.
 struct Desk {
-    book: Book,
+    book: AlarmRegistry,
     steady_ms: i64,
     wall_ms: i64,
 }
 
 impl Desk {
     fn new(rules: Vec<Rule>) -> Self {
-        let mut desk = Self { book: Book::default(), steady_ms: 0, wall_ms: NEW_YEAR_S * 1000 };
-        desk.book.become_like(rules, Vec::new(), desk.now());
+        let mut desk = Self { book: AlarmRegistry::default(), steady_ms: 0, wall_ms: NEW_YEAR_S * 1000 };
+        desk.book.reconfigure(rules, Vec::new(), desk.now());
         desk
     }
 
-    fn now(&self) -> Now {
-        Now { steady: Micros(self.steady_ms * 1000), at: Micros(self.wall_ms * 1000) }
+    fn now(&self) -> AlarmTime {
+        AlarmTime { monotonic: Micros(self.steady_ms * 1000), wall: Micros(self.wall_ms * 1000) }
     }
 
     fn pass(&mut self, ms: i64) {
@@ -37,27 +38,27 @@ impl Desk {
         self.wall_ms += ms;
     }
 
-    fn look(&mut self, sight: &Sight) -> Vec<What> {
+    fn look(&mut self, sight: &Inputs) -> Vec<ChangeKind> {
         let now = self.now();
-        self.book.look(sight, now).into_iter().map(|change| change.what).collect()
+        self.book.evaluate(sight, now).into_iter().map(|change| change.what).collect()
     }
 
     /// Looks, then lets time pass.
-    fn look_for(&mut self, sight: &Sight, ms: i64) -> Vec<What> {
+    fn look_for(&mut self, sight: &Inputs, ms: i64) -> Vec<ChangeKind> {
         let seen = self.look(sight);
         self.pass(ms);
         seen
     }
 
-    fn life(&self) -> &Life {
-        self.book.entries()[0].life()
+    fn life(&self) -> &AlarmStatus {
+        self.book.entries()[0].status()
     }
 
-    fn state(&self) -> State {
+    fn state(&self) -> AlarmState {
         self.life().state
     }
 
-    fn acknowledge(&mut self) -> Result<Change, Refusal> {
+    fn acknowledge(&mut self) -> Result<AlarmChange, AlarmError> {
         let (occurrence, now) = (self.life().occurrence, self.now());
         self.book.acknowledge("it", occurrence, "Ada", now)
     }
@@ -88,35 +89,35 @@ fn above(delay_s: u64, off_delay_s: u64) -> Rule {
 fn an_alarm_goes_through_its_life() {
     let mut desk = Desk::new(vec![above(0, 0)]);
     assert_eq!(desk.look_for(&sight(0.9, "valid"), 250), []);
-    assert_eq!(desk.look_for(&sight(1.1, "valid"), 250), [What::Raised]);
-    assert_eq!((desk.state(), desk.life().value), (State::Unacknowledged, Some(1.1)));
+    assert_eq!(desk.look_for(&sight(1.1, "valid"), 250), [ChangeKind::Raised]);
+    assert_eq!((desk.state(), desk.life().value), (AlarmState::Unacknowledged, Some(1.1)));
     assert_eq!(desk.life().text, "chamber shows 1.10e-2 mbar, above the limit of 1.00e-2 mbar");
     let change = desk.acknowledge().unwrap();
-    assert_eq!((change.who.as_deref(), change.value, desk.state()), (Some("Ada"), Some(1.1), State::Acknowledged));
-    assert_eq!(desk.look_for(&sight(0.4, "valid"), 250), [What::Returned]);
-    assert_eq!(desk.state(), State::Normal);
+    assert_eq!((change.who.as_deref(), change.value, desk.state()), (Some("Ada"), Some(1.1), AlarmState::Acknowledged));
+    assert_eq!(desk.look_for(&sight(0.4, "valid"), 250), [ChangeKind::Returned]);
+    assert_eq!(desk.state(), AlarmState::Normal);
     desk.look_for(&sight(2.0, "valid"), 250);
-    assert_eq!(desk.look_for(&sight(0.1, "valid"), 250), [What::Returned]);
-    assert_eq!(desk.state(), State::Returned, "nobody knows of it");
+    assert_eq!(desk.look_for(&sight(0.1, "valid"), 250), [ChangeKind::Returned]);
+    assert_eq!(desk.state(), AlarmState::Returned, "nobody knows of it");
     desk.acknowledge().unwrap();
-    assert_eq!(desk.state(), State::Normal);
+    assert_eq!(desk.state(), AlarmState::Normal);
 }
 
 #[test]
 fn a_limit_has_a_hysteresis_with_two_edges() {
     let mut desk = Desk::new(vec![above(0, 0)]);
     assert_eq!(desk.look(&sight(1.0, "valid")), [], "at the limit is not above it");
-    assert_eq!(desk.look(&sight(1.000_001, "valid")), [What::Raised]);
+    assert_eq!(desk.look(&sight(1.000_001, "valid")), [ChangeKind::Raised]);
     for pa in [0.99, 0.500_001, 1.5, 0.7] {
         assert_eq!(desk.look(&sight(pa, "valid")), [], "{pa}");
     }
-    assert_eq!(desk.look(&sight(0.5, "valid")), [What::Returned]);
+    assert_eq!(desk.look(&sight(0.5, "valid")), [ChangeKind::Returned]);
     assert_eq!(desk.look(&sight(0.99, "valid")), [], "the limit counts again");
     let mut desk = Desk::new(vec![rule(series(), Condition::Below { limit: 1.0, reset: 2.0 }, 0, 0)]);
     assert_eq!(desk.look(&sight(1.0, "valid")), []);
-    assert_eq!(desk.look(&sight(0.999, "valid")), [What::Raised]);
+    assert_eq!(desk.look(&sight(0.999, "valid")), [ChangeKind::Raised]);
     assert_eq!(desk.look(&sight(1.999, "valid")), []);
-    assert_eq!(desk.look(&sight(2.0, "valid")), [What::Returned]);
+    assert_eq!(desk.look(&sight(2.0, "valid")), [ChangeKind::Returned]);
 }
 
 #[test]
@@ -124,10 +125,10 @@ fn delays_are_kept_to_the_millisecond() {
     let mut desk = Desk::new(vec![above(2, 3)]);
     desk.look_for(&sight(2.0, "valid"), 1999);
     assert_eq!(desk.look_for(&sight(2.0, "valid"), 1), []);
-    assert_eq!(desk.look(&sight(2.0, "valid")), [What::Raised]);
+    assert_eq!(desk.look(&sight(2.0, "valid")), [ChangeKind::Raised]);
     desk.look_for(&sight(0.1, "valid"), 2999);
     assert_eq!(desk.look_for(&sight(0.1, "valid"), 1), []);
-    assert_eq!(desk.look(&sight(0.1, "valid")), [What::Returned]);
+    assert_eq!(desk.look(&sight(0.1, "valid")), [ChangeKind::Returned]);
 }
 
 #[test]
@@ -139,7 +140,7 @@ fn a_signal_that_chatters_is_one_alarm() {
         let pa = if step % 10 == 0 { 0.1 } else { 3.0 };
         seen.extend(desk.look_for(&sight(pa, "valid"), 250));
     }
-    assert_eq!(seen, [What::Raised]);
+    assert_eq!(seen, [ChangeKind::Raised]);
     let mut desk = Desk::new(vec![above(1, 5)]);
     let spikes: Vec<_> = (0..4000)
         .flat_map(|step| {
@@ -157,13 +158,13 @@ fn a_clock_that_is_set_moves_no_delay() {
     desk.wall_ms += 3_600_000;
     assert_eq!(desk.look_for(&sight(2.0, "valid"), 10_000), [], "an hour on the wall is no delay");
     desk.wall_ms -= 7_200_000;
-    assert_eq!(desk.look(&sight(2.0, "valid")), [What::Raised]);
+    assert_eq!(desk.look(&sight(2.0, "valid")), [ChangeKind::Raised]);
     let first = desk.life().occurrence;
     desk.wall_ms -= 7_200_000;
     desk.look_for(&sight(0.1, "valid"), 10_000);
     desk.look_for(&sight(0.1, "valid"), 0);
     desk.look_for(&sight(2.0, "valid"), 10_000);
-    assert_eq!(desk.look(&sight(2.0, "valid")), [What::Raised]);
+    assert_eq!(desk.look(&sight(2.0, "valid")), [ChangeKind::Raised]);
     assert_eq!(
         desk.life().occurrence,
         first + 1,
@@ -173,13 +174,13 @@ fn a_clock_that_is_set_moves_no_delay() {
 
 #[test]
 fn what_is_not_known_raises_nothing_and_ends_nothing() {
-    for nothing in [sight(0.1, "invalid"), sight(0.1, "gap"), desk::silent(), Sight::default()] {
+    for nothing in [sight(0.1, "invalid"), sight(0.1, "gap"), desk::silent(), Inputs::default()] {
         let mut desk = Desk::new(vec![above(0, 0)]);
         assert_eq!(desk.look(&nothing), []);
         desk.look(&sight(2.0, "valid"));
         assert_eq!(desk.look(&nothing), [], "{nothing:?}");
-        assert_eq!(desk.state(), State::Unacknowledged);
-        assert_eq!(desk.look(&sight(0.1, "valid")), [What::Returned]);
+        assert_eq!(desk.state(), AlarmState::Unacknowledged);
+        assert_eq!(desk.look(&sight(0.1, "valid")), [ChangeKind::Returned]);
     }
 }
 
@@ -198,7 +199,7 @@ fn the_end_of_a_range_is_a_bound() {
         let mut desk = Desk::new(vec![above(0, 0)]);
         desk.look(&sight(9.0, "valid"));
         assert_eq!(desk.look(&sight(pa, quality)).is_empty(), known != Some(false), "{pa} {quality}");
-        let blind = Condition::Blind { limits: vec![1.0] };
+        let blind = Condition::NotMeasurable { limits: vec![1.0] };
         let mut desk = Desk::new(vec![rule(series(), blind, 0, 0)]);
         assert_eq!(desk.look(&sight(pa, quality)).is_empty(), known.is_some(), "{pa} {quality} is blind");
     }
@@ -206,13 +207,13 @@ fn the_end_of_a_range_is_a_bound() {
 
 #[test]
 fn a_part_without_a_valid_reading_is_blind_and_a_silent_gauge_is_not() {
-    let blind = || Desk::new(vec![rule(series(), Condition::Blind { limits: vec![1.0] }, 0, 0)]);
-    assert_eq!(blind().look(&sight(1.0, "invalid")), [What::Raised]);
+    let blind = || Desk::new(vec![rule(series(), Condition::NotMeasurable { limits: vec![1.0] }, 0, 0)]);
+    assert_eq!(blind().look(&sight(1.0, "invalid")), [ChangeKind::Raised]);
     assert_eq!(blind().look(&sight(1.0, "valid")), []);
     assert_eq!(blind().look(&desk::silent()), []);
     let other = Subject::Series { gauge: "chamber".to_owned(), series: "chamber.2".to_owned() };
-    let mut desk = Desk::new(vec![rule(other, Condition::Blind { limits: vec![1.0] }, 0, 0)]);
-    assert_eq!(desk.look(&sight(1.0, "valid")), [What::Raised]);
+    let mut desk = Desk::new(vec![rule(other, Condition::NotMeasurable { limits: vec![1.0] }, 0, 0)]);
+    assert_eq!(desk.look(&sight(1.0, "valid")), [ChangeKind::Raised]);
     assert_eq!(desk.life().text, "chamber has no part chamber.2");
 }
 
@@ -236,7 +237,7 @@ fn a_rise_is_measured_over_its_window() {
     assert!((desk.book.entries()[0].value().unwrap() - 0.51).abs() < 1e-6);
     let end = 10_f64.powf(-6.0 + 0.51);
     let still: Vec<_> = (0..80).flat_map(|_| desk.look_for(&sight(end, "valid"), 250)).collect();
-    assert_eq!(still, [What::Returned]);
+    assert_eq!(still, [ChangeKind::Returned]);
     let (_, mut desk) = walk(0.51, 60);
     desk.look_for(&sight(1.0, "invalid"), 250);
     assert_eq!(desk.look(&sight(1e-6, "valid")), [], "what was before a hole is not compared with what is behind it");
@@ -252,13 +253,13 @@ fn a_gauge_that_reports_a_fault_is_an_alarm_until_it_exchanges_data_without() {
         sight.gauges[0].exceptions = exceptions.iter().map(|&words| words.to_owned()).collect();
         sight
     };
-    assert_eq!(desk.look(&with(Standing::Exchanging, &[])), []);
-    assert_eq!(desk.look(&with(Standing::Faulty, &["filament broken", "Pirani error"])), [What::Raised]);
+    assert_eq!(desk.look(&with(BusStationState::Exchanging, &[])), []);
+    assert_eq!(desk.look(&with(BusStationState::Faulty, &["filament broken", "Pirani error"])), [ChangeKind::Raised]);
     assert_eq!(desk.life().text, "chamber reports filament broken, Pirani error");
-    assert_eq!(desk.look(&with(Standing::Missing, &[])), [], "a gauge that is gone is not well");
+    assert_eq!(desk.look(&with(BusStationState::Missing, &[])), [], "a gauge that is gone is not well");
     let now = desk.now();
-    let changes = desk.book.look(&with(Standing::Exchanging, &[]), now);
-    assert_eq!(changes.iter().map(|change| change.what).collect::<Vec<_>>(), [What::Returned]);
+    let changes = desk.book.evaluate(&with(BusStationState::Exchanging, &[]), now);
+    assert_eq!(changes.iter().map(|change| change.what).collect::<Vec<_>>(), [ChangeKind::Returned]);
     assert_eq!(changes[0].text, "", "what is over is not told as if it were so");
 }
 
@@ -270,40 +271,40 @@ fn a_gauge_without_fresh_data_is_an_alarm_unless_its_segment_is_one() {
     };
     assert_eq!(stale(Some("hall")).look(&sight(1.0, "valid")), []);
     let mut desk = stale(Some("hall"));
-    assert_eq!(desk.look(&desk::silent()), [What::Raised]);
+    assert_eq!(desk.look(&desk::silent()), [ChangeKind::Raised]);
     assert_eq!(desk.life().text, "chamber gives no data, the last are 60 s old");
     let now = desk.now();
-    assert_eq!(desk.book.look(&sight(1.0, "valid"), now)[0].text, "");
+    assert_eq!(desk.book.evaluate(&sight(1.0, "valid"), now)[0].text, "");
     let mut lost = desk::silent();
     lost.segments[0].state = SegmentState::Waiting;
     assert_eq!(stale(Some("hall")).look(&lost), [], "the segment tells it");
-    assert_eq!(stale(None).look(&lost), [What::Raised]);
+    assert_eq!(stale(None).look(&lost), [ChangeKind::Raised]);
     let mut slow = desk::silent();
     slow.gauges[0].poll_ms = 30_000;
     assert_eq!(stale(None).look(&slow), [], "a minute is little for who is asked twice in it");
     let mut never = desk::silent();
     never.gauges[0].age_ms = None;
-    assert_eq!(stale(None).look(&never), [What::Raised]);
+    assert_eq!(stale(None).look(&never), [ChangeKind::Raised]);
 }
 
 #[test]
 fn a_segment_that_does_not_run_and_one_that_is_not_there_are_alarms() {
-    let down = || Desk::new(vec![rule(Subject::Segment("hall".to_owned()), Condition::Down, 0, 0)]);
+    let down = || Desk::new(vec![rule(Subject::Segment("hall".to_owned()), Condition::SegmentDown, 0, 0)]);
     assert_eq!(down().look(&sight(1.0, "valid")), []);
     let mut lost = sight(1.0, "valid");
     lost.segments[0].state = SegmentState::Waiting;
     lost.segments[0].trouble = Some("the port is lost".to_owned());
     let mut desk = down();
-    assert_eq!(desk.look(&lost), [What::Raised]);
+    assert_eq!(desk.look(&lost), [ChangeKind::Raised]);
     assert_eq!(desk.life().text, "segment hall does not run: the port is lost");
     let now = desk.now();
-    assert_eq!(desk.book.look(&sight(1.0, "valid"), now)[0].text, "");
-    assert_eq!(down().look(&Sight::default()), [What::Raised]);
+    assert_eq!(desk.book.evaluate(&sight(1.0, "valid"), now)[0].text, "");
+    assert_eq!(down().look(&Inputs::default()), [ChangeKind::Raised]);
 }
 
 #[test]
 fn damage_is_counted_over_a_minute() {
-    let damage = rule(Subject::Segment("hall".to_owned()), Condition::Damage { limit: 30.0 }, 0, 0);
+    let damage = rule(Subject::Segment("hall".to_owned()), Condition::DamagedTelegrams { limit: 30.0 }, 0, 0);
     let run = |per_second: f64| {
         let mut desk = Desk::new(vec![damage.clone()]);
         let seen: Vec<_> = (0..180)
@@ -317,17 +318,17 @@ fn damage_is_counted_over_a_minute() {
     };
     assert_eq!(run(0.5).0, []);
     let (seen, mut desk) = run(0.6);
-    assert_eq!(seen, [What::Raised]);
+    assert_eq!(seen, [ChangeKind::Raised]);
     let mut anew = sight(1.0, "valid");
     anew.segments[0].damaged = 3;
-    assert_eq!(desk.look(&anew), [What::Returned], "a master that was made anew counts from nothing");
+    assert_eq!(desk.look(&anew), [ChangeKind::Returned], "a master that was made anew counts from nothing");
 }
 
 #[test]
 fn a_record_that_is_not_written_is_an_alarm() {
-    let mut desk = Desk::new(vec![rule(Subject::Station, Condition::Unrecorded, 0, 0)]);
-    let full = Sight { unrecorded: Some("the disk is full".to_owned()), ..Sight::default() };
-    assert_eq!((desk.look(&Sight::default()), desk.look(&full)), (vec![], vec![What::Raised]));
+    let mut desk = Desk::new(vec![rule(Subject::Station, Condition::NotRecording, 0, 0)]);
+    let full = Inputs { recorder_error: Some("the disk is full".to_owned()), ..Inputs::default() };
+    assert_eq!((desk.look(&Inputs::default()), desk.look(&full)), (vec![], vec![ChangeKind::Raised]));
     assert_eq!(desk.life().text, "nothing is recorded: the disk is full");
 }
 
@@ -340,8 +341,8 @@ fn nobody_acknowledges_what_they_have_not_seen() {
     desk.look_for(&sight(2.0, "valid"), 1000);
     let now = desk.now();
     let refused = desk.book.acknowledge("it", seen, "Ada", now).unwrap_err();
-    assert_eq!(refused, Refusal::Changed { name: "it".to_owned(), occurrence: seen + 2000, got: seen });
-    assert_eq!(desk.state(), State::Unacknowledged);
+    assert_eq!(refused, AlarmError::OccurrenceChanged { name: "it".to_owned(), occurrence: seen + 2000, got: seen });
+    assert_eq!(desk.state(), AlarmState::Unacknowledged);
     desk.acknowledge().unwrap();
     assert_eq!(desk.acknowledge().unwrap_err().to_string(), "it is acknowledged by Ada already");
     assert_eq!(desk.book.acknowledge("other", 1, "Ada", now).unwrap_err().to_string(), "there is no alarm \"other\"");
@@ -352,21 +353,25 @@ fn what_is_out_of_service_is_silent_and_comes_back() {
     let mut desk = Desk::new(vec![above(0, 0)]);
     let now = desk.now();
     let hour = Some(Duration::from_secs(3600));
-    desk.book.take_out("it", "Eve", "the gauge is being calibrated", hour, now).unwrap();
+    desk.book.take_out_of_service("it", "Eve", "the gauge is being calibrated", hour, now).unwrap();
     assert_eq!(desk.look_for(&sight(2.0, "valid"), 3_599_999), []);
-    let refused = desk.book.take_out("it", "Ada", "again", None, now).unwrap_err().to_string();
+    let refused = desk.book.take_out_of_service("it", "Ada", "again", None, now).unwrap_err().to_string();
     assert_eq!(refused, "it is out-of-service by Eve already");
     // That the clock is set does not bring it back sooner or later.
     desk.wall_ms += 86_400_000;
     assert_eq!(desk.look_for(&sight(2.0, "valid"), 1), []);
-    assert_eq!(desk.look(&sight(2.0, "valid")), [What::PutBack, What::Raised], "it stands, so it is told");
+    assert_eq!(
+        desk.look(&sight(2.0, "valid")),
+        [ChangeKind::ReturnedToService, ChangeKind::Raised],
+        "it stands, so it is told"
+    );
     let now = desk.now();
-    desk.book.take_out("it", "Eve", "for ever", None, now).unwrap();
+    desk.book.take_out_of_service("it", "Eve", "for ever", None, now).unwrap();
     desk.pass(100 * 86_400_000);
     assert_eq!(desk.look(&sight(2.0, "valid")), []);
     let now = desk.now();
-    desk.book.put_back("it", "Eve", now).unwrap();
-    assert_eq!(desk.book.put_back("it", "Eve", now).unwrap_err().to_string(), "it is normal");
+    desk.book.return_to_service("it", "Eve", now).unwrap();
+    assert_eq!(desk.book.return_to_service("it", "Eve", now).unwrap_err().to_string(), "it is normal");
     assert_eq!(desk.look(&sight(0.1, "valid")), [], "it does not stand any more");
 }
 
@@ -377,31 +382,35 @@ fn a_changed_file_leaves_alarms_where_they_stand() {
     desk.acknowledge().unwrap();
     let (before, now) = (desk.life().clone(), desk.now());
     let low = Rule { priority: Priority::Low, message: Some("call Eve".to_owned()), ..above(3, 3) };
-    assert_eq!(desk.book.become_like(vec![low], Vec::new(), now), []);
+    assert_eq!(desk.book.reconfigure(vec![low], Vec::new(), now), []);
     assert_eq!((desk.life(), desk.book.entries()[0].rule().priority), (&before, Priority::Low));
     // Another limit: what stood is over if it does not hold any more, and nothing is lost.
     let higher = rule(series(), Condition::Above { limit: 10.0, reset: 5.0 }, 0, 0);
-    desk.book.become_like(vec![higher], Vec::new(), now);
-    assert_eq!(desk.state(), State::Acknowledged);
-    assert_eq!(desk.look(&sight(2.0, "valid")), [What::Returned]);
-    assert_eq!(desk.book.clone().become_like(Vec::new(), Vec::new(), now), [], "what is normal goes without a word");
+    desk.book.reconfigure(vec![higher], Vec::new(), now);
+    assert_eq!(desk.state(), AlarmState::Acknowledged);
+    assert_eq!(desk.look(&sight(2.0, "valid")), [ChangeKind::Returned]);
+    assert_eq!(desk.book.clone().reconfigure(Vec::new(), Vec::new(), now), [], "what is normal goes without a word");
     desk.look(&sight(20.0, "valid"));
-    let gone = desk.book.become_like(Vec::new(), Vec::new(), now);
-    assert_eq!(gone.iter().map(|change| change.what).collect::<Vec<_>>(), [What::Removed]);
+    let gone = desk.book.reconfigure(Vec::new(), Vec::new(), now);
+    assert_eq!(gone.iter().map(|change| change.what).collect::<Vec<_>>(), [ChangeKind::Removed]);
 }
 
 #[test]
 fn a_restart_leaves_alarms_where_they_stood() {
-    for state in State::ALL {
-        let life = Life { state, occurrence: 7, text: "it was so".to_owned(), ..Life::default() };
+    for state in AlarmState::ALL {
+        let life = AlarmStatus { state, occurrence: 7, text: "it was so".to_owned(), ..AlarmStatus::default() };
         let mut desk = Desk::new(Vec::new());
         let now = desk.now();
-        desk.book.become_like(vec![above(1, 1)], vec![("it".to_owned(), life.clone())], now);
+        desk.book.reconfigure(vec![above(1, 1)], vec![("it".to_owned(), life.clone())], now);
         assert_eq!(desk.life(), &life);
-        assert_eq!(desk.look_for(&Sight::default(), 5000), [], "nothing is known yet");
+        assert_eq!(desk.look_for(&Inputs::default(), 5000), [], "nothing is known yet");
         let seen = [desk.look_for(&sight(2.0, "valid"), 1000), desk.look(&sight(2.0, "valid"))].concat();
-        let raised = matches!(state, State::Normal | State::Returned);
-        assert_eq!(seen, [What::Raised][..usize::from(raised)], "{state:?}: what stands still is not raised again");
+        let raised = matches!(state, AlarmState::Normal | AlarmState::Returned);
+        assert_eq!(
+            seen,
+            [ChangeKind::Raised][..usize::from(raised)],
+            "{state:?}: what stands still is not raised again"
+        );
     }
 }
 
@@ -428,20 +437,20 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
             let quality = ["valid", "valid", "valid", "invalid"][random.usize(0..4)];
             let before = desk.state();
             let now = desk.now();
-            let changes = desk.book.look(&sight(pa, quality), now);
+            let changes = desk.book.evaluate(&sight(pa, quality), now);
             if quality == "valid" {
                 holds = (pa > 1.0).then(|| holds.unwrap_or(desk.steady_ms));
             }
             for change in &changes {
-                raised += usize::from(change.what == What::Raised);
-                assert!(change.what != What::Returned || before.is_active(), "only what stands returns");
+                raised += usize::from(change.what == ChangeKind::Raised);
+                assert!(change.what != ChangeKind::Returned || before.is_active(), "only what stands returns");
             }
             assert!(
-                !before.wants_acknowledgement() || desk.state().wants_acknowledgement(),
+                !before.needs_acknowledgement() || desk.state().needs_acknowledgement(),
                 "looking never takes away what nobody knows of"
             );
             let long = holds.is_some_and(|since| desk.steady_ms - since >= delay as i64 * 1000);
-            let told = desk.state().is_active() || desk.state() == State::OutOfService;
+            let told = desk.state().is_active() || desk.state() == AlarmState::OutOfService;
             assert!(
                 !(long && quality == "valid") || told,
                 "it holds for longer than its delay and is {:?}",
@@ -451,7 +460,7 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
         }
         acknowledged += usize::from(act(random, &mut desk));
     }
-    let open = usize::from(desk.state().wants_acknowledgement());
+    let open = usize::from(desk.state().needs_acknowledgement());
     assert!(acknowledged + open <= raised, "each was raised once and acknowledged at most once");
     raised
 }
@@ -462,15 +471,15 @@ fn act(random: &mut fastrand::Rng, desk: &mut Desk) -> bool {
     match random.usize(0..8) {
         0 | 1 => return desk.acknowledge().is_ok(),
         2 if random.usize(0..8) == 0 => {
-            desk.book.take_out("it", "Eve", "so", Some(Duration::from_secs(random.u64(1..20))), now).ok();
+            desk.book.take_out_of_service("it", "Eve", "so", Some(Duration::from_secs(random.u64(1..20))), now).ok();
         }
         3 => {
-            desk.book.put_back("it", "Eve", now).ok();
+            desk.book.return_to_service("it", "Eve", now).ok();
         }
         4 => desk.wall_ms += random.i64(-10_000_000..10_000_000),
         5 => {
             let rule = desk.book.entries()[0].rule().clone();
-            desk.book.become_like(vec![Rule { priority: Priority::Low, ..rule }], Vec::new(), now);
+            desk.book.reconfigure(vec![Rule { priority: Priority::Low, ..rule }], Vec::new(), now);
         }
         _ => {}
     }

@@ -4,10 +4,10 @@
 
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
-use profivac_recorder::{Band, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Deadband, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
 use profivac_station::api::{description, router};
-use profivac_station::plant::{Plant, Question, Scenery};
-use profivac_station::view::{Block, Gauge, Reading, Segment, SegmentState, Standing};
+use profivac_station::services::{SegmentRequest, SegmentSnapshot, Services};
+use profivac_station::view::{Block, BusStationState, Gauge, Reading, Segment, SegmentState};
 use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,7 +19,7 @@ const NEW_YEAR_MS: i64 = 1_767_225_600_000;
 
 struct Desk {
     folder: TempDir,
-    plant: Arc<Plant>,
+    plant: Arc<Services>,
 }
 
 impl Desk {
@@ -28,13 +28,13 @@ impl Desk {
         let file = folder.path().join("plant.db");
         let for_ever = Duration::from_secs(1_000_000_000);
         let settings = Settings {
-            band: Band { decades: 0.0, longest: Duration::ZERO },
+            deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
             retention: Retention { samples: for_ever, spans: [None; 4] },
             ..Settings::default()
         };
         let recorder = Recorder::start(&file, settings).unwrap();
-        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
-        plant.show(scenery());
+        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+        plant.publish(scenery());
         Self { folder, plant }
     }
 
@@ -80,7 +80,7 @@ impl Desk {
     }
 }
 
-fn scenery() -> Scenery {
+fn scenery() -> SegmentSnapshot {
     let reading = Reading {
         series: "chamber".to_owned(),
         instance: 2,
@@ -94,7 +94,7 @@ fn scenery() -> Scenery {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
-        standing: Standing::Exchanging,
+        standing: BusStationState::Exchanging,
         trouble: None,
         exceptions: Vec::new(),
         gas: "ar".to_owned(),
@@ -114,7 +114,7 @@ fn scenery() -> Scenery {
         damaged: 0,
         stations: Vec::new(),
     };
-    Scenery { segment, gauges: vec![gauge] }
+    SegmentSnapshot { segment, gauges: vec![gauge] }
 }
 
 #[test]
@@ -140,11 +140,11 @@ fn a_segment_that_is_gone_is_not_shown() {
 fn blocks_are_asked_of_the_segment() {
     let desk = Desk::new();
     assert_eq!(desk.problem("/api/gauges/nobody/blocks").0, 404);
-    let questions = desk.plant.take_questions("hall");
+    let questions = desk.plant.accept_requests("hall");
     let answering = std::thread::spawn(move || {
-        let Question::Blocks(gauge, answer) = questions.recv().unwrap() else { panic!("blocks") };
+        let SegmentRequest::Blocks(gauge, answer) = questions.recv().unwrap() else { panic!("blocks") };
         answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
-        let Question::Blocks(_, answer) = questions.recv().unwrap() else { panic!("blocks") };
+        let SegmentRequest::Blocks(_, answer) = questions.recv().unwrap() else { panic!("blocks") };
         answer.send(Err("the gauge does not answer".to_owned())).unwrap();
     });
     assert_eq!(desk.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
@@ -211,8 +211,8 @@ fn a_rise_is_told_apart() {
 #[test]
 fn events_come_latest_first() {
     let desk = Desk::new();
-    desk.plant.note(Some("chamber"), EventKind::Gauge, "emission is on");
-    desk.plant.note(None, EventKind::Station, "the station begins");
+    desk.plant.record_event_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
+    desk.plant.record_event_and_wait(None, EventKind::Station, "the station begins");
     let events = desk.json(&format!("/api/events?from=0&to={}", i64::MAX));
     let texts: Vec<_> = events.as_array().unwrap().iter().map(|event| event["text"].as_str().unwrap()).collect();
     assert_eq!(texts, ["the station begins", "emission is on"]);

@@ -3,14 +3,14 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_devices::bcg450::table::MODEL;
-use profivac_recorder::audit::Wanted;
-use profivac_recorder::{Deed, Micros, Reader, Recorder, Settings};
-use profivac_station::act::allowed::{Class, Risk};
-use profivac_station::act::draft::{Choice, Draft, Wish};
-use profivac_station::act::{self, Actor, Move};
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::{Plant, Question, Scenery};
-use profivac_station::view::{Gauge, Segment, SegmentState, Standing};
+use profivac_recorder::audit::AuditQuery;
+use profivac_recorder::{AuditAction, Micros, Reader, Recorder, Settings};
+use profivac_station::auth::{Role, User};
+use profivac_station::control::operation::{Operation, OperationPreview, OperationRequest};
+use profivac_station::control::permissions::{Risk, RiskClass};
+use profivac_station::control::{self, Actor, AuthorityAction};
+use profivac_station::services::{SegmentRequest, SegmentSnapshot, Services};
+use profivac_station::view::{BusStationState, Gauge, Segment, SegmentState};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -25,36 +25,36 @@ const FILE: &str = "PROFIVAC_TEST_ACT_INTO";
 fn fire_for_ever_when_told_so() {
     let Some(path) = std::env::var_os(FILE).map(PathBuf::from) else { return };
     let recorder = Recorder::start(&path, Settings::default()).unwrap();
-    let plant = Arc::new(Plant::new("Target hall".to_owned(), path, recorder));
-    plant.show(scenery());
-    let questions = plant.take_questions("hall");
+    let plant = Arc::new(Services::new("Target hall".to_owned(), path, recorder));
+    plant.publish(scenery());
+    let questions = plant.accept_requests("hall");
     std::thread::spawn(move || {
         let mut hung = Vec::new();
         while let Ok(question) = questions.recv() {
             match question {
-                Question::Draft(_, _, answer) => answer.send(Ok(draft())).unwrap(),
-                Question::Fire(..) => {
+                SegmentRequest::Preview(_, _, answer) => answer.send(Ok(draft())).unwrap(),
+                SegmentRequest::Execute(..) => {
                     println!("sending");
                     std::io::stdout().flush().unwrap();
                     hung.push(question);
                 }
-                Question::Blocks(..) => panic!("nobody asks for blocks"),
+                SegmentRequest::Blocks(..) => panic!("nobody asks for blocks"),
             }
         }
     });
-    let person = Person { name: Arc::from("Otto"), role: Role::Operator };
-    let actor = Actor { person, peer: None };
-    act::pass(&plant, &actor, Move::Ask, Instant::now()).unwrap();
-    let wish = Wish { command: Some("degas-on".to_owned()), ..Wish::default() };
-    let order = act::arm(&plant, &actor, "chamber", &wish).unwrap();
-    act::fire(&plant, &actor, &order.id).map(drop).unwrap();
+    let person = User { name: Arc::from("Otto"), role: Role::Operator };
+    let actor = Actor { user: person, peer: None };
+    control::change_authority(&plant, &actor, AuthorityAction::Request, Instant::now()).unwrap();
+    let wish = OperationRequest { command: Some("degas-on".to_owned()), ..OperationRequest::default() };
+    let order = control::arm(&plant, &actor, "chamber", &wish).unwrap();
+    control::execute(&plant, &actor, &order.id).map(drop).unwrap();
 }
 
-fn draft() -> Draft {
-    let wish = Wish { command: Some("degas-on".to_owned()), ..Wish::default() };
-    let choice = Choice::of(&MODEL, &wish).unwrap();
-    let risk = Risk { class: Class::Dangerous, words: choice.command.unwrap().risk.to_owned() };
-    Draft {
+fn draft() -> OperationPreview {
+    let wish = OperationRequest { command: Some("degas-on".to_owned()), ..OperationRequest::default() };
+    let choice = Operation::of(&MODEL, &wish).unwrap();
+    let risk = Risk { class: RiskClass::Dangerous, words: choice.command.unwrap().risk.to_owned() };
+    OperationPreview {
         device: "bcg450",
         address: 5,
         octets: vec![1, 1],
@@ -65,13 +65,13 @@ fn draft() -> Draft {
     }
 }
 
-fn scenery() -> Scenery {
+fn scenery() -> SegmentSnapshot {
     let gauge = Gauge {
         name: "chamber".to_owned(),
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
-        standing: Standing::Exchanging,
+        standing: BusStationState::Exchanging,
         trouble: None,
         exceptions: Vec::new(),
         gas: "n2".to_owned(),
@@ -91,14 +91,14 @@ fn scenery() -> Scenery {
         damaged: 0,
         stations: Vec::new(),
     };
-    Scenery { segment, gauges: vec![gauge] }
+    SegmentSnapshot { segment, gauges: vec![gauge] }
 }
 
 /// What, who and outcome of all rows, the earliest first.
-fn trail(path: &Path) -> Vec<(Deed, String, Option<String>)> {
-    let wanted = Wanted { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, most: 1000 };
+fn trail(path: &Path) -> Vec<(AuditAction, String, Option<String>)> {
+    let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, limit: 1000 };
     let rows = Reader::open(path).unwrap().audit(&wanted).unwrap();
-    rows.into_iter().rev().map(|row| (row.entry.what, row.entry.who, row.entry.outcome)).collect()
+    rows.into_iter().rev().map(|row| (row.entry.action, row.entry.who, row.entry.outcome)).collect()
 }
 
 #[test]
@@ -108,11 +108,11 @@ fn what_was_fired_when_the_process_was_killed_has_an_outcome() {
     for kills in 1..=3 {
         kill_while_sending(&path);
         let fired = trail(&path);
-        assert_eq!(fired.last(), Some(&(Deed::Fired, "Otto".to_owned(), None)), "written before it is sent");
+        assert_eq!(fired.last(), Some(&(AuditAction::Execute, "Otto".to_owned(), None)), "written before it is sent");
         drop(Recorder::start(&path, Settings::default()).unwrap());
         let closed = trail(&path);
         let unknown = "not known: the station ended meanwhile".to_owned();
-        assert_eq!(closed.last(), Some(&(Deed::Outcome, "Otto".to_owned(), Some(unknown))));
+        assert_eq!(closed.last(), Some(&(AuditAction::Outcome, "Otto".to_owned(), Some(unknown))));
         drop(Recorder::start(&path, Settings::default()).unwrap());
         assert_eq!(trail(&path), closed, "closed once");
         assert_eq!(closed.len(), 3 * kills);

@@ -3,12 +3,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_recorder::alarms::Batch;
-use profivac_recorder::audit::Wanted;
-use profivac_recorder::rollup::Additions;
-use profivac_recorder::store::Store;
+use profivac_recorder::alarms::AlarmBatch;
+use profivac_recorder::audit::AuditQuery;
+use profivac_recorder::database::Database;
+use profivac_recorder::spans::PendingSpans;
 use profivac_recorder::{
-    Band, Deed, Entry, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
+    AuditAction, AuditEntry, Deadband, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample,
+    Settings,
 };
 use rusqlite::Connection;
 use std::fs;
@@ -35,8 +36,8 @@ impl Desk {
     fn recorder(&self) -> Recorder {
         let for_ever = Duration::from_secs(1_000_000_000);
         let settings = Settings {
-            band: Band { decades: 0.0, longest: Duration::ZERO },
-            around: Duration::from_secs(5),
+            deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
+            full_rate_window: Duration::from_secs(5),
             retention: Retention { samples: for_ever, spans: [None; 4] },
         };
         Recorder::start(&self.path, settings).unwrap()
@@ -64,11 +65,11 @@ fn event(text: &str) -> Event {
     Event { at: Micros(Micros::SECOND), gauge: None, kind: EventKind::Note, text: text.to_owned() }
 }
 
-fn entry(what: Deed, of: Option<i64>) -> Entry {
-    Entry {
+fn entry(what: AuditAction, of: Option<i64>) -> AuditEntry {
+    AuditEntry {
         at: Micros(Micros::SECOND),
-        what,
-        of,
+        action: what,
+        refers_to: of,
         who: "Otto".to_owned(),
         role: "operator".to_owned(),
         peer: None,
@@ -79,7 +80,7 @@ fn entry(what: Deed, of: Option<i64>) -> Entry {
         before: None,
         after: None,
         outcome: None,
-        order: Some("1-1".to_owned()),
+        command_id: Some("1-1".to_owned()),
     }
 }
 
@@ -138,17 +139,21 @@ fn a_record_that_is_deleted_is_begun_again() {
 fn what_came_of_something_is_written_though_the_record_was_deleted_meanwhile() {
     let desk = Desk::new();
     let recorder = desk.recorder();
-    recorder.intend(entry(Deed::Fired, None)).unwrap();
-    let fired = recorder.intend(entry(Deed::Fired, None)).unwrap();
+    recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
+    let fired = recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
     fs::remove_file(&desk.path).unwrap();
-    assert!(recorder.audit(entry(Deed::Outcome, Some(fired))).wait());
+    assert!(recorder.audit(entry(AuditAction::Outcome, Some(fired))).wait());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
     assert_eq!((desk.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
-    let wanted = Wanted { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, most: 10 };
+    let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, limit: 10 };
     let rows = desk.reader().audit(&wanted).unwrap();
     assert_eq!(rows.len(), 1);
-    assert_eq!((rows[0].entry.what, rows[0].entry.of), (Deed::Outcome, None), "the row it belongs to is gone");
+    assert_eq!(
+        (rows[0].entry.action, rows[0].entry.refers_to),
+        (AuditAction::Outcome, None),
+        "the row it belongs to is gone"
+    );
 }
 
 #[test]
@@ -168,7 +173,7 @@ fn a_record_whose_folder_is_away_goes_on_when_it_is_back() {
     fs::rename(&away, &folder).unwrap();
     assert!(recorder.flush());
     assert_eq!(desk.samples(), [sample(0, 1.0), sample(1, 2.0)]);
-    assert_eq!((recorder.health().error, recorder.health().lost), (None, 0));
+    assert_eq!((recorder.health().error, recorder.health().lost_samples), (None, 0));
 }
 
 #[test]
@@ -181,7 +186,7 @@ fn while_another_program_has_the_record_nobody_waits_and_what_is_lost_is_counted
     push(&recorder, [sample(0, 1.0)]);
     until("an error", || recorder.health().error.is_some());
     assert!(recorder.health().error.unwrap().ends_with("database is locked"));
-    (0..MANY).for_each(|number| recorder.remark(event(&number.to_string())));
+    (0..MANY).for_each(|number| recorder.record_event(event(&number.to_string())));
     other.execute_batch("COMMIT").unwrap();
     until("it is written again", || recorder.flush());
     let kept = desk.reader().events(Micros(0), Micros(i64::MAX), u32::MAX).unwrap().len();
@@ -200,9 +205,9 @@ fn two_samples_of_one_moment_are_both_kept_and_one_sample_once() {
     assert!(recorder.flush());
     let pressures: Vec<_> = desk.samples().iter().map(|sample| sample.pa.unwrap()).collect();
     assert_eq!(pressures, [1.0, 3.0, 2.0]);
-    assert_eq!(recorder.health().lost, 0);
-    let bins = desk.reader().draw("chamber", Micros(0), sample(100, 1.0).at, 10).unwrap();
-    assert_eq!(bins.iter().map(|bin| bin.extent.count).sum::<u32>(), 4, "each was measured");
+    assert_eq!(recorder.health().lost_samples, 0);
+    let bins = desk.reader().trend("chamber", Micros(0), sample(100, 1.0).at, 10).unwrap();
+    assert_eq!(bins.iter().map(|bin| bin.summary.count).sum::<u32>(), 4, "each was measured");
 }
 
 #[test]
@@ -226,10 +231,10 @@ fn a_slow_reader_does_not_make_the_log_grow() {
 #[test]
 fn what_is_deleted_gives_its_room_back() {
     let desk = Desk::new();
-    let mut store = Store::open(&desk.path).unwrap();
-    let gauge = store.gauge("chamber");
+    let mut store = Database::open(&desk.path).unwrap();
+    let gauge = store.series_index("chamber");
     let samples: Vec<_> = (0..100_000).map(|number| (gauge, sample(number, 1.0))).collect();
-    store.write(&samples, &Additions::default(), &[], &Batch::default()).unwrap();
+    store.write(&samples, &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
     let pages = |what: &str| -> i64 {
         let connection = Connection::open(&desk.path).unwrap();
         connection.query_row(&format!("PRAGMA {what}"), [], |row| row.get(0)).unwrap()
@@ -249,7 +254,7 @@ fn where_samples_are_gone_spans_are_drawn() {
     push(&recorder, (0..100).map(|number| sample(number, 1.0)));
     assert!(recorder.flush());
     Connection::open(&desk.path).unwrap().execute("DELETE FROM sample", []).unwrap();
-    let bins = desk.reader().draw("chamber", sample(0, 1.0).at, sample(99, 1.0).at, 1000).unwrap();
-    assert_eq!(bins.iter().map(|bin| bin.extent.count).sum::<u32>(), 100);
+    let bins = desk.reader().trend("chamber", sample(0, 1.0).at, sample(99, 1.0).at, 1000).unwrap();
+    assert_eq!(bins.iter().map(|bin| bin.summary.count).sum::<u32>(), 100);
     assert_eq!(bins.len(), 10);
 }

@@ -7,13 +7,13 @@ mod hardship;
 
 use hardship::{Bench, Blow};
 use profivac_recorder::{Micros, Quality};
-use profivac_station::act::draft::{Done, Given, Wish};
-use profivac_station::act::{self, Actor, Move, NotDone};
+use profivac_station::auth::{Role, User};
 use profivac_station::config::Config;
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Plant;
+use profivac_station::control::operation::{GivenValue, OperationRequest, Readback};
+use profivac_station::control::{self, Actor, AuthorityAction, ControlError};
+use profivac_station::services::Services;
 use profivac_station::station::Station;
-use profivac_station::view::{Gauge, Standing};
+use profivac_station::view::{BusStationState, Gauge};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -24,7 +24,7 @@ struct Desk {
     _folder: TempDir,
     bench: Bench,
     station: Station,
-    plant: Arc<Plant>,
+    plant: Arc<Services>,
 }
 
 impl Desk {
@@ -39,7 +39,7 @@ impl Desk {
         let text = segment("hall", &bench, gauges) + others;
         let config = Config::parse(&text, &folder.path().join("plant.toml")).unwrap();
         let station = Station::start(config).unwrap();
-        let plant = station.plant();
+        let plant = station.services();
         Self { _folder: folder, bench, station, plant }
     }
 
@@ -56,7 +56,7 @@ impl Desk {
     }
 
     fn exchanging(&self, name: &str) -> Gauge {
-        self.until(name, |gauge| gauge.standing == Standing::Exchanging)
+        self.until(name, |gauge| gauge.standing == BusStationState::Exchanging)
     }
 
     fn until_trouble(&self, name: &str, part: &str) -> Gauge {
@@ -66,8 +66,8 @@ impl Desk {
     /// How often a gauge was sampled.
     fn sampled(&self, name: &str) -> u32 {
         assert!(self.plant.recorder().flush());
-        let bins = self.plant.reader().unwrap().draw(name, Micros(0), Micros(i64::MAX), 1).unwrap();
-        bins.iter().map(|bin| bin.extent.count).sum()
+        let bins = self.plant.open_reader().unwrap().trend(name, Micros(0), Micros(i64::MAX), 1).unwrap();
+        bins.iter().map(|bin| bin.summary.count).sum()
     }
 }
 
@@ -108,9 +108,9 @@ fn a_gauge_that_was_exchanged_for_another_is_named() {
     desk.exchanging("fore");
     desk.bench.strike(Blow::Swap(5, "psg550@5"));
     let chamber = desk.until_trouble("chamber", "the file says bcg450");
-    assert_eq!(chamber.standing, Standing::Missing);
+    assert_eq!(chamber.standing, BusStationState::Missing);
     assert!(chamber.readings.iter().all(|reading| (reading.pa, reading.quality) == (None, Quality::Gap.word())));
-    assert_eq!(desk.plant.gauge("fore").unwrap().standing, Standing::Exchanging);
+    assert_eq!(desk.plant.gauge("fore").unwrap().standing, BusStationState::Exchanging);
     // One of the right kind that shows another unit.
     desk.bench.strike(Blow::Swap(5, "bcg450@5:unit=torr"));
     let chamber = desk.exchanging("chamber");
@@ -149,7 +149,7 @@ fn how_far_parameters_are_read_is_told() {
     let asked = std::thread::spawn(move || plant.blocks("chamber").unwrap());
     let end = Instant::now() + PATIENCE;
     let far = loop {
-        if let Some(far) = desk.plant.reading().into_iter().find(|far| far.done > 10) {
+        if let Some(far) = desk.plant.read_progress().into_iter().find(|far| far.done > 10) {
             break far;
         }
         assert!(Instant::now() < end && !asked.is_finished(), "never seen");
@@ -157,27 +157,27 @@ fn how_far_parameters_are_read_is_told() {
     };
     assert!(far.gauge == "chamber" && far.done < far.of && far.of > 50, "{far:?}");
     assert!(!asked.join().unwrap().is_empty());
-    assert_eq!(desk.plant.reading(), []);
+    assert_eq!(desk.plant.read_progress(), []);
     desk.station.stop();
 }
 
 fn engineer(desk: &Desk) -> Actor {
-    let actor = Actor { person: Person { name: Arc::from("Erna"), role: Role::Engineer }, peer: None };
-    act::pass(&desk.plant, &actor, Move::Ask, Instant::now()).unwrap();
+    let actor = Actor { user: User { name: Arc::from("Erna"), role: Role::Engineer }, peer: None };
+    control::change_authority(&desk.plant, &actor, AuthorityAction::Request, Instant::now()).unwrap();
     actor
 }
 
-fn value(number: f64) -> Wish {
-    let (target, value) = (Some("pirani.safe-value".to_owned()), Some(Given::Number(number)));
-    Wish { target, value, command: None }
+fn value(number: f64) -> OperationRequest {
+    let (target, value) = (Some("pirani.safe-value".to_owned()), Some(GivenValue::Number(number)));
+    OperationRequest { target, value, command: None }
 }
 
 /// Written in the end: a computer that is busy is late for a connection, which the gauge then holds for a while.
-fn written(desk: &Desk, actor: &Actor, number: f64) -> Done {
+fn written(desk: &Desk, actor: &Actor, number: f64) -> Readback {
     let end = Instant::now() + PATIENCE;
     loop {
-        let armed = act::arm(&desk.plant, actor, "chamber", &value(number));
-        match armed.and_then(|order| act::fire(&desk.plant, actor, &order.id)) {
+        let armed = control::arm(&desk.plant, actor, "chamber", &value(number));
+        match armed.and_then(|order| control::execute(&desk.plant, actor, &order.id)) {
             Ok(fired) => return fired.done,
             Err(error) => assert!(Instant::now() < end, "{error}"),
         }
@@ -198,7 +198,7 @@ fn who_acts_makes_no_hole_in_the_record() {
     // A write and what is asked around it take some sampling times.
     let during = desk.sampled("fore") - before;
     assert!(during > 10, "sampled {during} times");
-    assert_eq!(desk.plant.gauge("chamber").unwrap().standing, Standing::Exchanging);
+    assert_eq!(desk.plant.gauge("chamber").unwrap().standing, BusStationState::Exchanging);
     desk.station.stop();
 }
 
@@ -207,9 +207,9 @@ fn a_gauge_that_answers_nobody_is_told_and_holds_nobody_up() {
     let desk = Desk::new(&["bcg450@5", "psg550@6"], &["chamber bcg450 5", "fore psg550 6"]);
     desk.exchanging("chamber");
     let actor = engineer(&desk);
-    let order = act::arm(&desk.plant, &actor, "chamber", &value(1.0)).unwrap();
+    let order = control::arm(&desk.plant, &actor, "chamber", &value(1.0)).unwrap();
     desk.bench.strike(Blow::Deaf(5, true));
-    let NotDone::Conflict(sentence, _) = act::fire(&desk.plant, &actor, &order.id).unwrap_err() else {
+    let ControlError::Conflict(sentence, _) = control::execute(&desk.plant, &actor, &order.id).unwrap_err() else {
         panic!("fired")
     };
     assert!(sentence.contains("bcg450 at address 5"), "{sentence}");
@@ -224,8 +224,8 @@ fn a_controller_without_dp_v1_says_how_it_is_written() {
     let desk = Desk::new(&["tpg300@8"], &["old tpg300 8"]);
     desk.until("old", |gauge| !gauge.readings.is_empty());
     let actor = engineer(&desk);
-    let wish = Wish { command: Some("store".to_owned()), ..Wish::default() };
-    let NotDone::Conflict(sentence, _) = act::arm(&desk.plant, &actor, "old", &wish).unwrap_err() else {
+    let wish = OperationRequest { command: Some("store".to_owned()), ..OperationRequest::default() };
+    let ControlError::Conflict(sentence, _) = control::arm(&desk.plant, &actor, "old", &wish).unwrap_err() else {
         panic!("armed")
     };
     assert!(sentence.contains("`profivac write --via pkw`"), "{sentence}");

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use profivac_station::people::password::Hash;
+use profivac_station::auth::password::Hash;
 use std::fs;
 use std::sync::{Barrier, Mutex};
 
@@ -25,7 +25,7 @@ fn who_guesses_on_many_threads_takes_the_memory_of_one() {
             all.wait();
             for _ in 0..3 {
                 let _turn = turn.lock().unwrap();
-                assert!(!hash.is("tin whisker"));
+                assert!(!hash.matches("tin whisker"));
             }
             // Nobody has ended when it is counted.
             all.wait();

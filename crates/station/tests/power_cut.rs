@@ -25,7 +25,7 @@ fn record_for_ever_when_told_so() {
         // Each pressure is out of the band of the one before.
         recorder.push(&gauge, Sample::new(at, Some(10_f64.powi((number % 10) as i32)), Quality::Valid));
         let event = Event { at, gauge: None, kind: EventKind::Note, text: number.to_string() };
-        assert!(recorder.event(event));
+        assert!(recorder.record_event_and_wait(event));
         println!("acknowledged {number}");
         std::io::stdout().flush().unwrap();
     }

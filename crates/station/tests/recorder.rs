@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_recorder::{
-    Band, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
+    Deadband, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -40,8 +40,8 @@ impl Desk {
 fn everything() -> Settings {
     let for_ever = Duration::from_secs(1_000_000_000);
     Settings {
-        band: Band { decades: 0.0, longest: Duration::ZERO },
-        around: Duration::from_secs(5),
+        deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
+        full_rate_window: Duration::from_secs(5),
         retention: Retention { samples: for_ever, spans: [None; 4] },
     }
 }
@@ -83,10 +83,10 @@ fn what_was_pushed_comes_back_with_its_quality() {
     let desk = Desk::new();
     let samples = [
         valid(0, 1e-6),
-        Sample::new(at(1), Some(1e-8), Quality::Under),
+        Sample::new(at(1), Some(1e-8), Quality::Underrange),
         Sample::new(at(2), None, Quality::Invalid),
         Sample::gap(at(3)),
-        Sample::new(at(4), Some(1e5), Quality::Over),
+        Sample::new(at(4), Some(1e5), Quality::Overrange),
     ];
     let recorder = desk.recorder(everything());
     samples.iter().for_each(|sample| recorder.push(&gauge(), *sample));
@@ -111,12 +111,12 @@ fn a_steady_pressure_takes_little_room_and_its_end_is_known() {
 fn around_an_event_every_sample_is_kept() {
     let desk = Desk::new();
     let settings =
-        Settings { around: Duration::from_secs(5), retention: everything().retention, ..Settings::default() };
+        Settings { full_rate_window: Duration::from_secs(5), retention: everything().retention, ..Settings::default() };
     let recorder = desk.recorder(settings);
     (0..20).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
     let event =
         Event { at: at(19), gauge: Some("chamber".to_owned()), kind: EventKind::Gauge, text: "degas".to_owned() };
-    assert!(recorder.event(event.clone()));
+    assert!(recorder.record_event_and_wait(event.clone()));
     (20..40).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
     assert!(recorder.flush());
     let kept = desk.reader().samples("chamber", at(0), at(100)).unwrap();
@@ -135,18 +135,18 @@ fn a_picture_shows_extremes_at_every_zoom() {
         assert!(second % 10_000 != 0 || recorder.flush());
     }
     assert!(recorder.flush());
-    assert_eq!(recorder.health().lost, 0);
+    assert_eq!(recorder.health().lost_samples, 0);
     let reader = desk.reader();
     for (from, to, pixels) in
         [(0, 86_400, 2000), (0, 86_400, 100), (0, 86_400, 4), (39_000, 41_000, 2000), (30_000, 50_000, 300)]
     {
-        let bins = reader.draw("chamber", at(from), at(to), pixels).unwrap();
+        let bins = reader.trend("chamber", at(from), at(to), pixels).unwrap();
         assert!(bins.len() <= pixels as usize + 1, "{} bins in {pixels} pixels", bins.len());
         assert!(bins.windows(2).all(|pair| pair[0].start < pair[1].start));
-        let highest = bins.iter().filter_map(|bin| bin.extent.high).fold(0.0, f64::max);
-        let lowest = bins.iter().filter_map(|bin| bin.extent.low).fold(1e9, f64::min);
+        let highest = bins.iter().filter_map(|bin| bin.summary.high).fold(0.0, f64::max);
+        let lowest = bins.iter().filter_map(|bin| bin.summary.low).fold(1e9, f64::min);
         assert_eq!((lowest, highest), (1e-6, 1.0), "{pixels} pixels");
-        let mean = bins[0].extent.mean().unwrap();
+        let mean = bins[0].summary.mean().unwrap();
         assert!((mean.log10() + 6.0).abs() < 0.01 || pixels == 4, "{mean}");
     }
 }
@@ -159,11 +159,11 @@ fn gaps_are_bins_that_say_so_or_are_not_there() {
     recorder.push(&gauge(), Sample::gap(at(100)));
     (200..300).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
     assert!(recorder.flush());
-    let bins = desk.reader().draw("chamber", at(0), at(300), 30).unwrap();
-    let missing: Vec<_> = bins.iter().filter(|bin| bin.extent.count == 0).collect();
+    let bins = desk.reader().trend("chamber", at(0), at(300), 30).unwrap();
+    let missing: Vec<_> = bins.iter().filter(|bin| bin.summary.count == 0).collect();
     assert_eq!(bins.len(), 21);
     assert_eq!(missing.len(), 1);
-    assert!(missing[0].extent.qualities.contains(Quality::Gap));
+    assert!(missing[0].summary.qualities.contains(Quality::Gap));
 }
 
 #[test]
@@ -173,9 +173,9 @@ fn a_recorder_that_begins_again_goes_on_in_the_same_spans() {
         let recorder = desk.recorder(everything());
         (first..first + 5).for_each(|second| recorder.push(&gauge(), valid(second, 10_f64.powi(second as i32))));
     }
-    let bins = desk.reader().draw("chamber", at(0), at(100_000), 10).unwrap();
+    let bins = desk.reader().trend("chamber", at(0), at(100_000), 10).unwrap();
     assert_eq!(bins.len(), 1);
-    let extent = bins[0].extent;
+    let extent = bins[0].summary;
     assert_eq!((extent.low, extent.high, extent.count), (Some(1.0), Some(1e9), 10));
 }
 
@@ -207,10 +207,10 @@ fn what_is_old_goes_and_what_is_coarse_stays() {
         file.query_row(sql, [i64::from(level), now.0 - DAY], |row| row.get(0)).unwrap()
     };
     assert_eq!((spans(1), spans(2) > 0), (0, true), "spans of 10 s are as old as they may be");
-    let near = reader.draw("chamber", old, Micros(old.0 + 100 * Micros::SECOND), 10).unwrap();
-    assert_eq!(near.iter().map(|bin| bin.extent.count).sum::<u32>(), 10, "then coarser ones are drawn");
-    let year = reader.draw("chamber", Micros(old.0 - DAY), Micros(old.0 + DAY), 100).unwrap();
-    assert_eq!(year.iter().map(|bin| bin.extent.count).sum::<u32>(), 10, "coarser spans are kept");
+    let near = reader.trend("chamber", old, Micros(old.0 + 100 * Micros::SECOND), 10).unwrap();
+    assert_eq!(near.iter().map(|bin| bin.summary.count).sum::<u32>(), 10, "then coarser ones are drawn");
+    let year = reader.trend("chamber", Micros(old.0 - DAY), Micros(old.0 + DAY), 100).unwrap();
+    assert_eq!(year.iter().map(|bin| bin.summary.count).sum::<u32>(), 10, "coarser spans are kept");
 }
 
 #[test]

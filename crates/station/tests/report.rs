@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use jiff::tz::{TimeZone, offset};
-use profivac_recorder::{Band, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Deadband, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
 use profivac_station::config::Config;
-use profivac_station::pumpdown::Span;
+use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::series::{known, moved, pump_downs, series};
-use profivac_station::report::{Identity, Report, Unit, Wish, page::page};
+use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -41,9 +41,9 @@ fn at(s: f64) -> Micros {
 
 /// Nothing is thinned more than asked for, and nothing is ever too old.
 fn settings(decades: f64) -> Settings {
-    let band = Band { decades, ..Band::default() };
+    let band = Deadband { decades, ..Deadband::default() };
     let retention = Retention { samples: Duration::from_secs(1 << 40), spans: [None; 4] };
-    Settings { band, around: Duration::ZERO, retention }
+    Settings { deadband: band, full_rate_window: Duration::ZERO, retention }
 }
 
 /// A record in a folder of its own.
@@ -72,7 +72,7 @@ fn plant(recorder: &Recorder) {
         recorder.push(&chamber, Sample::new(at(second), Some(pa), Quality::Valid));
         let seen = match second {
             1_000.0..1_200.0 => Sample::gap(at(second)),
-            _ if pa > 1.0 => Sample::new(at(second), Some(1.0), Quality::Over),
+            _ if pa > 1.0 => Sample::new(at(second), Some(1.0), Quality::Overrange),
             _ => Sample::new(at(second), Some(pa * 0.9), Quality::Valid),
         };
         recorder.push(&ion, seen);
@@ -85,19 +85,19 @@ fn plant(recorder: &Recorder) {
     ] {
         let event =
             Event { at: at(second), gauge: gauge.map(str::to_owned), kind: EventKind::Note, text: text.to_owned() };
-        assert!(recorder.event(event));
+        assert!(recorder.record_event_and_wait(event));
     }
 }
 
-fn wish(span: Span, names: &[&str]) -> Wish {
+fn wish(span: TimeRange, names: &[&str]) -> ReportRequest {
     let config = Config::parse(STATION, Path::new("hall.toml")).unwrap();
-    Wish {
+    ReportRequest {
         title: "Acceptance of chamber 7".to_owned(),
         station: Some(config.name.clone()),
         record: "hall.db".to_owned(),
         span,
         why: "the last pump-down".to_owned(),
-        gauges: names.iter().map(|name| ((*name).to_owned(), Identity::of(&config, name))).collect(),
+        gauges: names.iter().map(|name| ((*name).to_owned(), GaugeInfo::of(&config, name))).collect(),
         volume_m3: Some(0.1),
         pressures: vec![2e-2],
         unit: Unit::Mbar,
@@ -210,11 +210,11 @@ fn names_from_a_record_are_never_markup() {
         }
         let text = "</td><img src=x onerror=alert(1)>".to_owned();
         let event = Event { at: at(5.0), gauge: Some(hostile.to_owned()), kind: EventKind::Note, text };
-        assert!(recorder.event(event));
+        assert!(recorder.record_event_and_wait(event));
     });
     let reader = Reader::open(&made.path).unwrap();
-    let span = Span { start: at(0.0), end: at(199.0) };
-    let wish = Wish {
+    let span = TimeRange { start: at(0.0), end: at(199.0) };
+    let wish = ReportRequest {
         title: hostile.to_owned(),
         station: Some(hostile.to_owned()),
         record: hostile.to_owned(),
@@ -235,9 +235,9 @@ fn nothing_valid_is_a_page_too() {
         (0..100).map(f64::from).for_each(|s| recorder.push(&gauge, Sample::new(at(s), None, Quality::Invalid)));
     });
     let reader = Reader::open(&made.path).unwrap();
-    let moved = |start, end| moved(&reader, "chamber", Span { start: at(start), end: at(end) }).unwrap();
+    let moved = |start, end| moved(&reader, "chamber", TimeRange { start: at(start), end: at(end) }).unwrap();
     assert_eq!((moved(0.0, 99.0), moved(200.0, 300.0)), (Some(0.0), None));
-    let report = Report::make(&reader, wish(Span { start: NOON, end: at(99.0) }, &["chamber"])).unwrap();
+    let report = Report::make(&reader, wish(TimeRange { start: NOON, end: at(99.0) }, &["chamber"])).unwrap();
     let page = page(&report);
     assert!(page.contains("not reached<small>no valid pressure</small>"));
     assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
@@ -289,7 +289,7 @@ fn what_is_too_much_to_read_is_read_in_spans_and_that_is_told() {
         }
     });
     let reader = Reader::open(&made.path).unwrap();
-    let span = Span { start: NOON, end: at(f64::from(second)) };
+    let span = TimeRange { start: NOON, end: at(f64::from(second)) };
     let read = series(&reader, "chamber", span).unwrap();
     let coarsest = read.coarsest_s.unwrap();
     assert!((1.0..=20.0).contains(&coarsest), "{coarsest}");
@@ -303,6 +303,6 @@ fn what_is_too_much_to_read_is_read_in_spans_and_that_is_told() {
 fn a_span_that_ends_at_the_end_of_time_is_read() {
     let made = made(0.0, |recorder| recorder.push(&Arc::from("chamber"), Sample::new(NOON, Some(1.0), Quality::Valid)));
     let reader = Reader::open(&made.path).unwrap();
-    let all = Span { start: Micros(i64::MIN), end: Micros(i64::MAX) };
+    let all = TimeRange { start: Micros(i64::MIN), end: Micros(i64::MAX) };
     assert_eq!(series(&reader, "chamber", all).unwrap().samples.len(), 1);
 }

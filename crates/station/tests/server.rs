@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_recorder::{Recorder, Settings};
-use profivac_station::people::Access;
-use profivac_station::plant::Plant;
+use profivac_station::auth::Access;
 use profivac_station::server::{Limits, Server, Setup};
+use profivac_station::services::Services;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::Arc;
@@ -24,8 +24,8 @@ impl Desk {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Plant::new("hall".to_owned(), file, recorder));
-        let setup = Setup { limits, ..Setup::new(address.parse().unwrap(), Access::look()) };
+        let plant = Arc::new(Services::new("hall".to_owned(), file, recorder));
+        let setup = Setup { limits, ..Setup::new(address.parse().unwrap(), Access::anonymous_viewer()) };
         let server = Server::start(plant, setup).unwrap();
         Self { _folder: folder, server }
     }

@@ -5,12 +5,12 @@
 mod desk;
 
 use desk::sight;
-use profivac_recorder::alarms::{Batch, Letter};
+use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{Micros, Recorder, Settings};
-use profivac_station::alarm::Addressee;
+use profivac_station::alarm::NotificationTarget;
 use profivac_station::config::{Config, Webhook};
-use profivac_station::plant::Plant;
-use profivac_station::webhook::{Courier, Patience, WebhookView};
+use profivac_station::services::Services;
+use profivac_station::webhook::{DeliverySettings, DeliveryThread, WebhookView};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -27,13 +27,13 @@ use tokio_rustls::rustls::{ServerConfig, ServerConnection, StreamOwned, crypto};
 const LONG: Duration = Duration::from_secs(60);
 
 /// Hardly any pause.
-const QUICK: Patience = Patience {
-    look: Duration::from_millis(2),
-    answer: LONG,
+const QUICK: DeliverySettings = DeliverySettings {
+    poll_interval: Duration::from_millis(2),
+    answer_timeout: LONG,
     first_pause: Duration::from_millis(1),
     longest_pause: Duration::from_millis(5),
-    oldest: Duration::from_secs(86_400),
-    most: 10_000,
+    max_age: Duration::from_secs(86_400),
+    max_queued: 10_000,
 };
 
 /// What a receiver does with a request.
@@ -103,7 +103,7 @@ fn read(stream: impl Read) -> Option<Came> {
 }
 
 struct Desk {
-    plant: Arc<Plant>,
+    plant: Arc<Services>,
     folder: TempDir,
 }
 
@@ -116,20 +116,20 @@ impl Desk {
     /// The pressure goes up and down once: two letters.
     fn chatter(&self) {
         for pa in [5.0, 0.001] {
-            self.plant.alarms().look(self.plant.recorder(), &sight(pa, "valid"));
+            self.plant.alarms().evaluate(self.plant.recorder(), &sight(pa, "valid"));
         }
         assert!(self.plant.recorder().flush());
     }
 
-    fn start(&self, webhook: &Webhook, patience: Patience) -> Courier {
-        Courier::start(webhook.clone(), Arc::clone(&self.plant), patience).unwrap()
+    fn start(&self, webhook: &Webhook, patience: DeliverySettings) -> DeliveryThread {
+        DeliveryThread::start(webhook.clone(), Arc::clone(&self.plant), patience).unwrap()
     }
 
     /// Waits until the webhook is as wanted.
     fn until(&self, name: &str, wanted: impl Fn(&WebhookView) -> bool) -> WebhookView {
         let end = Instant::now() + LONG;
         loop {
-            let views = self.plant.webhooks().views(&self.plant.reader().unwrap()).unwrap();
+            let views = self.plant.webhooks().views(&self.plant.open_reader().unwrap()).unwrap();
             let view = views.into_iter().find(|view| view.name == name).unwrap();
             if wanted(&view) {
                 return view;
@@ -141,16 +141,19 @@ impl Desk {
 
     fn events(&self) -> Vec<String> {
         assert!(self.plant.recorder().flush());
-        let events = self.plant.reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+        let events = self.plant.open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
         events.into_iter().map(|event| event.text).filter(|text| text.starts_with("webhook")).rev().collect()
     }
 }
 
-fn open(folder: &Path, hooks: &[&Webhook]) -> Arc<Plant> {
+fn open(folder: &Path, hooks: &[&Webhook]) -> Arc<Services> {
     let file = folder.join("plant.db");
     let recorder = Recorder::start(&file, Settings::default()).unwrap();
-    let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
-    let addressees = hooks.iter().map(|hook| Addressee { hook: hook.name.clone(), least: hook.least }).collect();
+    let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+    let addressees = hooks
+        .iter()
+        .map(|hook| NotificationTarget { webhook: hook.name.clone(), min_priority: hook.min_priority })
+        .collect();
     plant.alarms().begin(&plant, config("").alarms, addressees).unwrap();
     plant
 }
@@ -199,7 +202,7 @@ fn a_letter_says_everything_and_goes_with_its_token() {
     assert_ne!(first.body["id"], second.body["id"]);
     let view = desk.until("ops", |view| view.delivered == 2 && view.waiting == 0);
     assert_eq!((view.at, view.problem), (format!("http://{address}"), None));
-    let shown = format!("{hook:?} {:?}", desk.plant.webhooks().views(&desk.plant.reader().unwrap()).unwrap())
+    let shown = format!("{hook:?} {:?}", desk.plant.webhooks().views(&desk.plant.open_reader().unwrap()).unwrap())
         + &desk.events().concat();
     assert!(!shown.contains("s3cret") && !shown.contains("abc"), "{shown}");
 }
@@ -219,7 +222,7 @@ fn what_is_not_taken_is_told_again_until_it_is_and_in_order() {
     let desk = Desk::new(&[&hook]);
     desk.chatter();
     // Who answers at all answers sooner than that, also on a computer that is busy.
-    let _courier = desk.start(&hook, Patience { answer: Duration::from_secs(3), ..QUICK });
+    let _courier = desk.start(&hook, DeliverySettings { answer_timeout: Duration::from_secs(3), ..QUICK });
     let all: Vec<_> = (0..7).map(|_| came.recv_timeout(LONG).unwrap()).collect();
     assert!(all.iter().all(|came| came.head.starts_with("POST /hook?key=abc ")), "redirects are not followed");
     let ids: Vec<_> = all.iter().map(|came| &came.body["id"]).collect();
@@ -261,7 +264,7 @@ fn what_was_not_taken_is_told_by_the_next_program() {
     let hook = webhook(&address, "");
     let desk = Desk::new(&[&hook]);
     desk.chatter();
-    let asleep = Patience { first_pause: LONG, longest_pause: LONG, ..QUICK };
+    let asleep = DeliverySettings { first_pause: LONG, longest_pause: LONG, ..QUICK };
     let courier = desk.start(&hook, asleep);
     let first = came.recv_timeout(LONG).unwrap();
     desk.until("ops", |view| view.problem.as_deref() == Some("the answer is 503"));
@@ -269,7 +272,7 @@ fn what_was_not_taken_is_told_by_the_next_program() {
     let Desk { plant, folder } = desk;
     drop(plant);
     let plant = open(folder.path(), &[&hook]);
-    let _courier = Courier::start(hook, plant, QUICK).unwrap();
+    let _courier = DeliveryThread::start(hook, plant, QUICK).unwrap();
     let again = came.recv_timeout(LONG).unwrap();
     assert_eq!(first.body, again.body, "with the same number");
 }
@@ -286,12 +289,12 @@ fn what_nobody_understands_and_what_is_too_old_or_too_much_is_given_up() {
     desk.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
     drop(courier);
     desk.chatter();
-    let courier = desk.start(&hook, Patience { most: 1, ..QUICK });
+    let courier = desk.start(&hook, DeliverySettings { max_queued: 1, ..QUICK });
     assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "returned", "the older one is given up");
     desk.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
     drop(courier);
     desk.chatter();
-    let _courier = desk.start(&hook, Patience { oldest: Duration::ZERO, ..QUICK });
+    let _courier = desk.start(&hook, DeliverySettings { max_age: Duration::ZERO, ..QUICK });
     desk.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2, 0));
     let events = desk.events();
     assert_eq!(events[0], "webhook \"ops\" was not told of 1 letters: the answer is 400");
@@ -319,9 +322,9 @@ fn a_day_of_letters_is_given_up_at_once() {
     let (address, _came) = receiver(&[Answers("200 OK")]);
     let hook = webhook(&address, "");
     let desk = Desk::new(&[&hook]);
-    let letter = |at| Letter { id: 0, hook: hook.name.clone(), at: Micros(at), body: "{}".to_owned() };
-    let batch = Batch { letters: (0..2000).map(letter).collect(), ..Batch::default() };
-    assert!(desk.plant.recorder().alarms_and_tell(batch, Vec::new()).wait());
+    let letter = |at| Notification { id: 0, webhook: hook.name.clone(), at: Micros(at), body: "{}".to_owned() };
+    let batch = AlarmBatch { notifications: (0..2000).map(letter).collect(), ..AlarmBatch::default() };
+    assert!(desk.plant.recorder().record_alarms_with_receipt(batch, Vec::new()).wait());
     let _courier = desk.start(&hook, QUICK);
     desk.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2000, 0));
     assert_eq!(desk.events(), ["webhook \"ops\" was not told of 2000 letters: it is too old"]);
@@ -379,7 +382,10 @@ fn who_is_told_of_high_ones_alone_is_not_told_of_others() {
     let high = Webhook { name: "high".to_owned(), ..high };
     let desk = Desk::new(&[&all, &high]);
     desk.chatter();
-    let reader = desk.plant.reader().unwrap();
-    assert_eq!((reader.letters("ops").unwrap().len(), reader.letters("high").unwrap().len()), (2, 0));
-    assert_eq!(reader.letters_to_others(&["high".to_owned()]).unwrap().len(), 2);
+    let reader = desk.plant.open_reader().unwrap();
+    assert_eq!(
+        (reader.queued_notifications("ops").unwrap().len(), reader.queued_notifications("high").unwrap().len()),
+        (2, 0)
+    );
+    assert_eq!(reader.notifications_for_other_webhooks(&["high".to_owned()]).unwrap().len(), 2);
 }

@@ -5,7 +5,7 @@
 
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::pump::{Roughing, Turbo};
-use profivac_vacuum::sensor::{Drive, Principle, REFERENCE_K, Range, Sensor, Surroundings};
+use profivac_vacuum::sensor::{Drive, Environment, Principle, REFERENCE_K, Range, Sensor};
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Network};
 use std::hint::black_box;
@@ -23,7 +23,7 @@ fn main() {
         for ((plant, chamber), gauges) in plants.iter_mut().zip(&mut gauges) {
             plant.advance(STEP_S);
             let gas = plant.mixture(*chamber);
-            let around = Surroundings { gas, atmosphere_pa: plant.atmosphere().pa, temperature_k: REFERENCE_K };
+            let around = Environment { gas, atmosphere_pa: plant.atmosphere().pressure_pa, temperature_k: REFERENCE_K };
             for (gauge, drive) in gauges {
                 black_box(gauge.read(&around, *drive, STEP_S));
             }
@@ -56,13 +56,13 @@ fn gauges(number: usize) -> [(Sensor, Drive); 4] {
 fn plant(number: usize) -> (Network, Volume) {
     let air = Atmosphere::default().mixture();
     let mut plant = Network::new(Atmosphere::default());
-    let chamber = plant.volume(0.1 + 1e-5 * number as f64, air);
-    let fore = plant.volume(0.005, air);
+    let chamber = plant.add_volume(0.1 + 1e-5 * number as f64, air);
+    let fore = plant.add_volume(0.005, air);
     let through = Conductance::tube(0.025, 0.3);
-    let turbo = plant.turbo(chamber, fore, Turbo { through, ..Turbo::ordinary(0.3) });
-    plant.roughing(fore, Roughing::dry(0.006, 1.0));
+    let turbo = plant.add_turbo_pump(chamber, fore, Turbo { standstill: through, ..Turbo::ordinary(0.3) });
+    plant.add_roughing_pump(fore, Roughing::dry(0.006, 1.0));
     if let Some(steel) = Material::named("steel") {
-        plant.wall(chamber, Surface::fresh(1.5, steel));
+        plant.add_wall(chamber, Surface::fresh(1.5, steel));
     }
     plant.advance(300.0);
     plant.run_turbo(turbo, true);

@@ -28,7 +28,7 @@ const DRY_AIR: [(Gas, f64); 9] = [
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Atmosphere {
     /// Its pressure with everything in it, in Pa.
-    pub pa: f64,
+    pub pressure_pa: f64,
     /// Its water, from 0 to 1 of what it can hold.
     pub humidity: f64,
 }
@@ -36,7 +36,7 @@ pub struct Atmosphere {
 impl Default for Atmosphere {
     /// Sea level and an ordinary room: half of the water it can hold.
     fn default() -> Self {
-        Self { pa: STANDARD_PA, humidity: 0.5 }
+        Self { pressure_pa: STANDARD_PA, humidity: 0.5 }
     }
 }
 
@@ -44,11 +44,11 @@ impl Atmosphere {
     /// Its gases one by one, so that it can be pumped: light gases pass faster than heavy ones.
     #[must_use]
     pub fn mixture(&self) -> Mixture {
-        let water = (self.humidity * WATER_SATURATED_PA).min(self.pa);
+        let water = (self.humidity * WATER_SATURATED_PA).min(self.pressure_pa);
         let parts: f64 = DRY_AIR.into_iter().map(|(_, part)| part).sum();
         let mut mixture = Mixture::default();
         for (gas, part) in DRY_AIR {
-            mixture[gas] = (self.pa - water) * part / parts;
+            mixture[gas] = (self.pressure_pa - water) * part / parts;
         }
         mixture[Gas::H2o] = water;
         mixture
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn dry_air_has_no_water_and_thin_air_not_more_than_itself() {
         assert_eq!(Atmosphere { humidity: 0.0, ..Atmosphere::default() }.mixture()[Gas::H2o], 0.0);
-        let thin = Atmosphere { pa: 100.0, humidity: 1.0 }.mixture();
+        let thin = Atmosphere { pressure_pa: 100.0, humidity: 1.0 }.mixture();
         assert_eq!((thin[Gas::H2o], thin.total()), (100.0, 100.0));
     }
 }

@@ -24,15 +24,15 @@ const CHOKED_M_PER_S: f64 = 200.0;
 
 /// The mean speed of the molecules of a gas at room temperature, in m/s.
 #[must_use]
-pub fn mean_speed(gas: Gas) -> f64 {
-    (8.0 * R * ROOM_K / (PI * gas.molar_mass())).sqrt()
+pub fn mean_speed_m_per_s(gas: Gas) -> f64 {
+    (8.0 * R * ROOM_K / (PI * gas.molar_mass_kg_per_mol())).sqrt()
 }
 
 /// How much faster each gas is than nitrogen: sqrt(28/M), in the order of [`Gas::all`].
-pub(crate) fn quickness() -> [f64; GAS_COUNT] {
+pub(crate) fn relative_speeds() -> [f64; GAS_COUNT] {
     let mut quickness = [1.0; GAS_COUNT];
     for (place, gas) in quickness.iter_mut().zip(Gas::all()) {
-        *place = (Gas::N2.molar_mass() / gas.molar_mass()).sqrt();
+        *place = (Gas::N2.molar_mass_kg_per_mol() / gas.molar_mass_kg_per_mol()).sqrt();
     }
     quickness
 }
@@ -66,7 +66,7 @@ impl Conductance {
     /// A round tube, in m. A short one is also an opening that has to be found.
     #[must_use]
     pub fn tube(diameter: f64, length: f64) -> Self {
-        let speed = mean_speed(Gas::N2);
+        let speed = mean_speed_m_per_s(Gas::N2);
         let area = PI * diameter * diameter / 4.0;
         let (opening, tube) = (area * speed / 4.0, PI / 12.0 * speed * diameter.powi(3) / length);
         Self {
@@ -86,7 +86,7 @@ impl Conductance {
     /// At a mean pressure in Pa: the part that depends on the molecules (for nitrogen), and the wind that takes all gases
     /// along alike, both in m^3/s.
     #[must_use]
-    pub fn at(&self, pa: f64) -> (f64, f64) {
+    pub fn parts_at(&self, pa: f64) -> (f64, f64) {
         if self.diameter == 0.0 {
             return (self.molecular, self.choked);
         }
@@ -108,8 +108,8 @@ mod tests {
     #[test]
     fn the_textbook_numbers_for_air_come_out() {
         // 11.6 l/s per cm^2 = 116 m/s; 12.1 d^3/l (cm, l/s) = 121 d^3/l (m, m^3/s).
-        near(mean_speed(Gas::Air) / 4.0, 116.0, 0.005);
-        near(PI / 12.0 * mean_speed(Gas::Air), 121.0, 0.005);
+        near(mean_speed_m_per_s(Gas::Air) / 4.0, 116.0, 0.005);
+        near(PI / 12.0 * mean_speed_m_per_s(Gas::Air), 121.0, 0.005);
         // 135 d^4/l p (cm, mbar, l/s) = 1350 d^4/l p (m, Pa, m^3/s).
         near(PI / (128.0 * VISCOSITY), 1350.0, 0.005);
     }
@@ -117,27 +117,27 @@ mod tests {
     #[test]
     fn a_long_tube_carries_molecules_then_a_wind() {
         let tube = Conductance::tube(0.04, 2.0);
-        let nitrogen = PI / 12.0 * mean_speed(Gas::N2) * 0.04_f64.powi(3) / 2.0;
+        let nitrogen = PI / 12.0 * mean_speed_m_per_s(Gas::N2) * 0.04_f64.powi(3) / 2.0;
         near(tube.molecular(), nitrogen, 0.03);
-        let (molecules, wind) = tube.at(1e-6);
+        let (molecules, wind) = tube.parts_at(1e-6);
         near(molecules, tube.molecular(), 1e-5);
         assert!(wind < 1e-6 * molecules);
         // At 10 Pa in 4 cm of width: 1350 d^4/l p = 17 l/s above 3 l/s of molecules that are slowed to 192/237.
-        let (molecules, wind) = tube.at(10.0);
+        let (molecules, wind) = tube.parts_at(10.0);
         near(wind, 1350.0 * 0.04_f64.powi(4) / 2.0 * 10.0, 0.1);
         near(molecules / tube.molecular(), 192.0 / 237.0, 0.01);
     }
 
     #[test]
     fn no_tube_passes_more_than_its_opening_at_the_speed_of_sound() {
-        let (_, wind) = Conductance::tube(0.1, 0.1).at(1e5);
+        let (_, wind) = Conductance::tube(0.1, 0.1).parts_at(1e5);
         assert!(wind < 200.0 * PI * 0.05 * 0.05);
         assert!(Conductance::tube(0.1, 1e-6).molecular() < PI * 0.05 * 0.05 * 118.0);
     }
 
     #[test]
     fn light_gases_are_quick() {
-        let quickness = quickness();
+        let quickness = relative_speeds();
         near(quickness[Gas::H2 as usize], 3.728, 1e-3);
         near(quickness[Gas::Ar as usize], 0.8374, 1e-3);
         near(quickness[Gas::N2 as usize], 1.0, 1e-12);

@@ -90,7 +90,7 @@ impl Gas {
 
     /// Molar mass, in kg/mol.
     #[must_use]
-    pub const fn molar_mass(self) -> f64 {
+    pub const fn molar_mass_kg_per_mol(self) -> f64 {
         GASES[self as usize].4
     }
 }
@@ -121,7 +121,7 @@ impl Mixture {
     }
 
     /// The partial pressures in the order of [`Gas::all`], in Pa.
-    pub(crate) const fn lanes(&self) -> &[f64; GAS_COUNT] {
+    pub(crate) const fn as_array(&self) -> &[f64; GAS_COUNT] {
         &self.0
     }
 

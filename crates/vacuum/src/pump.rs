@@ -43,15 +43,15 @@ pub struct Turbo {
     /// At this pressure at the inlet the rotor turns half as fast, in Pa.
     pub brake_pa: f64,
     /// From standstill to full speed, in s, and back.
-    pub spin_up: f64,
+    pub spin_up_s: f64,
     /// What passes the rotor when it stands.
-    pub through: Conductance,
+    pub standstill: Conductance,
     /// The motor is on.
     pub running: bool,
     /// How fast the rotor turns, 0 to 1.
     pub rotor: f64,
     /// The pressure in the fore line as the last stages have it, in Pa.
-    pub felt_pa: f64,
+    pub stage_pa: f64,
 }
 
 /// The stages follow the pressure in the fore line within this time, in s. free choice
@@ -69,38 +69,38 @@ impl Turbo {
             compression: 1e9,
             critical_pa: 1e3,
             brake_pa: 10.0,
-            spin_up: 120.0,
-            through: Conductance::fixed(0.0),
+            spin_up_s: 120.0,
+            standstill: Conductance::fixed(0.0),
             running: false,
             rotor: 0.0,
-            felt_pa: 0.0,
+            stage_pa: 0.0,
         }
     }
 
     /// The same after the rotor has followed its motor and its load for so many seconds, and the stages the fore line.
     pub(crate) fn turned(&self, inlet_pa: f64, fore_pa: f64, seconds: f64) -> Self {
         let aim = if self.running { 1.0 / (1.0 + inlet_pa / self.brake_pa) } else { 0.0 };
-        let most = seconds / self.spin_up;
+        let most = seconds / self.spin_up_s;
         Self {
             rotor: self.rotor + (aim - self.rotor).clamp(-most, most),
-            felt_pa: fore_pa + (self.felt_pa - fore_pa) * (-seconds / FELT_S).exp(),
+            stage_pa: fore_pa + (self.stage_pa - fore_pa) * (-seconds / FELT_S).exp(),
             ..*self
         }
     }
 
     /// What it passes forward and back, gas by gas, in m^3/s. `roots` is sqrt(M/28) of each.
     pub(crate) fn passes(&self, inlet_pa: f64, fore_pa: f64, roots: &[f64; GAS_COUNT]) -> [[f64; GAS_COUNT]; 2] {
-        let (molecules, wind) = self.through.at((inlet_pa + fore_pa) / 2.0);
+        let (molecules, wind) = self.standstill.parts_at((inlet_pa + fore_pa) / 2.0);
         let speed = self.speed * self.rotor + (molecules + wind) * (1.0 - self.rotor);
-        let over = self.felt_pa / self.critical_pa;
+        let over = self.stage_pa / self.critical_pa;
         let exponent = self.rotor * self.compression.ln() / (1.0 + over.powi(4));
         [[speed; GAS_COUNT], roots.map(|root| speed * (-exponent * root).exp())]
     }
 }
 
 /// sqrt(M/28) of each gas.
-pub(crate) fn roots() -> [f64; GAS_COUNT] {
-    crate::conductance::quickness().map(f64::recip)
+pub(crate) fn mass_roots() -> [f64; GAS_COUNT] {
+    crate::conductance::relative_speeds().map(f64::recip)
 }
 
 /// A flow in Pa m^3/s of so many standard cubic centimetres a minute: at 0 degrees and 1013.25 mbar, as everywhere the
@@ -115,12 +115,12 @@ mod tests {
     use super::*;
 
     fn turning(rotor: f64) -> Turbo {
-        Turbo { rotor, running: true, through: Conductance::fixed(0.03), ..Turbo::ordinary(0.3) }
+        Turbo { rotor, running: true, standstill: Conductance::fixed(0.03), ..Turbo::ordinary(0.3) }
     }
 
     #[test]
     fn the_compression_is_that_of_the_gas() {
-        let [forward, back] = turning(1.0).passes(1e-6, 1.0, &roots());
+        let [forward, back] = turning(1.0).passes(1e-6, 1.0, &mass_roots());
         let ratio = |gas: Gas| forward[gas as usize] / back[gas as usize];
         assert!((ratio(Gas::N2) / 1e9 - 1.0).abs() < 1e-6);
         assert!((200.0..400.0).contains(&ratio(Gas::H2)), "{}", ratio(Gas::H2));
@@ -129,13 +129,14 @@ mod tests {
 
     #[test]
     fn nothing_is_compressed_by_a_rotor_that_stands_or_above_the_critical_pressure() {
-        for [forward, back] in
-            [turning(0.0).passes(1.0, 1.0, &roots()), Turbo { felt_pa: 1e4, ..turning(1.0) }.passes(1.0, 1e4, &roots())]
-        {
+        for [forward, back] in [
+            turning(0.0).passes(1.0, 1.0, &mass_roots()),
+            Turbo { stage_pa: 1e4, ..turning(1.0) }.passes(1.0, 1e4, &mass_roots()),
+        ] {
             let ratio = forward[Gas::N2 as usize] / back[Gas::N2 as usize];
             assert!(ratio < 1.01, "{ratio}");
         }
-        let [forward, _] = turning(0.0).passes(1.0, 1.0, &roots());
+        let [forward, _] = turning(0.0).passes(1.0, 1.0, &mass_roots());
         assert_eq!(forward[0], 0.03);
     }
 

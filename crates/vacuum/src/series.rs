@@ -15,7 +15,7 @@
 use crate::gas::GAS_COUNT;
 
 /// A number for each gas.
-pub type Lanes = [f64; GAS_COUNT];
+pub type PerGas = [f64; GAS_COUNT];
 
 /// The longest `L h` in one sum.
 const LONGEST: f64 = 64.0;
@@ -34,9 +34,9 @@ pub struct Edge {
     /// The other.
     pub to: usize,
     /// What part of the gas of `from` passes to `to`, in 1/s.
-    pub forward: Lanes,
+    pub forward: PerGas,
     /// The other way.
-    pub back: Lanes,
+    pub back: PerGas,
 }
 
 /// All rates of a network.
@@ -45,23 +45,23 @@ pub struct Rates {
     /// Between volumes.
     pub edges: Vec<Edge>,
     /// Out of each volume and away, in 1/s.
-    pub out: Vec<Lanes>,
+    pub out: Vec<PerGas>,
     /// Into each volume, in Pa m^3/s.
-    pub source: Vec<Lanes>,
+    pub source: Vec<PerGas>,
 }
 
 /// Memory for the sum, so that no step allocates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Work {
-    term: Vec<Lanes>,
-    next: Vec<Lanes>,
-    keep: Vec<Lanes>,
+    term: Vec<PerGas>,
+    next: Vec<PerGas>,
+    keep: Vec<PerGas>,
     /// The gas of volume `from`, or what the sources give, is in volume `to`, or has left: line `from`, column `to`.
-    table: Vec<Lanes>,
-    squared: Vec<Lanes>,
-    column: Vec<Lanes>,
+    table: Vec<PerGas>,
+    squared: Vec<PerGas>,
+    column: Vec<PerGas>,
     /// The rate at which each gas left each volume in the last step, in 1/s.
-    pub emptying: Vec<Lanes>,
+    pub emptying: Vec<PerGas>,
 }
 
 impl Work {
@@ -110,7 +110,7 @@ impl Work {
     }
 
     /// Amounts after the time of the table.
-    fn apply(&mut self, amounts: &mut [Lanes], left: &mut Lanes) {
+    fn apply(&mut self, amounts: &mut [PerGas], left: &mut PerGas) {
         let volumes = amounts.len();
         let width = volumes + 1;
         self.term.copy_from_slice(amounts);
@@ -129,7 +129,7 @@ impl Work {
 }
 
 /// All parts of a gas together are the whole of it, whatever was rounded.
-fn whole(parts: &mut [Lanes]) {
+fn whole(parts: &mut [PerGas]) {
     for gas in 0..GAS_COUNT {
         let whole: f64 = parts.iter().map(|part| part[gas]).sum();
         parts.iter_mut().for_each(|part| part[gas] /= whole);
@@ -144,7 +144,7 @@ impl Rates {
     }
 
     /// `amounts` after so many seconds; what left the network is added to `left`.
-    pub fn step(&self, amounts: &mut [Lanes], left: &mut Lanes, seconds: f64, work: &mut Work) {
+    pub fn step(&self, amounts: &mut [PerGas], left: &mut PerGas, seconds: f64, work: &mut Work) {
         self.leaving(&mut work.keep);
         let quickest = work.keep.iter().flatten().copied().fold(1e-6 / seconds, f64::max);
         work.emptying.copy_from_slice(&work.keep);
@@ -159,7 +159,7 @@ impl Rates {
     }
 
     /// The step by squaring: the table of a short time, then of twice that, and so on.
-    fn squares(&self, amounts: &mut [Lanes], left: &mut Lanes, quickest: f64, seconds: f64, work: &mut Work) {
+    fn squares(&self, amounts: &mut [PerGas], left: &mut PerGas, quickest: f64, seconds: f64, work: &mut Work) {
         let volumes = amounts.len();
         let times = (quickest * seconds / SHORT).log2().ceil();
         let length = quickest * seconds * (-times).exp2();
@@ -182,7 +182,7 @@ impl Rates {
     }
 
     /// The rate at which each volume empties.
-    fn leaving(&self, leaving: &mut [Lanes]) {
+    fn leaving(&self, leaving: &mut [PerGas]) {
         leaving.copy_from_slice(&self.out);
         for edge in &self.edges {
             add(&mut leaving[edge.from], &edge.forward, 1.0);
@@ -193,8 +193,8 @@ impl Rates {
     /// One sum.
     fn piece(
         &self,
-        amounts: &mut [Lanes],
-        left: &mut Lanes,
+        amounts: &mut [PerGas],
+        left: &mut PerGas,
         quickest: f64,
         length: f64,
         sources: f64,
@@ -225,7 +225,7 @@ impl Rates {
     }
 
     /// The next term: P times the last one.
-    fn term(&self, work: &mut Work, gone: &mut Lanes, slowness: f64, sources: f64) {
+    fn term(&self, work: &mut Work, gone: &mut PerGas, slowness: f64, sources: f64) {
         let given = slowness * sources;
         let Work { term, next, keep, .. } = work;
         for (number, next) in next.iter_mut().enumerate() {
@@ -244,7 +244,7 @@ impl Rates {
     }
 
     /// By how much all the gas of each volume grows, in Pa m^3/s, and the part that leaves it, in 1/s: into `net`.
-    pub fn net(&self, amounts: &[Lanes], net: &mut [f64]) {
+    pub fn net(&self, amounts: &[PerGas], net: &mut [f64]) {
         for ((net, amount), (out, source)) in net.iter_mut().zip(amounts).zip(self.out.iter().zip(&self.source)) {
             *net = sum(source) - product(amount, out);
         }
@@ -274,26 +274,26 @@ impl Rates {
 }
 
 /// The sum of all gases.
-pub fn sum(lanes: &Lanes) -> f64 {
+pub fn sum(lanes: &PerGas) -> f64 {
     lanes.iter().sum()
 }
 
 /// Adds `factor` times `more`.
-pub fn add(lanes: &mut Lanes, more: &Lanes, factor: f64) {
+pub fn add(lanes: &mut PerGas, more: &PerGas, factor: f64) {
     for gas in 0..GAS_COUNT {
         lanes[gas] += factor * more[gas];
     }
 }
 
-fn scale(lanes: &mut Lanes, factor: f64) {
+fn scale(lanes: &mut PerGas, factor: f64) {
     lanes.iter_mut().for_each(|gas| *gas *= factor);
 }
 
-fn product(left: &Lanes, right: &Lanes) -> f64 {
+fn product(left: &PerGas, right: &PerGas) -> f64 {
     left.iter().zip(right).map(|(left, right)| left * right).sum()
 }
 
-fn mean(lanes: &mut Lanes, others: &Lanes) {
+fn mean(lanes: &mut PerGas, others: &PerGas) {
     for gas in 0..GAS_COUNT {
         lanes[gas] = f64::midpoint(lanes[gas], others[gas]);
     }

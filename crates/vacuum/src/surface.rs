@@ -112,9 +112,9 @@ const MAX_GASES: usize = 8;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// Its area, in m^2.
-    pub area: f64,
+    pub area_m2: f64,
     /// Its temperature, in K.
-    pub kelvin: f64,
+    pub temperature_k: f64,
     gases: &'static [Desorption],
     /// What the clock of each gas shows, in s.
     clocks: [f64; MAX_GASES],
@@ -124,25 +124,25 @@ impl Surface {
     /// A wall that was wet just now, at room temperature; of more than eight gases the first.
     #[must_use]
     pub fn fresh(area: f64, material: &Material) -> Self {
-        Self { area, kelvin: ROOM_K, gases: material.gases, clocks: [FRESH_S; MAX_GASES] }
+        Self { area_m2: area, temperature_k: ROOM_K, gases: material.gases, clocks: [FRESH_S; MAX_GASES] }
     }
 
     /// The same after so many seconds in vacuum at so many kelvin.
     #[must_use]
     pub fn aged(mut self, seconds: f64, kelvin: f64) -> Self {
         for (clock, desorption) in self.clocks.iter_mut().zip(self.gases) {
-            *clock += seconds * hotter(desorption.energy, kelvin);
+            *clock += seconds * arrhenius_factor(desorption.energy, kelvin);
         }
         self
     }
 
     /// Adds what the wall gives off in the next seconds, averaged over them, to `flow`, gas by gas in Pa m^3/s. Returns by how
     /// much it will be less at their end, in all.
-    pub(crate) fn give(&self, seconds: f64, flow: &mut [f64; GAS_COUNT]) -> f64 {
+    pub(crate) fn outgas(&self, seconds: f64, flow: &mut [f64; GAS_COUNT]) -> f64 {
         let mut less = 0.0;
         for (clock, desorption) in self.clocks.iter().zip(self.gases) {
-            let own = seconds * hotter(desorption.energy, self.kelvin);
-            let mean = self.area * desorption.given(*clock, own) / seconds;
+            let own = seconds * arrhenius_factor(desorption.energy, self.temperature_k);
+            let mean = self.area_m2 * desorption.outgassed(*clock, own) / seconds;
             flow[desorption.gas as usize] += mean;
             less += mean * desorption.exponent * own / (2.0 * (clock + own));
         }
@@ -150,10 +150,10 @@ impl Surface {
     }
 
     /// Time passes in a chamber with this partial pressure of water.
-    pub(crate) fn live(&mut self, seconds: f64, water_pa: f64) {
+    pub(crate) fn advance(&mut self, seconds: f64, water_pa: f64) {
         let wetted = (-water_pa * seconds / WETTING_PA_S).exp();
         for (clock, desorption) in self.clocks.iter_mut().zip(self.gases) {
-            *clock += seconds * hotter(desorption.energy, self.kelvin);
+            *clock += seconds * arrhenius_factor(desorption.energy, self.temperature_k);
             if desorption.returns {
                 *clock = (*clock * wetted).max(FRESH_S);
             }
@@ -166,7 +166,7 @@ impl Surface {
         let mut flow = Mixture::default();
         for (clock, desorption) in self.clocks.iter().zip(self.gases) {
             let now = desorption.q1 * (HOUR_S / clock).powf(desorption.exponent);
-            flow[desorption.gas] += self.area * now * hotter(desorption.energy, self.kelvin);
+            flow[desorption.gas] += self.area_m2 * now * arrhenius_factor(desorption.energy, self.temperature_k);
         }
         flow
     }
@@ -174,7 +174,7 @@ impl Surface {
 
 impl Desorption {
     /// What a square metre gives off from `clock` on for so many seconds of its own time, in Pa m: the integral of the law.
-    fn given(&self, clock: f64, own: f64) -> f64 {
+    fn outgassed(&self, clock: f64, own: f64) -> f64 {
         let from = clock / HOUR_S;
         let ratio = (own / clock).ln_1p();
         let rest = 1.0 - self.exponent;
@@ -184,7 +184,7 @@ impl Desorption {
 }
 
 /// How much faster a wall lives at `kelvin` than at room temperature.
-fn hotter(energy: f64, kelvin: f64) -> f64 {
+fn arrhenius_factor(energy: f64, kelvin: f64) -> f64 {
     if kelvin == ROOM_K { 1.0 } else { (energy / R * (ROOM_K.recip() - kelvin.recip())).exp() }
 }
 
@@ -213,8 +213,8 @@ mod tests {
             let (mut wall, mut sum) = (steel(), 0.0);
             for _ in 0..steps {
                 let mut flow = [0.0; GAS_COUNT];
-                wall.give(3600.0 / f64::from(steps), &mut flow);
-                wall.live(3600.0 / f64::from(steps), 0.0);
+                wall.outgas(3600.0 / f64::from(steps), &mut flow);
+                wall.advance(3600.0 / f64::from(steps), 0.0);
                 sum += flow[Gas::H2o as usize] * 3600.0 / f64::from(steps);
             }
             sum
@@ -227,10 +227,10 @@ mod tests {
     fn a_hot_wall_gives_off_more_and_afterwards_less() {
         let mut hot = steel().aged(36_000.0, ROOM_K);
         let before = hot.flow();
-        hot.kelvin = 423.15;
+        hot.temperature_k = 423.15;
         assert!(hot.flow()[Gas::H2o] > 1e4 * before[Gas::H2o]);
         let mut baked = hot.aged(86_400.0, 423.15);
-        baked.kelvin = ROOM_K;
+        baked.temperature_k = ROOM_K;
         let after = baked.flow();
         assert!(after[Gas::H2o] < 1e-4 * before[Gas::H2o], "{:e}", after[Gas::H2o]);
         // 1e-13 mbar l/s per cm^2 is 1e-10 Pa m/s.
@@ -241,7 +241,7 @@ mod tests {
     fn a_vent_costs_by_its_length_and_its_humidity() {
         let vented = |seconds: f64, water_pa: f64| {
             let mut wall = steel().aged(864_000.0, ROOM_K);
-            wall.live(seconds, water_pa);
+            wall.advance(seconds, water_pa);
             wall.flow()[Gas::H2o]
         };
         let dry = vented(0.001, 0.0);
@@ -255,7 +255,7 @@ mod tests {
     fn what_comes_out_of_the_bulk_does_not_come_back() {
         let mut wall = steel().aged(864_000.0, 423.15);
         let before = wall.flow()[Gas::H2];
-        wall.live(3600.0, 1170.0);
+        wall.advance(3600.0, 1170.0);
         assert!(wall.flow()[Gas::H2] <= before);
     }
 }

@@ -23,8 +23,8 @@ fn total(plant: &Network, volume: Volume) -> f64 {
 /// 100 l and 60 l/s, the example of field 5.3.
 fn simple(ultimate_pa: f64) -> (Network, Volume) {
     let mut plant = Network::new(Atmosphere::default());
-    let chamber = plant.volume(0.1, air());
-    plant.roughing(chamber, Roughing::dry(0.06, ultimate_pa));
+    let chamber = plant.add_volume(0.1, air());
+    plant.add_roughing_pump(chamber, Roughing::dry(0.06, ultimate_pa));
     (plant, chamber)
 }
 
@@ -42,10 +42,10 @@ fn the_time_to_pump_down_is_v_over_s_times_the_logarithm() {
 #[test]
 fn a_tube_before_the_pump_adds_its_resistance() {
     let mut plant = Network::new(Atmosphere::default());
-    let mouth = plant.volume(1e-4, Mixture::default());
-    plant.roughing(mouth, Roughing::dry(0.06, 0.0));
-    let chamber = plant.volume(1.0, Mixture::pure(Gas::N2, 1e-2));
-    plant.join(mouth, chamber, Conductance::fixed(0.03));
+    let mouth = plant.add_volume(1e-4, Mixture::default());
+    plant.add_roughing_pump(mouth, Roughing::dry(0.06, 0.0));
+    let chamber = plant.add_volume(1.0, Mixture::pure(Gas::N2, 1e-2));
+    plant.add_joint(mouth, chamber, Conductance::fixed(0.03));
     plant.advance(120.0);
     let before = total(&plant, chamber);
     plant.advance(60.0);
@@ -57,8 +57,8 @@ fn a_tube_before_the_pump_adds_its_resistance() {
 #[test]
 fn the_ultimate_pressure_is_that_of_the_pump_and_the_leak_over_the_speed() {
     let (mut plant, chamber) = simple(1e-3);
-    let leak = plant.opening(chamber, Conductance::wind(6e-4 / STANDARD_PA), Outside::Air);
-    plant.vent(leak, 1.0);
+    let leak = plant.add_opening(chamber, Conductance::wind(6e-4 / STANDARD_PA), Outside::Air);
+    plant.set_opening(leak, 1.0);
     plant.advance(600.0);
     near(total(&plant, chamber), 1e-3 + 6e-4 / 0.06, 0.01, "ultimate pressure");
 }
@@ -66,7 +66,7 @@ fn the_ultimate_pressure_is_that_of_the_pump_and_the_leak_over_the_speed() {
 #[test]
 fn outgassing_falls_with_slope_minus_one_on_log_log_axes() {
     let (mut plant, chamber) = simple(0.0);
-    plant.wall(chamber, Surface::fresh(2.0, Material::named("glass").unwrap()));
+    plant.add_wall(chamber, Surface::fresh(2.0, Material::named("glass").unwrap()));
     plant.advance(600.0);
     let mut seconds = 600.0;
     let mut before = total(&plant, chamber);
@@ -84,12 +84,12 @@ fn outgassing_falls_with_slope_minus_one_on_log_log_axes() {
 #[test]
 fn a_leak_raises_the_pressure_steadily_and_outgassing_bends() {
     let mut plant = Network::new(Atmosphere::default());
-    let leaky = plant.volume(0.1, Mixture::default());
-    let leak = plant.opening(leaky, Conductance::wind(1e-5 / STANDARD_PA), Outside::Air);
-    plant.vent(leak, 1.0);
-    let walled = plant.volume(0.1, Mixture::default());
+    let leaky = plant.add_volume(0.1, Mixture::default());
+    let leak = plant.add_opening(leaky, Conductance::wind(1e-5 / STANDARD_PA), Outside::Air);
+    plant.set_opening(leak, 1.0);
+    let walled = plant.add_volume(0.1, Mixture::default());
     let glass = Surface::fresh(1.0, Material::named("glass").unwrap());
-    plant.wall(walled, glass.aged(3600.0, ROOM_K));
+    plant.add_wall(walled, glass.aged(3600.0, ROOM_K));
     let mut rise = |seconds: f64| {
         let before = [leaky, walled].map(|volume| total(&plant, volume));
         plant.advance(seconds);
@@ -107,16 +107,16 @@ fn a_leak_raises_the_pressure_steadily_and_outgassing_bends() {
 #[test]
 fn a_turbo_ends_where_its_compression_and_its_speed_allow() {
     let mut plant = Network::new(Atmosphere::default());
-    let chamber = plant.volume(0.1, Mixture::pure(Gas::N2, 1e-3));
-    let fore = plant.volume(0.005, Mixture::pure(Gas::N2, 1.0));
-    plant.turbo(chamber, fore, Turbo { running: true, rotor: 1.0, ..Turbo::ordinary(0.3) });
-    let inlet = plant.inlet(fore, Gas::N2);
+    let chamber = plant.add_volume(0.1, Mixture::pure(Gas::N2, 1e-3));
+    let fore = plant.add_volume(0.005, Mixture::pure(Gas::N2, 1.0));
+    plant.add_turbo_pump(chamber, fore, Turbo { running: true, rotor: 1.0, ..Turbo::ordinary(0.3) });
+    let inlet = plant.add_inlet(fore, Gas::N2);
     plant.advance(60.0);
     near(total(&plant, fore) / total(&plant, chamber), 1e9, 0.01, "compression");
-    plant.roughing(fore, Roughing::dry(0.005, 0.0));
-    let feed = plant.inlet(chamber, Gas::N2);
-    plant.feed(feed, Supply::Flow(3e-5));
-    plant.feed(inlet, Supply::Closed);
+    plant.add_roughing_pump(fore, Roughing::dry(0.005, 0.0));
+    let feed = plant.add_inlet(chamber, Gas::N2);
+    plant.set_inlet(feed, Supply::Flow(3e-5));
+    plant.set_inlet(inlet, Supply::Closed);
     plant.advance(60.0);
     near(total(&plant, chamber), 3e-5 / 0.3, 0.01, "inlet");
     near(total(&plant, fore), 3e-5 / 0.005, 0.01, "fore line");
@@ -125,8 +125,8 @@ fn a_turbo_ends_where_its_compression_and_its_speed_allow() {
 #[test]
 fn a_virtual_leak_lets_its_gas_out_by_its_own_time() {
     let (mut plant, chamber) = simple(0.0);
-    let pocket = plant.volume(1e-6, air());
-    plant.join(pocket, chamber, Conductance::wind(1e-10));
+    let pocket = plant.add_volume(1e-6, air());
+    plant.add_joint(pocket, chamber, Conductance::wind(1e-10));
     plant.advance(3600.0);
     // V/C = 10 000 s: p = C p0 exp(-t C/V) / S
     near(total(&plant, chamber), 1e-10 * STANDARD_PA * f64::exp(-0.36) / 0.06, 0.01, "behind a virtual leak");
@@ -135,9 +135,9 @@ fn a_virtual_leak_lets_its_gas_out_by_its_own_time() {
 #[test]
 fn a_regulator_keeps_the_pressure_within_its_band() {
     let (mut plant, chamber) = simple(0.0);
-    let argon = plant.inlet(chamber, Gas::Ar);
+    let argon = plant.add_inlet(chamber, Gas::Ar);
     plant.advance(60.0);
-    plant.feed(argon, Supply::Pressure { pa: 0.5, most: 0.2 });
+    plant.set_inlet(argon, Supply::Pressure { pa: 0.5, most: 0.2 });
     plant.advance(60.0);
     let mixture = plant.mixture(chamber);
     assert!((0.49..0.5).contains(&mixture.total()), "{}", mixture.total());
@@ -148,9 +148,9 @@ fn a_regulator_keeps_the_pressure_within_its_band() {
 fn venting_ends_at_the_pressure_outside() {
     let (mut plant, chamber) = simple(0.0);
     plant.advance(60.0);
-    let closed = plant.volume(0.05, Mixture::pure(Gas::N2, 1e-6));
-    let vent = plant.opening(closed, Conductance::tube(0.01, 0.1), Outside::Gas(Mixture::pure(Gas::N2, 1.1e5)));
-    plant.vent(vent, 1.0);
+    let closed = plant.add_volume(0.05, Mixture::pure(Gas::N2, 1e-6));
+    let vent = plant.add_opening(closed, Conductance::tube(0.01, 0.1), Outside::Gas(Mixture::pure(Gas::N2, 1.1e5)));
+    plant.set_opening(vent, 1.0);
     plant.advance(300.0);
     near(total(&plant, closed), 1.1e5, 1e-6, "vented");
     assert!(total(&plant, chamber) < 1e-3);

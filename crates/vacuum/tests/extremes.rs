@@ -14,23 +14,27 @@ fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
     let width = volumes.iter().fold(width, |width, m3| width.min(m3.cbrt()));
     let air = Atmosphere::default().mixture();
     let mut plant = Network::new(Atmosphere::default());
-    let [chamber, throat, fore] = volumes.map(|m3| plant.volume(m3, air));
-    let gate = plant.join(chamber, throat, Conductance::tube(width, width));
-    let turbo = plant.turbo(throat, fore, Turbo { through: Conductance::tube(width, width), ..Turbo::ordinary(speed) });
-    plant.roughing(fore, Roughing::dry(speed, 1.0));
+    let [chamber, throat, fore] = volumes.map(|m3| plant.add_volume(m3, air));
+    let gate = plant.add_joint(chamber, throat, Conductance::tube(width, width));
+    let turbo = plant.add_turbo_pump(
+        throat,
+        fore,
+        Turbo { standstill: Conductance::tube(width, width), ..Turbo::ordinary(speed) },
+    );
+    plant.add_roughing_pump(fore, Roughing::dry(speed, 1.0));
     let area = 6.0 * volumes[0].powf(2.0 / 3.0);
-    plant.wall(chamber, Surface::fresh(area, Material::named("steel").unwrap()));
-    let vent = plant.opening(chamber, Conductance::tube(width, width), Outside::Gas(Mixture::pure(Gas::N2, 1.1e5)));
-    let inlet = plant.inlet(chamber, Gas::Ar);
+    plant.add_wall(chamber, Surface::fresh(area, Material::named("steel").unwrap()));
+    let vent = plant.add_opening(chamber, Conductance::tube(width, width), Outside::Gas(Mixture::pure(Gas::N2, 1.1e5)));
+    let inlet = plant.add_inlet(chamber, Gas::Ar);
     for number in 0..steps {
         match number % 6 {
             1 => plant.run_turbo(turbo, true),
-            2 => plant.feed(inlet, Supply::Pressure { pa: 1.0, most: 0.36 }),
-            3 => plant.feed(inlet, Supply::Closed),
-            4 => plant.vent(vent, 1.0),
+            2 => plant.set_inlet(inlet, Supply::Pressure { pa: 1.0, most: 0.36 }),
+            3 => plant.set_inlet(inlet, Supply::Closed),
+            4 => plant.set_opening(vent, 1.0),
             5 => {
-                plant.vent(vent, 0.0);
-                plant.open(gate, if number % 4 == 1 { 0.0 } else { 1.0 });
+                plant.set_opening(vent, 0.0);
+                plant.set_joint(gate, if number % 4 == 1 { 0.0 } else { 1.0 });
             }
             _ => {}
         }
@@ -49,8 +53,8 @@ fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
         }
     }
     let balance = plant.balance();
-    for (gas, came) in balance.came.iter() {
-        let elsewhere = balance.left[gas] + balance.there[gas];
+    for (gas, came) in balance.entered.iter() {
+        let elsewhere = balance.left[gas] + balance.present[gas];
         assert!(
             (elsewhere - came).abs() <= 1e-8 * came,
             "{gas}: {came:e} came, {elsewhere:e} left or is there: {volumes:?} {width} {speed}"

@@ -22,15 +22,15 @@ impl Plant {
     fn new() -> Self {
         let air = Atmosphere::default().mixture();
         let mut network = Network::new(Atmosphere::default());
-        let [chamber, throat, fore] = [0.1, 0.005, 0.003].map(|m3| network.volume(m3, air));
-        let gate = network.join(chamber, throat, Conductance::tube(0.1, 0.1));
+        let [chamber, throat, fore] = [0.1, 0.005, 0.003].map(|m3| network.add_volume(m3, air));
+        let gate = network.add_joint(chamber, throat, Conductance::tube(0.1, 0.1));
         let through = Conductance::tube(0.025, 0.3);
-        let turbo = network.turbo(throat, fore, Turbo { through, ..Turbo::ordinary(0.3) });
-        network.roughing(fore, Roughing::dry(0.006, 1.0));
-        let wall = network.wall(chamber, Surface::fresh(1.5, Material::named("steel").unwrap()));
-        let leak = network.opening(chamber, Conductance::wind(1e-11), Outside::Air);
-        network.vent(leak, 1.0);
-        let vent = network.opening(chamber, Conductance::tube(0.004, 0.05), Outside::Air);
+        let turbo = network.add_turbo_pump(throat, fore, Turbo { standstill: through, ..Turbo::ordinary(0.3) });
+        network.add_roughing_pump(fore, Roughing::dry(0.006, 1.0));
+        let wall = network.add_wall(chamber, Surface::fresh(1.5, Material::named("steel").unwrap()));
+        let leak = network.add_opening(chamber, Conductance::wind(1e-11), Outside::Air);
+        network.set_opening(leak, 1.0);
+        let vent = network.add_opening(chamber, Conductance::tube(0.004, 0.05), Outside::Air);
         Self { network, chamber, fore, gate, turbo, vent, wall }
     }
 
@@ -38,15 +38,15 @@ impl Plant {
     /// in Pa.
     fn life(mut self, step: f64) -> Vec<[f64; 2]> {
         let mut pressures = Vec::new();
-        let argon = self.network.inlet(self.chamber, Gas::Ar);
+        let argon = self.network.add_inlet(self.chamber, Gas::Ar);
         for part in 0..8 {
             match part {
                 1 => self.network.run_turbo(self.turbo, true),
-                3 => self.network.feed(argon, Supply::Flow(0.02)),
-                4 => self.network.feed(argon, Supply::Closed),
-                5 => self.network.heat(self.wall, 423.0),
-                6 => self.network.open(self.gate, 0.0),
-                7 => self.network.vent(self.vent, 1.0),
+                3 => self.network.set_inlet(argon, Supply::Flow(0.02)),
+                4 => self.network.set_inlet(argon, Supply::Closed),
+                5 => self.network.set_wall_temperature(self.wall, 423.0),
+                6 => self.network.set_joint(self.gate, 0.0),
+                7 => self.network.set_opening(self.vent, 1.0),
                 _ => {}
             }
             let times = if part == 7 { [1.0, 3.0, 10.0, 20.0] } else { [10.0, 40.0, 100.0, 300.0] };
@@ -82,10 +82,10 @@ fn what_came_left_or_is_there() {
     plant.network.run_turbo(plant.turbo, true);
     for part in 0..4 {
         plant.network.advance(600.0);
-        plant.network.vent(plant.vent, if part == 2 { 1.0 } else { 0.0 });
+        plant.network.set_opening(plant.vent, if part == 2 { 1.0 } else { 0.0 });
         let balance = plant.network.balance();
-        for (gas, came) in balance.came.iter() {
-            let elsewhere = balance.left[gas] + balance.there[gas];
+        for (gas, came) in balance.entered.iter() {
+            let elsewhere = balance.left[gas] + balance.present[gas];
             assert!((elsewhere - came).abs() <= 1e-9 * came, "{gas}: {came:e} came, {elsewhere:e} went or stayed");
         }
     }
@@ -107,16 +107,16 @@ fn the_pressures_are_those_of_a_plant() {
 
 #[test]
 fn nothing_is_too_high_or_too_low() {
-    let air = Atmosphere { pa: 2e5, humidity: 1.0 }.mixture();
+    let air = Atmosphere { pressure_pa: 2e5, humidity: 1.0 }.mixture();
     let mut network = Network::new(Atmosphere::default());
-    let full = network.volume(1e-6, air);
-    let empty = network.volume(100.0, air.scaled(1e-17));
-    let joint = network.join(full, empty, Conductance::tube(0.2, 0.01));
-    let pump = network.turbo(empty, full, Turbo { rotor: 1.0, compression: 1e12, ..Turbo::ordinary(3.0) });
+    let full = network.add_volume(1e-6, air);
+    let empty = network.add_volume(100.0, air.scaled(1e-17));
+    let joint = network.add_joint(full, empty, Conductance::tube(0.2, 0.01));
+    let pump = network.add_turbo_pump(empty, full, Turbo { rotor: 1.0, compression: 1e12, ..Turbo::ordinary(3.0) });
     for (step, open, running) in
         [(1e-9, 1.0, false), (1e-3, 0.5, false), (1e6, 1.0, false), (10.0, 0.0, true), (1e4, 1.0, false)]
     {
-        network.open(joint, open);
+        network.set_joint(joint, open);
         network.run_turbo(pump, running);
         network.advance(step);
         for volume in [full, empty] {
@@ -125,5 +125,5 @@ fn nothing_is_too_high_or_too_low() {
         }
     }
     let balance = network.balance();
-    assert!((balance.there.total() / balance.came.total() - 1.0).abs() < 1e-9, "{balance:?}");
+    assert!((balance.present.total() / balance.entered.total() - 1.0).abs() < 1e-9, "{balance:?}");
 }

@@ -11,9 +11,9 @@
 //! | [`mod@open`] | ports by name, `sim:FILE.toml` included |
 
 pub mod device;
-pub mod factory;
-pub mod memory;
+pub mod device_spec;
+pub mod memory_segment;
+pub mod nonvolatile;
 pub mod open;
 pub mod scenario;
-pub mod scene;
 pub mod segment_file;

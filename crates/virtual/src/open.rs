@@ -22,7 +22,7 @@ pub fn port(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
 
 /// What opens it again whenever it is lost.
 #[must_use]
-pub fn again(name: &str, baud: Baud) -> Opener {
+pub fn opener(name: &str, baud: Baud) -> Opener {
     let name = name.to_owned();
     Arc::new(move || port(&name, baud))
 }

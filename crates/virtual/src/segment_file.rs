@@ -12,14 +12,14 @@
 //! Only `devices` has to be there. The devices live in a thread and in real time, at the other end of a socket, so that whoever
 //! has the port treats it like any other; they end with the port.
 
-use crate::device::{Conditions, VirtualDevice};
-use crate::factory::{Spec, check_places};
-use crate::memory::Memory;
+use crate::device::{GasConditions, VirtualDevice};
+use crate::device_spec::{DeviceSpec, check_addresses};
+use crate::nonvolatile::NonvolatileMemory;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
-use profivac_host::port::{PortError, Remark, Stream};
+use profivac_host::port::{Notice, PortError, Stream};
 use profivac_host::segment::Segment;
-use profivac_host::text_file::{self, Parsed, baud, place_of, usual_baud};
+use profivac_host::text_file::{self, Parsed, baud, line_and_column, usual_baud};
 use profivac_vacuum::Gas;
 use serde::Deserialize;
 use std::fmt::Display;
@@ -32,7 +32,7 @@ use toml::Spanned;
 /// What the file says.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Described {
+struct Description {
     devices: Spanned<Vec<Spanned<String>>>,
     #[serde(default = "usual_baud", deserialize_with = "baud")]
     baud: Baud,
@@ -42,22 +42,22 @@ struct Described {
     state: Option<Spanned<PathBuf>>,
 }
 
-impl Described {
+impl Description {
     /// The devices, each with its place in the text.
-    fn specs(&self) -> Result<Vec<(Range<usize>, Spec)>, Wrong> {
+    fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, TextError> {
         let mut specs = Vec::new();
         for text in self.devices.get_ref() {
-            specs.push(text.get_ref().parse::<Spec>().map_err(|error| Wrong::at(&text.span(), error))?);
+            specs.push(text.get_ref().parse::<DeviceSpec>().map_err(|error| TextError::at(&text.span(), error))?);
         }
-        check_places(&specs).map_err(|error| Wrong::at(&self.devices.span(), error))?;
+        check_addresses(&specs).map_err(|error| TextError::at(&self.devices.span(), error))?;
         Ok(self.devices.get_ref().iter().map(Spanned::span).zip(specs).collect())
     }
 
     /// The same conditions as `simulate` has unless it is told otherwise.
-    fn conditions(&self) -> Conditions {
+    fn environment(&self) -> GasConditions {
         let or =
             |given: &Option<Parsed<Pressure>>, mbar| given.as_ref().map_or(Pressure::from_mbar(mbar), |given| given.0);
-        Conditions {
+        GasConditions {
             pressure: or(&self.pressure, 1e-3),
             atmosphere: or(&self.atmosphere, 1013.25),
             gas: self.gas.as_ref().map_or(Gas::N2, |gas| gas.0),
@@ -66,14 +66,14 @@ impl Described {
 }
 
 /// What is wrong, and where: an octet of the text.
-struct Wrong {
+struct TextError {
     at: usize,
-    what: String,
+    message: String,
 }
 
-impl Wrong {
+impl TextError {
     fn at(span: &Range<usize>, what: impl Display) -> Self {
-        Self { at: span.start, what: what.to_string() }
+        Self { at: span.start, message: what.to_string() }
     }
 }
 
@@ -82,7 +82,7 @@ pub struct SegmentFile {
     name: String,
     baud: Baud,
     devices: Vec<VirtualDevice>,
-    remarks: Vec<Remark>,
+    notices: Vec<Notice>,
 }
 
 impl SegmentFile {
@@ -101,32 +101,41 @@ impl SegmentFile {
     /// # Errors
     /// [`PortError::File`] with the place in the file, and what was expected there.
     pub fn parse(text: &str, path: &Path) -> Result<Self, PortError> {
-        Self::make(text, path).map_err(|Wrong { at, what }| {
-            let (line, column) = place_of(text, at);
+        Self::make(text, path).map_err(|TextError { at, message: what }| {
+            let (line, column) = line_and_column(text, at);
             PortError::File(format!("{}:{line}:{column}: {what}", path.display()))
         })
     }
 
-    fn make(text: &str, path: &Path) -> Result<Self, Wrong> {
-        let described: Described =
-            toml::from_str(text).map_err(|error| Wrong::at(&error.span().unwrap_or_default(), error.message()))?;
-        let (conditions, baud) = (described.conditions(), described.baud);
-        let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), remarks: Vec::new() };
+    fn make(text: &str, path: &Path) -> Result<Self, TextError> {
+        let described: Description =
+            toml::from_str(text).map_err(|error| TextError::at(&error.span().unwrap_or_default(), error.message()))?;
+        let (conditions, baud) = (described.environment(), described.baud);
+        let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
         for (span, spec) in described.specs()? {
             let memory = file.memory(&described, path, &spec)?;
-            let unit = spec.build(memory, baud).map_err(|error| Wrong::at(&span, error))?;
-            file.devices.push(VirtualDevice::new(unit, spec.place, baud, conditions));
+            let unit = spec.build(memory, baud).map_err(|error| TextError::at(&span, error))?;
+            file.devices.push(VirtualDevice::new(unit, spec.address, baud, conditions));
         }
         Ok(file)
     }
 
     /// The memory of a device: as it was left in the folder, or as from the box.
-    fn memory(&mut self, described: &Described, path: &Path, spec: &Spec) -> Result<Memory, Wrong> {
-        let Some(folder) = &described.state else { return Ok(Memory::volatile()) };
-        let opened = Memory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.place)
-            .map_err(|error| Wrong::at(&folder.span(), error))?;
-        let (device, place) = (spec.device.clone(), spec.place);
-        self.remarks.extend(opened.aside.map(|aside| Remark::Memory { device, place, aside }));
+    fn memory(
+        &mut self,
+        described: &Description,
+        path: &Path,
+        spec: &DeviceSpec,
+    ) -> Result<NonvolatileMemory, TextError> {
+        let Some(folder) = &described.state else { return Ok(NonvolatileMemory::volatile()) };
+        let opened = NonvolatileMemory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.address)
+            .map_err(|error| TextError::at(&folder.span(), error))?;
+        let (device, place) = (spec.device.clone(), spec.address);
+        self.notices.extend(opened.damaged_copy.map(|aside| Notice::StoreDamaged {
+            device,
+            address: place,
+            kept_as: aside,
+        }));
         Ok(opened.memory)
     }
 
@@ -135,7 +144,7 @@ impl SegmentFile {
     /// # Errors
     /// [`PortError::System`] when the system gives neither a socket nor a thread.
     pub fn run(self) -> Result<Stream<UnixStream>, PortError> {
-        let Self { name, baud, devices, remarks } = self;
+        let Self { name, baud, devices, notices: remarks } = self;
         let failed = |source| PortError::System { name: name.clone(), source };
         let (ours, theirs) = UnixStream::pair().map_err(failed)?;
         for socket in [&ours, &theirs] {
@@ -152,7 +161,7 @@ impl SegmentFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_host::scan::look;
+    use profivac_host::scan::probe;
     use profivac_host::session::{BusSession, bus_parameters};
     use std::fs;
     use std::time::Instant;
@@ -171,12 +180,13 @@ baud = 93750
     #[test]
     fn a_file_describes_what_a_command_line_does() {
         let file = parse(FILE).unwrap();
-        let devices: Vec<_> = file.devices.iter().map(|device| (device.instrument().name(), device.place())).collect();
+        let devices: Vec<_> =
+            file.devices.iter().map(|device| (device.instrument().name(), device.switch_address())).collect();
         assert_eq!((devices.as_slice(), file.baud), (&[("bcg450", 5), ("pcg550", 6)][..], Baud::B93750));
         assert_eq!(file.name, "sim:bench.toml");
-        let usual = toml::from_str::<Described>("devices = []").unwrap();
-        assert_eq!((usual.baud, usual.conditions().pressure.mbar()), (Baud::B19200, 1e-3));
-        let described = toml::from_str::<Described>(FILE).unwrap().conditions();
+        let usual = toml::from_str::<Description>("devices = []").unwrap();
+        assert_eq!((usual.baud, usual.environment().pressure.mbar()), (Baud::B19200, 1e-3));
+        let described = toml::from_str::<Description>(FILE).unwrap().environment();
         assert_eq!((described.pressure.mbar(), described.gas), (5e-6, Gas::Ar));
     }
 
@@ -208,7 +218,8 @@ baud = 93750
         let bus = bus_parameters(2, Baud::B19200);
         let patience = Duration::from_secs(30);
         let mut tool = BusSession::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
-        let mut seen = |address| look(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
+        let mut seen =
+            |address| probe(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
         assert_eq!((seen(5), seen(6)), (Some(0x08E6), Some(0x0C85)));
     }
 
@@ -243,8 +254,8 @@ baud = 93750
         drop(SegmentFile::read(&path).unwrap());
         assert!(folder.path().join("gauges").is_dir());
         fs::write(folder.path().join("gauges/bcg450-5.state"), "damaged").unwrap();
-        let remarks = SegmentFile::read(&path).unwrap().remarks;
-        assert!(matches!(&remarks[..], [Remark::Memory { place: 5, .. }]), "{remarks:?}");
+        let remarks = SegmentFile::read(&path).unwrap().notices;
+        assert!(matches!(&remarks[..], [Notice::StoreDamaged { address: 5, .. }]), "{remarks:?}");
         let missing = SegmentFile::read(&folder.path().join("nothing.toml"));
         assert!(matches!(missing, Err(PortError::File(_))));
     }

@@ -4,7 +4,7 @@
 
 use profivac_dp::link::Baud;
 use profivac_dp::master::services;
-use profivac_host::port::{Character, Port, PortError, Pty, Remark, Reopening, Serial, TcpClient, TcpServer};
+use profivac_host::port::{Character, Notice, Port, PortError, Pty, Reopening, Serial, TcpClient, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_host::session::{BusSession, Reply, bus_parameters};
 use profivac_virtual::open;
@@ -40,9 +40,9 @@ fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) {
 }
 
 /// Serves the port until it remarks something.
-fn remarked(port: &mut dyn Port) -> Remark {
+fn remarked(port: &mut dyn Port) -> Notice {
     loop {
-        if let Some(remark) = port.next_remark() {
+        if let Some(remark) = port.next_notice() {
             return remark;
         }
         turn(port, &mut Vec::new());
@@ -58,7 +58,7 @@ fn hear(port: &mut dyn Port, octets: &[u8]) {
 }
 
 fn reopening(name: &str) -> Reopening {
-    Reopening::new(open::port(name, BAUD).unwrap(), open::again(name, BAUD))
+    Reopening::new(open::port(name, BAUD).unwrap(), open::opener(name, BAUD))
 }
 
 /// A port is lost with one server and found with the next, twice.
@@ -67,10 +67,10 @@ fn goes_and_comes_back<S: Port>(name: &str, first: S, serve: impl Fn() -> S) {
     let mut server = Some(first);
     for round in 1..=2 {
         drop(server.take());
-        assert_eq!(remarked(&mut port), Remark::Lost(name.to_owned()));
+        assert_eq!(remarked(&mut port), Notice::Lost(name.to_owned()));
         port.send(b"to nobody").unwrap();
         let server = server.insert(serve());
-        assert_eq!(remarked(&mut port), Remark::Back(name.to_owned()));
+        assert_eq!(remarked(&mut port), Notice::Reopened(name.to_owned()));
         assert_eq!(port.generation(), round);
         port.send(b"here again").unwrap();
         hear(server, b"here again");
@@ -97,10 +97,10 @@ fn a_tcp_server_goes_and_comes_back() {
 fn nobody_looks_for_a_port_that_nobody_wants() {
     let (_folder, path) = folder();
     let (name, server) = (path.to_str().unwrap(), Pty::create(&path).unwrap());
-    let opener = open::again(name, BAUD);
+    let opener = open::opener(name, BAUD);
     let mut port = Reopening::new(open::port(name, BAUD).unwrap(), Arc::clone(&opener));
     drop(server);
-    assert_eq!(remarked(&mut port), Remark::Lost(name.to_owned()));
+    assert_eq!(remarked(&mut port), Notice::Lost(name.to_owned()));
     assert!(Arc::strong_count(&opener) > 2, "it is looked for");
     drop(port);
     let begun = Instant::now();
@@ -133,7 +133,7 @@ fn pass(from: &mut dyn Port, to: &mut dyn Port, characters: &mut Vec<Character>)
         .iter()
         .filter_map(|character| match character {
             Character::Octet(octet) => Some(*octet),
-            Character::Broken => None,
+            Character::Error => None,
         })
         .collect();
     if !octets.is_empty() {
@@ -149,8 +149,9 @@ fn a_master_begins_anew_when_its_port_is_back() {
     let server = gauge(&path, stopped);
     let bus = bus_parameters(2, BAUD);
     let tool = BusSession::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
-    let mut tool = tool.lasting(open::again(name, BAUD));
-    let answers = |tool: &mut BusSession| matches!(tool.ask(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
+    let mut tool = tool.lasting(open::opener(name, BAUD));
+    let answers =
+        |tool: &mut BusSession| matches!(tool.request(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
     let insist = |tool: &mut BusSession| {
         let begun = Instant::now();
         while !answers(tool) {
@@ -161,11 +162,11 @@ fn a_master_begins_anew_when_its_port_is_back() {
     drop(stop);
     server.join().unwrap();
     assert!(!answers(&mut tool), "nobody is there");
-    assert_eq!(tool.next_remark(), Some(Remark::Lost(name.to_owned())));
+    assert_eq!(tool.next_notice(), Some(Notice::Lost(name.to_owned())));
     let (_stop, stopped) = channel();
     let _server = gauge(&path, stopped);
     insist(&mut tool);
-    assert_eq!(tool.next_remark(), Some(Remark::Back(name.to_owned())));
+    assert_eq!(tool.next_notice(), Some(Notice::Reopened(name.to_owned())));
 }
 
 #[test]
@@ -218,16 +219,16 @@ fn a_client_that_does_not_read_holds_up_nobody_and_is_told() {
     for _ in 0..100_000 {
         server.send(&telegram).unwrap();
         hear(&mut client, &telegram);
-        told = server.next_remark();
+        told = server.next_notice();
         if told.is_some() {
             break;
         }
     }
-    let Some(Remark::Cut { name, octets: 1..=249 }) = told else { panic!("{told:?}") };
+    let Some(Notice::OctetsDropped { name, octets: 1..=249 }) = told else { panic!("{told:?}") };
     assert_eq!(name, format!("tcp://{}", deaf.local_addr().unwrap()));
     server.send(&telegram).unwrap();
     hear(&mut client, &telegram);
-    assert_eq!(server.next_remark(), None, "told once");
+    assert_eq!(server.next_notice(), None, "told once");
 }
 
 #[test]
@@ -238,12 +239,12 @@ fn a_server_that_does_not_read_does_not_block_and_is_told() {
     let mut told = None;
     for _ in 0..100_000 {
         client.send(&[0x55; 249]).unwrap();
-        told = client.next_remark();
+        told = client.next_notice();
         if told.is_some() {
             break;
         }
     }
-    assert!(matches!(told, Some(Remark::Cut { octets: 1..=249, .. })), "{told:?}");
+    assert!(matches!(told, Some(Notice::OctetsDropped { octets: 1..=249, .. })), "{told:?}");
 }
 
 #[test]
@@ -254,9 +255,9 @@ fn octets_that_nobody_reads_from_a_pty_are_told() {
     server.receive(&mut Vec::new()).unwrap();
     let told = (0..10_000).find_map(|_| {
         server.send(&[0x55; 249]).unwrap();
-        server.next_remark()
+        server.next_notice()
     });
-    assert!(matches!(told, Some(Remark::Cut { .. })), "{told:?}");
+    assert!(matches!(told, Some(Notice::OctetsDropped { .. })), "{told:?}");
 }
 
 #[test]
@@ -291,7 +292,7 @@ fn a_host_without_an_address_is_named() {
     // Longer than a name may be: nobody in the network is asked.
     let address = format!("{}:4000", "h".repeat(300));
     let refused = TcpClient::connect(&address).unwrap_err();
-    assert!(matches!(refused, PortError::Host { .. }), "{refused:?}");
+    assert!(matches!(refused, PortError::UnresolvedHost { .. }), "{refused:?}");
     assert!(refused.to_string().starts_with(&format!("tcp://{address}: the name of the host cannot be resolved")));
 }
 
@@ -314,7 +315,7 @@ fn only_what_runs_at_a_rate_has_one_to_be_found() {
     let _pty = Pty::create(&path).unwrap();
     let server = TcpServer::listen("127.0.0.1:0").unwrap();
     for name in [path.to_str().unwrap(), &format!("tcp://{}", server.name())] {
-        let refused = profivac_host::rate::search(&mut *open::port(name, BAUD).unwrap()).unwrap_err();
-        assert!(matches!(refused, PortError::NoRate(_)), "{refused:?}");
+        let refused = profivac_host::rate::detect(&mut *open::port(name, BAUD).unwrap()).unwrap_err();
+        assert!(matches!(refused, PortError::NoBaudRate(_)), "{refused:?}");
     }
 }

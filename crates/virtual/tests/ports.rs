@@ -41,7 +41,7 @@ fn hear(port: &mut dyn Port, count: usize) -> Vec<u8> {
     }
     let octet = |character: Character| match character {
         Character::Octet(octet) => octet,
-        Character::Broken => panic!("a broken character"),
+        Character::Error => panic!("a broken character"),
     };
     heard.into_iter().map(octet).collect()
 }
@@ -145,7 +145,7 @@ fn a_link_that_leads_nowhere_is_replaced_and_anything_else_is_kept() {
     drop(gone);
     drop(Pty::create(&path).unwrap());
     fs::write(&path, "precious").unwrap();
-    assert!(matches!(Pty::create(&path), Err(PortError::Exists(_))));
+    assert!(matches!(Pty::create(&path), Err(PortError::AlreadyExists(_))));
     assert_eq!(fs::read_to_string(&path).unwrap(), "precious");
 }
 
@@ -153,7 +153,7 @@ fn a_link_that_leads_nowhere_is_replaced_and_anything_else_is_kept() {
 fn two_servers_do_not_share_a_path() {
     let (_folder, path) = folder();
     let first = Pty::create(&path).unwrap();
-    assert!(matches!(Pty::create(&path), Err(PortError::Exists(_))));
+    assert!(matches!(Pty::create(&path), Err(PortError::AlreadyExists(_))));
     drop(first);
     Pty::create(&path).unwrap();
 }
@@ -172,11 +172,11 @@ fn a_serial_port_belongs_to_one_program() {
 #[test]
 fn what_is_no_serial_port_is_refused_by_what_it_is() {
     let (folder, path) = folder();
-    assert!(matches!(serial(&path), Err(PortError::Missing(_))));
+    assert!(matches!(serial(&path), Err(PortError::NotFound(_))));
     fs::write(&path, "").unwrap();
     assert!(matches!(serial(&path), Err(PortError::NotSerial(_))));
     assert!(matches!(serial(folder.path()), Err(PortError::NotSerial(_))));
-    assert!(matches!(Pty::create(&folder.path().join("no/line")), Err(PortError::Missing(_))));
+    assert!(matches!(Pty::create(&folder.path().join("no/line")), Err(PortError::NotFound(_))));
 }
 
 #[test]
@@ -207,14 +207,14 @@ fn a_tcp_line_survives_its_clients_but_not_the_other_way_round() {
     drop(server);
     let lost = turn(&mut client, &mut Vec::new());
     assert!(matches!(lost, Err(PortError::Lost(_))), "{lost:?}");
-    assert!(matches!(TcpClient::connect(&address), Err(PortError::Missing(_))));
+    assert!(matches!(TcpClient::connect(&address), Err(PortError::NotFound(_))));
 }
 
 #[test]
 fn tcp_addresses_are_checked() {
     for address in ["", "here", ":7", "127.0.0.1:port", "127.0.0.1:70000"] {
-        assert!(matches!(TcpServer::listen(address), Err(PortError::Address(_))), "{address}");
-        assert!(matches!(TcpClient::connect(address), Err(PortError::Address(_))), "{address}");
+        assert!(matches!(TcpServer::listen(address), Err(PortError::InvalidAddress(_))), "{address}");
+        assert!(matches!(TcpClient::connect(address), Err(PortError::InvalidAddress(_))), "{address}");
     }
     let server = TcpServer::listen("127.0.0.1:0").unwrap();
     assert!(matches!(TcpServer::listen(server.name()), Err(PortError::InUse(_))));

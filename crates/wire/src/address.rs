@@ -1,6 +1,6 @@
 //! Set_Slave_Add (SAP 55): a new station address over the bus. profibus-wire 2.11.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The data unit of Set_Slave_Add.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl<'a> SetSlaveAdd<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.address)?;
         writer.word(self.ident)?;
@@ -64,7 +64,7 @@ mod tests {
         let mut out = [0; 6];
         assert_eq!(EXAMPLE.emit(&mut out), Ok(6));
         assert_eq!(out[..], hex(TEXT));
-        assert_eq!(EXAMPLE.emit(&mut [0; 5]), Err(Full));
+        assert_eq!(EXAMPLE.emit(&mut [0; 5]), Err(TooLong));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The diagnosis of a slave (SAP 60). profibus-wire 2.3.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 bitflags::bitflags! {
     /// Station_Status_1 to 3: octet 1 in bits 0 to 7, octet 2 in 8 to 15, octet 3 in 16 to 23.
@@ -79,7 +79,7 @@ impl<'a> SlaveDiag<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let [first, second, third, _] = self.status.bits().to_le_bytes();
         let mut writer = Writer::new(out);
         writer.octets(&[first, second, third, self.master_add])?;
@@ -113,7 +113,7 @@ mod tests {
         let mut out = [0; 10];
         assert_eq!(example(&[4, 0x11, 0x22, 0x33]).emit(&mut out), Ok(10));
         assert_eq!(out[..], hex(TEXT));
-        assert_eq!(example(&[4, 0x11, 0x22, 0x33]).emit(&mut [0; 9]), Err(Full));
+        assert_eq!(example(&[4, 0x11, 0x22, 0x33]).emit(&mut [0; 9]), Err(TooLong));
     }
 
     #[test]

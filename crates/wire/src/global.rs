@@ -1,6 +1,6 @@
 //! Global_Control (SAP 58): one command to all slaves of a group. profibus-wire 2.9.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 bitflags::bitflags! {
     /// Control_Command.
@@ -44,7 +44,7 @@ impl GlobalControl {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&[self.command.bits(), self.group])?;
         Ok(writer.written())
@@ -52,7 +52,7 @@ impl GlobalControl {
 
     /// Whether a slave of `group_ident` is meant.
     #[must_use]
-    pub const fn concerns(&self, group_ident: u8) -> bool {
+    pub const fn selects(&self, group_ident: u8) -> bool {
         self.group == 0 || self.group & group_ident != 0
     }
 }
@@ -72,14 +72,14 @@ mod tests {
             }
         }
         assert_eq!(GlobalControl::parse(&[0x20]), Err(TooShort));
-        assert_eq!(GlobalControl { command: ControlCommand::SYNC, group: 1 }.emit(&mut [0]), Err(Full));
+        assert_eq!(GlobalControl { command: ControlCommand::SYNC, group: 1 }.emit(&mut [0]), Err(TooLong));
     }
 
     #[test]
     fn group_select_zero_concerns_everybody() {
         let select = |group| GlobalControl { command: ControlCommand::empty(), group };
-        assert!(select(0).concerns(0));
-        assert!(select(0x06).concerns(0x02));
-        assert!(!select(0x06).concerns(0x09));
+        assert!(select(0).selects(0));
+        assert!(select(0x06).selects(0x02));
+        assert!(!select(0x06).selects(0x09));
     }
 }

@@ -1,6 +1,6 @@
 //! What a station says of itself on layer 2 (Ident, FC = 4E). profibus-wire 1.11.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The answer to Ident: four visible strings. Their order is the choice of profibus-wire 10, point 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +31,11 @@ impl<'a> Ident<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let strings = [self.vendor, self.controller, self.hardware, self.software];
         let mut writer = Writer::new(out);
         for string in strings {
-            writer.octet(u8::try_from(string.len()).map_err(|_| Full)?)?;
+            writer.octet(u8::try_from(string.len()).map_err(|_| TooLong)?)?;
         }
         for string in strings {
             writer.octets(string)?;
@@ -62,8 +62,8 @@ mod tests {
         let mut out = [0; 10];
         assert_eq!(EXAMPLE.emit(&mut out), Ok(10));
         assert_eq!(out[..], hex(TEXT));
-        assert_eq!(EXAMPLE.emit(&mut out[..9]), Err(Full));
-        assert_eq!(Ident { vendor: &[b'x'; 256], ..EXAMPLE }.emit(&mut [0; 300]), Err(Full));
+        assert_eq!(EXAMPLE.emit(&mut out[..9]), Err(TooLong));
+        assert_eq!(Ident { vendor: &[b'x'; 256], ..EXAMPLE }.emit(&mut [0; 300]), Err(TooLong));
     }
 
     #[test]

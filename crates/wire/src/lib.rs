@@ -47,6 +47,6 @@ pub mod telegram;
 #[cfg(test)]
 mod testing;
 
-pub use octets::{Full, Reader, TooShort, Writer};
+pub use octets::{Reader, TooLong, TooShort, Writer};
 pub use sap::Sap;
-pub use telegram::{BROADCAST, Extent, Frame, MAX_DU, MAX_TELEGRAM, Malformed, Telegram};
+pub use telegram::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Telegram, TelegramError, TelegramLength};

@@ -19,15 +19,15 @@ impl core::error::Error for TooShort {}
 
 /// The buffer ended before the field did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Full;
+pub struct TooLong;
 
-impl fmt::Display for Full {
+impl fmt::Display for TooLong {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the buffer is too small")
     }
 }
 
-impl core::error::Error for Full {}
+impl core::error::Error for TooLong {}
 
 /// Takes fields from the front of some octets. Words are big endian, as everywhere on the wire.
 #[derive(Clone, Debug)]
@@ -104,7 +104,7 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// [`Full`] when the buffer has no room; nothing is written then.
-    pub fn octet(&mut self, octet: u8) -> Result<(), Full> {
+    pub fn octet(&mut self, octet: u8) -> Result<(), TooLong> {
         self.octets(&[octet])
     }
 
@@ -112,7 +112,7 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// [`Full`] when the buffer has no room; nothing is written then.
-    pub fn word(&mut self, word: u16) -> Result<(), Full> {
+    pub fn word(&mut self, word: u16) -> Result<(), TooLong> {
         self.octets(&word.to_be_bytes())
     }
 
@@ -121,11 +121,11 @@ impl<'a> Writer<'a> {
     /// # Errors
     /// [`Full`] when the buffer has no room; nothing is written then.
     #[inline]
-    pub fn octets(&mut self, octets: &[u8]) -> Result<(), Full> {
+    pub fn octets(&mut self, octets: &[u8]) -> Result<(), TooLong> {
         let free = core::mem::take(&mut self.free);
         let Some((place, rest)) = free.split_at_mut_checked(octets.len()) else {
             // `free` is gone, so every further write fails as well: a half written unit never looks complete.
-            return Err(Full);
+            return Err(TooLong);
         };
         place.copy_from_slice(octets);
         self.free = rest;
@@ -163,8 +163,8 @@ mod tests {
         let mut writer = Writer::new(&mut buffer);
         assert_eq!(writer.octet(1), Ok(()));
         assert_eq!(writer.word(0x0203), Ok(()));
-        assert_eq!(writer.word(0x0405), Err(Full));
-        assert_eq!(writer.octet(6), Err(Full));
+        assert_eq!(writer.word(0x0405), Err(TooLong));
+        assert_eq!(writer.octet(6), Err(TooLong));
         assert_eq!(writer.written(), 3);
         assert_eq!(buffer, [1, 2, 3, 0]);
     }

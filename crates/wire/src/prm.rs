@@ -1,6 +1,6 @@
 //! Parameterisation of a slave (SAP 61). profibus-wire 2.4.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 bitflags::bitflags! {
     /// Station_Status, the first octet of Set_Prm.
@@ -80,7 +80,7 @@ impl<'a> SetPrm<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let [first, second] = self.wd_fact;
         let mut writer = Writer::new(out);
         writer.octets(&[self.status.bits(), first, second, self.min_tsdr])?;
@@ -118,7 +118,7 @@ mod tests {
         let mut out = [0; 9];
         assert_eq!(EXAMPLE.emit(&mut out), Ok(9));
         assert_eq!(out[..], hex(TEXT));
-        assert_eq!(EXAMPLE.emit(&mut [0; 8]), Err(Full));
+        assert_eq!(EXAMPLE.emit(&mut [0; 8]), Err(TooLong));
     }
 
     #[test]

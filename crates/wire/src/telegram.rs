@@ -4,7 +4,7 @@
 //! fails on SD3, so [`Telegram::emit`] never makes one (profibus-wire 10, point 39).
 
 use crate::control::Control;
-use crate::octets::{Full, Writer};
+use crate::octets::{TooLong, Writer};
 use core::fmt;
 
 /// The longest telegram: an SD2 with LE = 249.
@@ -39,12 +39,12 @@ pub enum Telegram<'a> {
         sa: u8,
     },
     /// SD1, SD2 or SD3.
-    Frame(Frame<'a>),
+    Data(DataTelegram<'a>),
 }
 
 /// What SD1, SD2 and SD3 have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame<'a> {
+pub struct DataTelegram<'a> {
     /// Destination address, 0 to 127, without the EXT bit.
     pub da: u8,
     /// Source address, 0 to 127, without the EXT bit.
@@ -61,7 +61,7 @@ pub struct Frame<'a> {
 
 /// Why octets are no telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Malformed {
+pub enum TelegramError {
     /// No telegram begins with this octet.
     Start(u8),
     /// The octets are more or fewer than the form has, or LE and LEr disagree, or LE is not 3 to 249.
@@ -79,7 +79,7 @@ pub enum Malformed {
     Extension,
 }
 
-impl fmt::Display for Malformed {
+impl fmt::Display for TelegramError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Start(octet) => write!(f, "no telegram begins with {octet:02X}"),
@@ -93,59 +93,59 @@ impl fmt::Display for Malformed {
     }
 }
 
-impl core::error::Error for Malformed {}
+impl core::error::Error for TelegramError {}
 
 /// How long a telegram is, as far as its first octets tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
+pub enum TelegramLength {
     /// So many octets in total.
-    Total(u8),
+    Known(u8),
     /// The next octet will tell more.
-    Open,
+    Incomplete,
     /// This is no telegram.
-    Broken(Malformed),
+    Invalid(TelegramError),
 }
 
-impl Extent {
+impl TelegramLength {
     /// How many octets always tell the length.
-    pub const TELLING: u8 = 4;
+    pub const HEADER_LENGTH: u8 = 4;
 
     /// Looks at the first octets of a telegram. Enough octets are four of an SD2 and one of every other form.
     #[must_use]
     #[inline]
     pub const fn of(octets: &[u8]) -> Self {
         match octets {
-            [] => Self::Open,
-            [SD2, le, ler, repeated, ..] => Self::headed([SD2, *le, *ler, *repeated]),
-            [SD2, le, ler] if *le != *ler => Self::Broken(Malformed::Length),
+            [] => Self::Incomplete,
+            [SD2, le, ler, repeated, ..] => Self::from_sd2_header([SD2, *le, *ler, *repeated]),
+            [SD2, le, ler] if *le != *ler => Self::Invalid(TelegramError::Length),
             // 3 is an SD2 without data: parsers accept it, profibus-wire 1.2.
-            [SD2, 0..3 | 250.., ..] => Self::Broken(Malformed::Length),
-            [first, ..] => Self::begun(*first),
+            [SD2, 0..3 | 250.., ..] => Self::Invalid(TelegramError::Length),
+            [first, ..] => Self::from_start_delimiter(*first),
         }
     }
 
     /// What the first octet tells: the total of every form but SD2, which is open.
     #[must_use]
     #[inline]
-    pub const fn begun(first: u8) -> Self {
+    pub const fn from_start_delimiter(first: u8) -> Self {
         match first {
-            SC => Self::Total(1),
-            SD4 => Self::Total(3),
-            SD1 => Self::Total(6),
-            SD2 => Self::Open,
-            SD3 => Self::Total(14),
-            other => Self::Broken(Malformed::Start(other)),
+            SC => Self::Known(1),
+            SD4 => Self::Known(3),
+            SD1 => Self::Known(6),
+            SD2 => Self::Incomplete,
+            SD3 => Self::Known(14),
+            other => Self::Invalid(TelegramError::Start(other)),
         }
     }
 
     /// What the first four octets of an SD2 tell.
     #[must_use]
     #[inline]
-    pub const fn headed(head: [u8; 4]) -> Self {
+    pub const fn from_sd2_header(head: [u8; 4]) -> Self {
         match head {
-            [SD2, le @ 3..=249, ler, SD2] if le == ler => Self::Total(le.saturating_add(6)),
-            [SD2, _, _, SD2] => Self::Broken(Malformed::Length),
-            [SD2, _, _, other] | [other, ..] => Self::Broken(Malformed::Start(other)),
+            [SD2, le @ 3..=249, ler, SD2] if le == ler => Self::Known(le.saturating_add(6)),
+            [SD2, _, _, SD2] => Self::Invalid(TelegramError::Length),
+            [SD2, _, _, other] | [other, ..] => Self::Invalid(TelegramError::Start(other)),
         }
     }
 }
@@ -161,26 +161,28 @@ impl<'a> Telegram<'a> {
     /// # Errors
     /// [`Malformed`] says what is wrong with the first thing that is.
     #[inline]
-    pub fn parse(octets: &'a [u8]) -> Result<Self, Malformed> {
+    pub fn parse(octets: &'a [u8]) -> Result<Self, TelegramError> {
         match octets {
             [SC] => Ok(Self::ShortAck),
             [SD4, da, sa] => Ok(Self::Token { da: *da, sa: *sa }),
             [SD2, le, ler, SD2, body @ .., fcs, ED] if *le == *ler && usize::from(*le) == body.len() => {
-                Frame::parse(body, *fcs).map(Self::Frame)
+                DataTelegram::parse(body, *fcs).map(Self::Data)
             }
-            [SD1, body @ .., fcs, ED] if body.len() == 3 => Frame::parse(body, *fcs).map(Self::Frame),
-            [SD3, body @ .., fcs, ED] if body.len() == 11 => Frame::parse(body, *fcs).map(Self::Frame),
-            _ => Err(Self::defect(octets)),
+            [SD1, body @ .., fcs, ED] if body.len() == 3 => DataTelegram::parse(body, *fcs).map(Self::Data),
+            [SD3, body @ .., fcs, ED] if body.len() == 11 => DataTelegram::parse(body, *fcs).map(Self::Data),
+            _ => Err(Self::error_in(octets)),
         }
     }
 
     /// What is wrong with octets that have no valid form.
     #[cold]
-    fn defect(octets: &[u8]) -> Malformed {
-        match (Extent::of(octets), octets.last()) {
-            (Extent::Broken(defect), _) => defect,
-            (Extent::Total(total), Some(last)) if usize::from(total) == octets.len() => Malformed::End(*last),
-            _ => Malformed::Length,
+    fn error_in(octets: &[u8]) -> TelegramError {
+        match (TelegramLength::of(octets), octets.last()) {
+            (TelegramLength::Invalid(defect), _) => defect,
+            (TelegramLength::Known(total), Some(last)) if usize::from(total) == octets.len() => {
+                TelegramError::End(*last)
+            }
+            _ => TelegramError::Length,
         }
     }
 
@@ -189,7 +191,7 @@ impl<'a> Telegram<'a> {
     /// # Errors
     /// [`Full`] when `out` is too small or the data unit is longer than a telegram can carry.
     #[inline]
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         match self {
             Self::ShortAck => {
                 let mut writer = Writer::new(out);
@@ -201,20 +203,20 @@ impl<'a> Telegram<'a> {
                 writer.octets(&[SD4, *da, *sa])?;
                 Ok(writer.written())
             }
-            Self::Frame(frame) => frame.emit(out),
+            Self::Data(frame) => frame.emit(out),
         }
     }
 }
 
-impl<'a> Frame<'a> {
+impl<'a> DataTelegram<'a> {
     /// The part between the delimiters and FCS.
     #[inline]
-    fn parse(body: &'a [u8], fcs: u8) -> Result<Self, Malformed> {
+    fn parse(body: &'a [u8], fcs: u8) -> Result<Self, TelegramError> {
         let expected = sum(body);
         if expected != fcs {
-            return Err(Malformed::Checksum { expected, received: fcs });
+            return Err(TelegramError::Checksum { expected, received: fcs });
         }
-        let [da, sa, fc, rest @ ..] = body else { return Err(Malformed::Length) };
+        let [da, sa, fc, rest @ ..] = body else { return Err(TelegramError::Length) };
         let (dsap, rest) = extension(*da, rest)?;
         let (ssap, du) = extension(*sa, rest)?;
         Ok(Self { da: *da & !EXT, sa: *sa & !EXT, dsap, ssap, fc: *fc, du })
@@ -233,7 +235,7 @@ impl<'a> Frame<'a> {
         Self { da, sa, dsap: None, ssap: None, fc: control.to_octet(), du: &[] }
     }
 
-    fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let (da, sa, fc, du) = (self.da & !EXT, self.sa & !EXT, self.fc, self.du);
         match (self.dsap, self.ssap) {
             (None, None) if du.is_empty() => {
@@ -251,9 +253,9 @@ impl<'a> Frame<'a> {
 
 /// An SD2 of everything that stands before the data unit, and the data unit.
 #[inline]
-fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> Result<usize, Full> {
+fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> Result<usize, TooLong> {
     let le = HEAD.saturating_add(du.len());
-    let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(Full)?;
+    let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(TooLong)?;
     let mut writer = Writer::new(out);
     writer.octets(&[SD2, le, le, SD2])?;
     writer.octets(&head)?;
@@ -264,11 +266,11 @@ fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> R
 
 /// The extension octet that the EXT bit of `address` announces, and what follows it.
 #[inline]
-fn extension(address: u8, rest: &[u8]) -> Result<(Option<u8>, &[u8]), Malformed> {
+fn extension(address: u8, rest: &[u8]) -> Result<(Option<u8>, &[u8]), TelegramError> {
     match (address & EXT != 0, rest) {
         (false, _) => Ok((None, rest)),
         (true, [extension, rest @ ..]) => Ok((Some(*extension), rest)),
-        (true, []) => Err(Malformed::Extension),
+        (true, []) => Err(TelegramError::Extension),
     }
 }
 
@@ -277,22 +279,26 @@ mod tests {
     use super::*;
     use crate::testing::hex;
 
-    const SLAVE_DIAG: Frame<'_> = Frame { da: 8, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
+    const SLAVE_DIAG: DataTelegram<'_> =
+        DataTelegram { da: 8, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
 
     /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with what they say.
     fn printed() -> [(&'static str, Telegram<'static>); 6] {
         [
             ("E5", Telegram::ShortAck),
             ("DC 02 02", Telegram::Token { da: 2, sa: 2 }),
-            ("10 08 02 49 53 16", Telegram::Frame(Frame { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] })),
-            ("68 05 05 68 88 82 6D 3C 3E F1 16", Telegram::Frame(SLAVE_DIAG)),
+            (
+                "10 08 02 49 53 16",
+                Telegram::Data(DataTelegram { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] }),
+            ),
+            ("68 05 05 68 88 82 6D 3C 3E F1 16", Telegram::Data(SLAVE_DIAG)),
             (
                 "68 05 05 68 08 02 7D AA 55 86 16",
-                Telegram::Frame(Frame { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x7D, du: &[0xAA, 0x55] }),
+                Telegram::Data(DataTelegram { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x7D, du: &[0xAA, 0x55] }),
             ),
             (
                 "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16",
-                Telegram::Frame(Frame {
+                Telegram::Data(DataTelegram {
                     da: 2,
                     sa: 8,
                     dsap: Some(62),
@@ -356,7 +362,7 @@ mod tests {
         let plain = hex("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
         assert_eq!(
             Telegram::parse(&plain),
-            Ok(Telegram::Frame(Frame {
+            Ok(Telegram::Data(DataTelegram {
                 da: 8,
                 sa: 2,
                 dsap: None,
@@ -367,35 +373,35 @@ mod tests {
         );
         // Chk_Cfg of six identifiers as pyprofibus sends it.
         let chk_cfg = hex("A2 88 82 7D 3E 3E 44 86 05 05 05 08 E4 16");
-        let Ok(Telegram::Frame(frame)) = Telegram::parse(&chk_cfg) else { panic!("an SD3") };
+        let Ok(Telegram::Data(frame)) = Telegram::parse(&chk_cfg) else { panic!("an SD3") };
         assert_eq!((frame.dsap, frame.ssap, frame.du), (Some(62), Some(62), &hex("44 86 05 05 05 08")[..]));
     }
 
     #[test]
     fn an_announced_extension_must_be_there() {
-        assert_eq!(Telegram::parse(&hex("10 88 02 49 D3 16")), Err(Malformed::Extension));
-        assert_eq!(Telegram::parse(&hex("68 04 04 68 88 82 6D 3C B3 16")), Err(Malformed::Extension));
+        assert_eq!(Telegram::parse(&hex("10 88 02 49 D3 16")), Err(TelegramError::Extension));
+        assert_eq!(Telegram::parse(&hex("68 04 04 68 88 82 6D 3C B3 16")), Err(TelegramError::Extension));
     }
 
     #[test]
     fn one_extension_alone_is_kept_as_it_came() {
         let octets = hex("68 05 05 68 88 02 6D 3C 3E 71 16");
-        let Ok(Telegram::Frame(frame)) = Telegram::parse(&octets) else { panic!("an SD2") };
+        let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("an SD2") };
         assert_eq!((frame.dsap, frame.ssap, frame.du), (Some(0x3C), None, &[0x3E][..]));
     }
 
     #[test]
     fn defects_are_named() {
         for (text, defect) in [
-            ("00", Malformed::Start(0)),
-            ("", Malformed::Length),
-            ("10 08 02 49 53", Malformed::Length),
-            ("10 08 02 49 54 16", Malformed::Checksum { expected: 0x53, received: 0x54 }),
-            ("10 08 02 49 53 17", Malformed::End(0x17)),
-            ("68 05 06 68 88 82 6D 3C 3E F1 16", Malformed::Length),
-            ("68 02 02 68 88 82 0A 16", Malformed::Length),
-            ("68 FA FA 68 88 82 0A 16", Malformed::Length),
-            ("68 05 05 69 88 82 6D 3C 3E F1 16", Malformed::Start(0x69)),
+            ("00", TelegramError::Start(0)),
+            ("", TelegramError::Length),
+            ("10 08 02 49 53", TelegramError::Length),
+            ("10 08 02 49 54 16", TelegramError::Checksum { expected: 0x53, received: 0x54 }),
+            ("10 08 02 49 53 17", TelegramError::End(0x17)),
+            ("68 05 06 68 88 82 6D 3C 3E F1 16", TelegramError::Length),
+            ("68 02 02 68 88 82 0A 16", TelegramError::Length),
+            ("68 FA FA 68 88 82 0A 16", TelegramError::Length),
+            ("68 05 05 69 88 82 6D 3C 3E F1 16", TelegramError::Start(0x69)),
         ] {
             assert_eq!(Telegram::parse(&hex(text)), Err(defect), "{text}");
         }
@@ -404,30 +410,30 @@ mod tests {
     #[test]
     fn the_extent_is_known_as_soon_as_it_can_be() {
         for (text, extent) in [
-            ("", Extent::Open),
-            ("10", Extent::Total(6)),
-            ("A2", Extent::Total(14)),
-            ("DC", Extent::Total(3)),
-            ("E5", Extent::Total(1)),
-            ("68", Extent::Open),
-            ("68 05", Extent::Open),
-            ("68 02", Extent::Broken(Malformed::Length)),
-            ("68 05 05", Extent::Open),
-            ("68 05 04", Extent::Broken(Malformed::Length)),
-            ("68 F9 F9 68", Extent::Total(255)),
-            ("68 05 05 10", Extent::Broken(Malformed::Start(0x10))),
-            ("16", Extent::Broken(Malformed::Start(0x16))),
+            ("", TelegramLength::Incomplete),
+            ("10", TelegramLength::Known(6)),
+            ("A2", TelegramLength::Known(14)),
+            ("DC", TelegramLength::Known(3)),
+            ("E5", TelegramLength::Known(1)),
+            ("68", TelegramLength::Incomplete),
+            ("68 05", TelegramLength::Incomplete),
+            ("68 02", TelegramLength::Invalid(TelegramError::Length)),
+            ("68 05 05", TelegramLength::Incomplete),
+            ("68 05 04", TelegramLength::Invalid(TelegramError::Length)),
+            ("68 F9 F9 68", TelegramLength::Known(255)),
+            ("68 05 05 10", TelegramLength::Invalid(TelegramError::Start(0x10))),
+            ("16", TelegramLength::Invalid(TelegramError::Start(0x16))),
         ] {
-            assert_eq!(Extent::of(&hex(text)), extent, "{text}");
+            assert_eq!(TelegramLength::of(&hex(text)), extent, "{text}");
         }
     }
 
     #[test]
     fn a_data_unit_longer_than_a_telegram_is_not_sent() {
         let du = [0; 245];
-        let frame = Frame { du: &du, ..SLAVE_DIAG };
-        assert_eq!(Telegram::Frame(frame).emit(&mut [0; 300]), Err(Full));
-        let frame = Frame { du: &du[..MAX_DU], ..SLAVE_DIAG };
-        assert_eq!(Telegram::Frame(frame).emit(&mut [0; MAX_TELEGRAM]), Ok(MAX_TELEGRAM));
+        let frame = DataTelegram { du: &du, ..SLAVE_DIAG };
+        assert_eq!(Telegram::Data(frame).emit(&mut [0; 300]), Err(TooLong));
+        let frame = DataTelegram { du: &du[..MAX_DU], ..SLAVE_DIAG };
+        assert_eq!(Telegram::Data(frame).emit(&mut [0; MAX_TELEGRAM]), Ok(MAX_TELEGRAM));
     }
 }

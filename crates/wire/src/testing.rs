@@ -12,6 +12,6 @@ pub fn hex(text: &str) -> Vec<u8> {
 /// The data unit of the telegram printed as `text`.
 pub fn du(text: &str) -> Vec<u8> {
     let octets = hex(text);
-    let Ok(Telegram::Frame(frame)) = Telegram::parse(&octets) else { panic!("a telegram: {text}") };
+    let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("a telegram: {text}") };
     frame.du.to_vec()
 }

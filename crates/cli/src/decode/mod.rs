@@ -1,13 +1,13 @@
 //! `profivac decode`: what happened on a line, out of a file.
 
+use crate::explanation::{Capture, PrintOptions, Printer};
 use crate::failure::Failure;
-use crate::output::{check, remark};
-use crate::story::{Capture, Printer, Style};
+use crate::output::{check, notice};
 use crate::values;
 use clap::Args;
 use profivac_dp::link::Baud;
-use profivac_explain::input::{BadInput, Damage, Noted, Skipped, Source};
-use profivac_explain::{Teller, Told};
+use profivac_explain::input::{Chunk, Damage, InputError, Skipped, Source};
+use profivac_explain::{Decoder, ExplainedPiece};
 use std::fs;
 use std::io::{self, Read};
 
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
     #[command(flatten)]
-    style: Style,
+    style: PrintOptions,
 }
 
 const EXAMPLES: &str = "\
@@ -45,11 +45,11 @@ const BATCH: usize = 1000;
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
     let file = open(&arguments.file).map_err(|error| Failure::usage(format!("{name} cannot be read: {error}")))?;
-    let bad = |error: BadInput| Failure::usage(format!("{name}: {error}"));
+    let bad = |error: InputError| Failure::usage(format!("{name}: {error}"));
     let mut source = Source::open(file, arguments.baud).map_err(bad)?;
     let baud = source.line_baud.unwrap_or(arguments.baud);
-    let mut story = Story {
-        teller: Teller::new(baud, source.times),
+    let mut story = DecodeOutput {
+        teller: Decoder::new(baud, source.times),
         printer: Printer::new(&arguments.style, baud),
         capture: Capture::begin(&arguments.style, baud)?,
         octets: 0,
@@ -57,12 +57,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut noted, mut goes_on) = (Vec::new(), true);
     while goes_on {
         goes_on = source.read(&mut noted).map_err(bad)?;
-        story.tell(&noted)?;
+        story.explain(&noted)?;
         noted.clear();
     }
     story.end()?;
-    skipped_lines(source.skipped, name);
-    story.verdict(source.damage, name)
+    report_skipped_lines(source.skipped, name);
+    story.check_damage(source.damage, name)
 }
 
 /// A file or standard input.
@@ -71,28 +71,28 @@ fn open(file: &str) -> io::Result<Box<dyn Read>> {
 }
 
 /// Lines that were passed over are worth a word.
-fn skipped_lines(skipped: Skipped, name: &str) {
+fn report_skipped_lines(skipped: Skipped, name: &str) {
     if let Skipped { count, first: Some(first) } = skipped {
         let lines = if count == 1 { "line" } else { "lines" };
-        remark(&format_args!("{name}: {count} {lines} without octets, the first is line {first}"));
+        notice(&format_args!("{name}: {count} {lines} without octets, the first is line {first}"));
     }
 }
 
 /// What is told, printed and captured.
-struct Story<'a> {
-    teller: Teller,
+struct DecodeOutput<'a> {
+    teller: Decoder,
     printer: Printer<'a>,
     capture: Option<Capture>,
     octets: usize,
 }
 
-impl Story<'_> {
-    fn tell(&mut self, noted: &[Noted]) -> Result<(), Failure> {
+impl DecodeOutput<'_> {
+    fn explain(&mut self, noted: &[Chunk]) -> Result<(), Failure> {
         let mut told = Vec::new();
         for batch in noted.chunks(BATCH) {
             for noted in batch {
                 self.octets = self.octets.saturating_add(noted.octets.len());
-                self.teller.noted(noted, &mut told);
+                self.teller.push(noted, &mut told);
             }
             self.show(&mut told)?;
         }
@@ -107,7 +107,7 @@ impl Story<'_> {
         Ok(())
     }
 
-    fn show(&mut self, told: &mut Vec<Told>) -> Result<(), Failure> {
+    fn show(&mut self, told: &mut Vec<ExplainedPiece>) -> Result<(), Failure> {
         self.printer.print(told);
         check()?;
         self.capture.as_mut().map_or(Ok(()), |capture| capture.add(told))?;
@@ -116,7 +116,7 @@ impl Story<'_> {
     }
 
     /// A recording without a telegram is a bad file, and so is a capture or a trace that ends before its end.
-    fn verdict(&self, damage: Option<Damage>, name: &str) -> Result<(), Failure> {
+    fn check_damage(&self, damage: Option<Damage>, name: &str) -> Result<(), Failure> {
         if let Some(damage) = damage {
             return Err(Failure::usage(format!("{name}: {damage}; what comes before it is told above")));
         }

@@ -34,14 +34,14 @@ fault = { delay = \"1 s\" }
 
 /// The alarms of `scenario`, whose gauges are shown on one segment under these names.
 pub fn rules(scenario: &Scenario, segment: &str, names: impl Fn(u8) -> (String, String)) -> Result<Vec<Rule>, Failure> {
-    let master = unused(scenario);
+    let master = free_address(scenario);
     let mut text = format!("[[segment]]\nname = {segment:?}\nport = \"in memory\"\nmaster = {master}\n");
     let mut has_chamber = false;
     for spec in scenario.specs() {
-        let (name, device) = names(spec.place);
+        let (name, device) = names(spec.address);
         has_chamber |= name == CHAMBER;
         // Writing into a text never fails.
-        write!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {}\ndevice = {device:?}\n", spec.place).ok();
+        write!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {}\ndevice = {device:?}\n", spec.address).ok();
     }
     let limits = if has_chamber { LIMITS } else { "" };
     let config = Config::parse(&format!("{text}{limits}{DELAYS}"), Path::new("demo"));
@@ -49,6 +49,6 @@ pub fn rules(scenario: &Scenario, segment: &str, names: impl Fn(u8) -> (String, 
 }
 
 /// An address that no gauge has, for the master.
-fn unused(scenario: &Scenario) -> u8 {
-    (0..=125).find(|address| scenario.specs().all(|spec| spec.place != *address)).unwrap_or_default()
+fn free_address(scenario: &Scenario) -> u8 {
+    (0..=125).find(|address| scenario.specs().all(|spec| spec.address != *address)).unwrap_or_default()
 }

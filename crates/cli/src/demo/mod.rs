@@ -7,15 +7,15 @@ mod trend;
 
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::{check, out, remark};
+use crate::output::{check, notice, out};
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
-use dashboard::{Dashboard, Wanted};
+use dashboard::{Dashboard, DashboardOptions};
 use profivac_dp::link::Baud;
 use profivac_host::port::wait;
-use profivac_virtual::scenario::{Bus, Run, Scenario};
-use profivac_virtual::scene::Scene;
+use profivac_virtual::memory_segment::MemorySegment;
+use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
 use rustix::fd::AsFd;
 use serde::Serialize;
 use std::net::SocketAddr;
@@ -87,39 +87,39 @@ const MAX_LAG: Duration = Duration::from_millis(200);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
     if headless && !arguments.headless {
-        remark(&format_args!("there is no terminal to draw on: rows as with --headless"));
+        notice(&format_args!("there is no terminal to draw on: rows as with --headless"));
     }
     let speed = arguments.speed;
     if arguments.record.is_some() && speed > 1.0 {
-        remark(&format_args!(
+        notice(&format_args!(
             "the record has the computer's time: everything in it is {speed} times as fast as in the plant"
         ));
     }
     let mut demo = Demo::new(arguments)?;
     if let Some(url) = demo.dashboard.as_ref().and_then(Dashboard::url).filter(|_| headless) {
-        remark(&format_args!("the dashboard is at {url}"));
+        notice(&format_args!("the dashboard is at {url}"));
     }
     if headless {
-        demo.in_rows(arguments.json)?
+        demo.print_rows(arguments.json)?
     } else {
-        demo.on_screen()?
+        demo.draw_on_screen()?
     }
-    demo.verdict(headless)
+    demo.outcome(headless)
 }
 
 /// The plant, and the clock it runs by.
 struct Demo {
     title: String,
     run: Run,
-    scene: Scene,
+    scene: MemorySegment,
     dashboard: Option<Dashboard>,
     speed: f64,
     signals: Signals,
     end: Option<Instant>,
     /// Up to when the plant has lived.
-    lived: Instant,
+    advanced_until: Instant,
     /// Seconds of the plant that have passed outside and not inside.
-    owed: f64,
+    pending_s: f64,
 }
 
 /// One moment, as a row.
@@ -140,11 +140,11 @@ impl Demo {
             Some(path) => Scenario::read(path)?,
             None => Scenario::parse(SCENARIO, SCENARIO_NAME)?,
         };
-        let scene = scenario.scene(MASTER, BAUD)?;
-        let run = scenario.start(Bus::There);
+        let scene = scenario.memory_segment(MASTER, BAUD)?;
+        let run = scenario.start(MasterPresence::Present);
         let Arguments { listen, headless, .. } = *arguments;
         let record = arguments.record.as_deref();
-        let wanted = Wanted { is_served: !headless || listen.is_some(), listen, record };
+        let wanted = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
         let is_wanted = wanted.is_served || record.is_some();
         let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, &wanted)).transpose()?;
         let lived = Instant::now();
@@ -158,48 +158,48 @@ impl Demo {
             speed: arguments.speed,
             signals,
             end,
-            lived,
-            owed: 0.0,
+            advanced_until: lived,
+            pending_s: 0.0,
         })
     }
 
     /// Waits until `moment` and lets the plant live up to it. False when it is time to end.
-    fn live_until(&mut self, moment: Instant) -> Result<bool, Failure> {
+    fn run_until(&mut self, moment: Instant) -> Result<bool, Failure> {
         let moment = self.end.unwrap_or(moment).min(moment);
         let readable = wait(&[self.signals.as_fd()], moment.saturating_duration_since(Instant::now()))?;
         let now = Instant::now();
-        let lag = now.duration_since(self.lived).min(MAX_LAG);
-        self.lived = now;
-        self.pass(lag.as_secs_f64() * self.speed);
+        let lag = now.duration_since(self.advanced_until).min(MAX_LAG);
+        self.advanced_until = now;
+        self.advance(lag.as_secs_f64() * self.speed);
         if let Some(dashboard) = &mut self.dashboard {
-            dashboard.look(&mut self.scene);
+            dashboard.update(&mut self.scene);
         }
         Ok(readable != [true] && self.end.is_none_or(|end| now < end))
     }
 
     /// Time of the plant passes, as much of it as the computer can do in the same time.
-    fn pass(&mut self, seconds: f64) {
+    fn advance(&mut self, seconds: f64) {
         let begun = Instant::now();
-        self.owed += seconds;
-        while self.owed >= self.run.step_s() && begun.elapsed() < MAX_LAG {
-            self.owed -= self.run.step_s();
+        self.pending_s += seconds;
+        while self.pending_s >= self.run.step_s() && begun.elapsed() < MAX_LAG {
+            self.pending_s -= self.run.step_s();
             let next = self.run.seconds() + self.run.step_s();
             self.run.step_scene(&mut self.scene, next);
         }
         // What the computer could not do in time is not made up for.
-        self.owed = self.owed.min(self.run.step_s());
+        self.pending_s = self.pending_s.min(self.run.step_s());
     }
 
     /// The gauge at the lowest address.
     fn row(&self) -> Row {
-        let watched = self.scene.watched().first();
-        let reading = watched.map(|watched| self.scene.reading(watched)).unwrap_or_default();
+        let watched = self.scene.slaves().first();
+        let reading = watched.map(|watched| self.scene.values(watched)).unwrap_or_default();
         let value = reading.values.first();
         let counters = watched.and_then(|watched| self.scene.master()?.counters(watched.address)).copied();
         let counters = counters.unwrap_or_default();
         Row {
             seconds: self.run.seconds(),
-            true_mbar: self.scene.devices().next().map_or(0.0, |device| device.around().gas.total() / 100.0),
+            true_mbar: self.scene.devices().next().map_or(0.0, |device| device.surroundings().gas.total() / 100.0),
             read_mbar: value.and_then(|value| value.pa).map(|pa| pa / 100.0),
             instance: value.map_or(0, |value| value.instance),
             exchanges: counters.exchanges,
@@ -207,18 +207,18 @@ impl Demo {
         }
     }
 
-    fn in_rows(&mut self, json: bool) -> Result<(), Failure> {
+    fn print_rows(&mut self, json: bool) -> Result<(), Failure> {
         if !json {
             out(&format!(
                 "{:>9}{:>12}{:>12}{:>10}{:>11}{:>6}",
                 "SECONDS", "TRUE mbar", "READ mbar", "INSTANCE", "EXCHANGES", "LOST"
             ));
         }
-        let mut next = self.lived + PERIOD;
+        let mut next = self.advanced_until + PERIOD;
         loop {
             let mut going = true;
             while going && Instant::now() < next {
-                going = self.live_until(next.min(Instant::now() + FRAME))?;
+                going = self.run_until(next.min(Instant::now() + FRAME))?;
             }
             next += PERIOD;
             // Texts and numbers always have a JSON form.
@@ -230,10 +230,10 @@ impl Demo {
         }
     }
 
-    fn on_screen(&mut self) -> Result<(), Failure> {
+    fn draw_on_screen(&mut self) -> Result<(), Failure> {
         let mut screen = Screen::open()?;
         let mut trend = Trend::default();
-        while self.live_until(Instant::now() + FRAME)? && !screen.wants_to_leave()? {
+        while self.run_until(Instant::now() + FRAME)? && !screen.is_quit_requested()? {
             trend.add(self.run.seconds(), &self.run, &self.row());
             screen.draw(|frame| picture::draw(frame, self, &trend))?;
         }
@@ -241,13 +241,13 @@ impl Demo {
     }
 
     /// What was not as expected, and a lost exchange, are failures where nobody sees them.
-    fn verdict(&self, headless: bool) -> Result<(), Failure> {
+    fn outcome(&self, headless: bool) -> Result<(), Failure> {
         let Row { exchanges, lost, .. } = self.row();
-        self.run.findings().iter().for_each(|finding| remark(&format_args!("{finding}")));
+        self.run.failures().iter().for_each(|finding| notice(&format_args!("{finding}")));
         if !headless {
             return Ok(());
         }
-        match self.run.findings().len() {
+        match self.run.failures().len() {
             0 if exchanges == 0 || lost > 0 => Err(Failure::no_answer(format!("{exchanges} exchanges, {lost} lost"))),
             0 => Ok(()),
             1 => Err(Failure::refused("one expectation of the scenario does not hold")),
@@ -287,9 +287,9 @@ mod tests {
         let mut rows = BTreeMap::new();
         while demo.run.seconds() < until_s {
             // As much of real time as a step takes: at speed 1 it stops at every step.
-            demo.pass(demo.run.step_s() * demo.speed);
+            demo.advance(demo.run.step_s() * demo.speed);
             let step = (demo.run.seconds() / demo.run.step_s()).round() as u64;
-            let all = demo.scene.watched().iter().map(|watched| demo.scene.reading(watched).values);
+            let all = demo.scene.slaves().iter().map(|watched| demo.scene.values(watched).values);
             rows.insert(step, format!("{:?} {:?}", demo.row(), all.collect::<Vec<_>>()));
         }
         rows
@@ -299,11 +299,11 @@ mod tests {
     fn a_line_that_was_asked_goes_on_and_the_plant_is_where_it_was() {
         let mut demo = demo(1.0);
         let step_s = demo.run.step_s();
-        demo.pass(step_s);
+        demo.advance(step_s);
         // A gauge is asked for its parameters, many times.
         demo.scene.run_until(demo.scene.seconds() + 60.0);
         let asked = demo.row();
-        demo.pass(3.0 * step_s);
+        demo.advance(3.0 * step_s);
         let row = demo.row();
         assert!(row.exchanges > asked.exchanges, "{row:?} after {asked:?}");
         assert!(row.seconds < asked.seconds + 4.0 * step_s, "{row:?} after {asked:?}");

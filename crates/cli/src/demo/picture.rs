@@ -2,12 +2,12 @@
 
 use super::Demo;
 use super::trend::Trend;
-use profivac_client::watch::Watched;
+use profivac_client::cyclic::CyclicSlave;
 use profivac_devices::Principle;
 use profivac_dp::master::Counters;
 use profivac_host::clock::duration_of;
 use profivac_virtual::device::VirtualDevice;
-use profivac_virtual::scene::Scene;
+use profivac_virtual::memory_segment::MemorySegment;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
@@ -26,7 +26,7 @@ const PLANT: u16 = 46;
 const BAR: usize = 20;
 
 /// From this size on there is room for frames, a scale for each gauge, and telegrams.
-const ROOMY: (u16, u16) = (112, 34);
+const LARGE: (u16, u16) = (112, 34);
 
 /// The scale of a gauge: two places for each decade from 1e-10 to 1e4 mbar.
 const SCALE: usize = 29;
@@ -35,14 +35,14 @@ const SCALE: usize = 29;
 const COLOURS: [Color; 5] = [Color::Green, Color::Yellow, Color::Magenta, Color::Blue, Color::White];
 
 /// What the master reads from the first gauge, in the curves.
-const READ: Color = Color::Cyan;
+const READ_COLOUR: Color = Color::Cyan;
 
 /// Fills the screen. On a small one the gauges come first: they are what the demo is about.
 pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
     let area = frame.area();
-    let roomy = area.width >= ROOMY.0 && area.height >= ROOMY.1;
+    let roomy = area.width >= LARGE.0 && area.height >= LARGE.1;
     let frames = if roomy { 2 } else { 0 };
-    let gauges_height = u16::try_from(demo.scene.watched().len()).unwrap_or(u16::MAX).saturating_add(1 + frames);
+    let gauges_height = u16::try_from(demo.scene.slaves().len()).unwrap_or(u16::MAX).saturating_add(1 + frames);
     let bus_height = if roomy { (area.height / 10).clamp(4, 7) } else { 1 };
     let [header, upper, middle, lower] = Layout::vertical([
         Constraint::Length(2),
@@ -51,7 +51,7 @@ pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
         Constraint::Length(bus_height),
     ])
     .areas(area);
-    head(frame, header, demo);
+    title(frame, header, demo);
     let [left, right] = Layout::horizontal([Constraint::Length(PLANT), Constraint::Fill(1)]).areas(upper);
     plant(frame, left, demo);
     curves(frame, right, demo, trend);
@@ -60,15 +60,15 @@ pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
 }
 
 /// What this is, when it is, and what has just happened.
-fn head(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
+fn title(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
     let seconds = demo.run.seconds();
     let speed = if demo.speed == 1.0 { String::new() } else { format!(", {} x", demo.speed) };
     let title = Line::from(vec![
         Span::from(format!(" profivac  {} ", demo.title)).bold(),
-        Span::from(format!(" {}{speed} ", clock(seconds))).fg(READ),
+        Span::from(format!(" {}{speed} ", clock(seconds))).fg(READ_COLOUR),
         Span::from("  q leaves").dark_gray(),
     ]);
-    let said = demo.run.said().unwrap_or_default();
+    let said = demo.run.message().unwrap_or_default();
     let said = Line::from(vec![Span::from(" \u{25B6} "), Span::from(said)]).yellow().bold();
     frame.render_widget(Paragraph::new(vec![title, said]), area);
 }
@@ -91,13 +91,16 @@ fn plant(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
     if lines.len() + states.len() < usize::from(inner.height) {
         lines.push(Line::from(""));
         lines.extend(states.iter().map(|(name, state)| {
-            Line::from(vec![Span::from(format!(" {name:<14}")).gray(), Span::from(state.clone()).fg(doing(state))])
+            Line::from(vec![
+                Span::from(format!(" {name:<14}")).gray(),
+                Span::from(state.clone()).fg(state_colour(state)),
+            ])
         }));
         frame.render_widget(Paragraph::new(lines).block(block), area);
         return;
     }
     let words = states.iter().flat_map(|(name, state)| {
-        [Span::from(format!(" {name} ")).gray(), Span::from(format!("{state} ")).fg(doing(state))]
+        [Span::from(format!(" {name} ")).gray(), Span::from(format!("{state} ")).fg(state_colour(state))]
     });
     lines.push(Line::from(words.collect::<Vec<_>>()));
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
@@ -115,7 +118,7 @@ fn level(name: &str, mbar: f64, colour: Color) -> Line<'static> {
 }
 
 /// The colour of what a part is doing.
-fn doing(state: &str) -> Color {
+fn state_colour(state: &str) -> Color {
     match state {
         "open" | "runs" | "100 %" => Color::Green,
         "closed" | "stands" | "0 %" => Color::DarkGray,
@@ -124,14 +127,14 @@ fn doing(state: &str) -> Color {
 }
 
 /// Which part of all decades lies below a pressure, 0 to 1.
-fn part_of(mbar: f64) -> f64 {
+fn fraction(mbar: f64) -> f64 {
     ((mbar.log10() - DECADES[0]) / (DECADES[1] - DECADES[0])).clamp(0.0, 1.0)
 }
 
 /// How many of the places of a bar are filled, one decade after the other.
 fn bar(mbar: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a small number")]
-    let filled = (part_of(mbar) * BAR as f64).round() as usize;
+    let filled = (fraction(mbar) * BAR as f64).round() as usize;
     filled
 }
 
@@ -140,16 +143,16 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
     let set = |name: String, colour, points| {
         Dataset::default().name(name).marker(Marker::Braille).graph_type(GraphType::Line).style(colour).data(points)
     };
-    let truth = trend.truth.iter().zip(COLOURS.iter().cycle());
+    let truth = trend.true_pressures.iter().zip(COLOURS.iter().cycle());
     let mut sets: Vec<_> = truth.map(|((name, curve), colour)| set(name.clone(), *colour, curve)).collect();
-    let first = demo.scene.watched().first().map_or("", |watched| watched.model.title);
-    sets.push(set(format!("read: {first}"), READ, &trend.read));
+    let first = demo.scene.slaves().first().map_or("", |watched| watched.model.title);
+    sets.push(set(format!("read: {first}"), READ_COLOUR, &trend.read_pressure));
     let time = Axis::default().bounds([0.0, end]).labels(["0:00".to_owned(), clock(end / 2.0), clock(end)]);
     // Labels need every second line at least.
     let labels = if area.height < 12 { 2 } else { 7 };
     let decades = (0..=labels).map(|step| format!("1e{:+}", DECADES[0] as i32 + 14 / labels * step));
     let pressure = Axis::default().bounds(DECADES).labels(decades);
-    let block = Block::bordered().title(" mbar over time ").title_bottom(address(demo));
+    let block = Block::bordered().title(" mbar over time ").title_bottom(dashboard_title(demo));
     let grey = Style::new().fg(Color::Gray);
     let legend = (Constraint::Percentage(50), Constraint::Percentage(60));
     let chart = Chart::new(sets).block(block).hidden_legend_constraints(legend);
@@ -157,15 +160,15 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
 }
 
 /// Where more is to be seen.
-fn address(demo: &Demo) -> String {
+fn dashboard_title(demo: &Demo) -> String {
     let url = demo.dashboard.as_ref().and_then(super::dashboard::Dashboard::url);
     url.map(|url| format!(" dashboard {url} ")).unwrap_or_default()
 }
 
 /// A row for each device: what the master reads, and what stands on its front.
-fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &Scene, roomy: bool) {
-    let rows = scene.watched().iter().filter_map(|watched| {
-        let device = scene.devices().find(|device| device.place() == watched.address)?;
+fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
+    let rows = scene.slaves().iter().filter_map(|watched| {
+        let device = scene.devices().find(|device| device.switch_address() == watched.address)?;
         Some(gauge(scene, watched, device, roomy))
     });
     let mut names = vec!["ADR", "DEVICE", "READ mbar", "FROM", "STATE", "EMITS", "RELAYS", "BUS", "REPORTS"];
@@ -180,8 +183,8 @@ fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &Scene, roomy: bool) {
     frame.render_widget(if roomy { table.block(block) } else { table }, area);
 }
 
-fn gauge(scene: &Scene, watched: &Watched, device: &VirtualDevice, roomy: bool) -> Row<'static> {
-    let (report, reading) = (device.report(), scene.reading(watched));
+fn gauge(scene: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice, roomy: bool) -> Row<'static> {
+    let (report, reading) = (device.report(), scene.values(watched));
     let value = reading.values.iter().find(|value| value.pa.is_some()).or(reading.values.first());
     let mbar = value.and_then(|value| value.pa).map(|pa| pa / 100.0);
     let part = device.instrument().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
@@ -222,7 +225,7 @@ const fn principle(principle: Principle) -> (&'static str, Color) {
 /// A pressure as a mark on a scale of decades.
 fn scale(mbar: Option<f64>, colour: Color) -> Line<'static> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a small number")]
-    let place = mbar.map(|mbar| (part_of(mbar) * (SCALE - 1) as f64).round() as usize);
+    let place = mbar.map(|mbar| (fraction(mbar) * (SCALE - 1) as f64).round() as usize);
     let mark = |at| match (place == Some(at), at % 2) {
         (true, _) => Span::from("\u{25C6}").fg(colour),
         (false, 0) => Span::from("\u{00B7}").dark_gray(),
@@ -237,11 +240,11 @@ fn lamps<'a>(states: impl Iterator<Item = &'a bool>) -> String {
 }
 
 /// What the master counts, and where there is room the last telegrams.
-fn bus(frame: &mut Frame<'_>, area: Rect, scene: &Scene, roomy: bool) {
+fn bus(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
     let Some(master) = scene.master() else { return };
-    let counters = |watched: &Watched| master.counters(watched.address).copied().unwrap_or_default();
+    let counters = |watched: &CyclicSlave| master.counters(watched.address).copied().unwrap_or_default();
     let sum = |number: fn(Counters) -> u32| -> u32 {
-        scene.watched().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)
+        scene.slaves().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)
     };
     let (exchanges, lost, retries) = (sum(|c| c.exchanges), sum(|c| c.lost), sum(|c| c.retries));
     let cycle = duration_of(scene.baud(), master.cycle_tbit()).as_secs_f64() * 1e3;

@@ -13,33 +13,36 @@ pub type Curve = Vec<(f64, f64)>;
 #[derive(Debug, Default)]
 pub struct Trend {
     /// The true pressure in each volume, by its name.
-    pub truth: Vec<(String, Curve)>,
+    pub true_pressures: Vec<(String, Curve)>,
     /// What the master reads from the first gauge.
-    pub read: Curve,
+    pub read_pressure: Curve,
 }
 
 impl Trend {
     /// One more moment.
     pub fn add(&mut self, seconds: f64, run: &Run, row: &Row) {
-        if self.truth.is_empty() {
-            self.truth = run.pressures().map(|(name, _)| (name.to_owned(), Curve::new())).collect();
+        if self.true_pressures.is_empty() {
+            self.true_pressures = run.pressures().map(|(name, _)| (name.to_owned(), Curve::new())).collect();
         }
-        for ((_, curve), (_, pa)) in self.truth.iter_mut().zip(run.pressures()) {
+        for ((_, curve), (_, pa)) in self.true_pressures.iter_mut().zip(run.pressures()) {
             curve.push((seconds, (pa / 100.0).log10()));
         }
-        self.read.extend(row.read_mbar.map(|mbar| (seconds, mbar.log10())));
-        let curves = self.truth.iter_mut().map(|(_, curve)| curve).chain([&mut self.read]);
-        curves.filter(|curve| curve.len() > POINTS).for_each(thin);
+        self.read_pressure.extend(row.read_mbar.map(|mbar| (seconds, mbar.log10())));
+        let curves = self.true_pressures.iter_mut().map(|(_, curve)| curve).chain([&mut self.read_pressure]);
+        curves.filter(|curve| curve.len() > POINTS).for_each(halve);
     }
 
     /// The last moment, in s.
     pub fn end(&self) -> f64 {
-        self.truth.iter().filter_map(|(_, curve)| curve.last()).fold(0.0, |end, (seconds, _)| end.max(*seconds))
+        self.true_pressures
+            .iter()
+            .filter_map(|(_, curve)| curve.last())
+            .fold(0.0, |end, (seconds, _)| end.max(*seconds))
     }
 }
 
 /// Every second point is forgotten.
-fn thin(curve: &mut Curve) {
+fn halve(curve: &mut Curve) {
     let mut keep = false;
     curve.retain(|_| {
         keep = !keep;

@@ -1,23 +1,23 @@
 //! `profivac monitor`: pressures of many slaves, exchanged cyclically. Each segment is served by a thread of its own, so that
 //! one whose port is lost does not hold up the others.
 
+mod display;
 mod plan;
 mod row;
 mod segment;
-mod show;
 mod table;
 
-use crate::bus::Line;
+use crate::bus::MasterOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::remark;
+use crate::output::notice;
 use crate::screen::Screen;
 use crate::values;
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
+use display::MonitorView;
 use rustix::fd::AsFd;
-use segment::Watch;
-use show::Show;
+use segment::SegmentMonitor;
 use std::io;
 use std::os::unix::net::UnixStream;
 use std::panic::resume_unwind;
@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long, value_name = "PORT", value_parser = NonEmptyStringValueParser::new())]
     port: Option<String>,
     #[command(flatten)]
-    line: Line,
+    line: MasterOptions,
     /// Take the slaves over without telling anybody: needed where no terminal is
     #[arg(long)]
     own: bool,
@@ -71,11 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     announce(arguments, is_screen)?;
     let signals = &Signals::catch()?;
     let (stop, stopped) = UnixStream::pair()?;
-    let show = &Show::new(plans, is_screen, arguments);
+    let show = &MonitorView::new(plans, is_screen, arguments);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let ends = &[signals.as_fd(), stopped.as_fd()];
     let verdicts = thread::scope(|scope| {
-        let watch = |(number, plan)| scope.spawn(move || Watch { plan, number, show, ends, end }.run());
+        let watch = |(number, plan)| scope.spawn(move || SegmentMonitor { plan, number, show, ends, end }.run());
         let threads: Vec<_> = plans.iter().enumerate().map(watch).collect();
         let drawn = if is_screen { draw(show, &threads) } else { Ok(()) };
         if is_screen {
@@ -86,14 +86,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let verdicts: Vec<_> = verdicts.collect();
         drawn.map(|()| verdicts)
     })?;
-    show.verdict(verdicts)
+    show.combine(verdicts)
 }
 
 /// Taking slaves over is announced; in a script somebody must have said so.
 fn announce(arguments: &Arguments, is_screen: bool) -> Result<(), Failure> {
     match (arguments.own, is_screen) {
         (true, _) => {}
-        (false, true) => remark(&"the slaves are parameterised, with the unit they have, and unlocked at the end"),
+        (false, true) => notice(&"the slaves are parameterised, with the unit they have, and unlocked at the end"),
         (false, false) => {
             return Err(Failure::usage("monitor parameterises the slaves and owns them: say --own in a script"));
         }
@@ -102,9 +102,9 @@ fn announce(arguments: &Arguments, is_screen: bool) -> Result<(), Failure> {
 }
 
 /// Draws what is watched until somebody leaves or nothing is watched any more.
-fn draw<T>(show: &Show<'_>, threads: &[ScopedJoinHandle<'_, T>]) -> io::Result<()> {
+fn draw<T>(show: &MonitorView<'_>, threads: &[ScopedJoinHandle<'_, T>]) -> io::Result<()> {
     let mut screen = Screen::open()?;
-    while !threads.iter().all(ScopedJoinHandle::is_finished) && !screen.wants_to_leave()? {
+    while !threads.iter().all(ScopedJoinHandle::is_finished) && !screen.is_quit_requested()? {
         screen.draw(|frame| show.draw(frame))?;
         thread::sleep(FRAME);
     }

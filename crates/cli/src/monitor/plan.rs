@@ -1,7 +1,7 @@
 //! What is to be watched: which segments, and who on them. From the command line, or from a station's file.
 
 use super::Arguments;
-use crate::bus::Bus;
+use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::values;
 use profivac_station::config::Config;
@@ -12,7 +12,7 @@ pub struct Plan {
     /// What it is called, where there are several.
     pub name: Option<String>,
     /// Where it is.
-    pub bus: Bus,
+    pub bus: BusOptions,
     /// Who is watched on it.
     pub addresses: Vec<u8>,
 }
@@ -28,7 +28,7 @@ impl Arguments {
             (Some(port), all) => {
                 let addresses = all.iter().map(|text| values::slave_address(text));
                 let addresses = addresses.collect::<Result<_, _>>().map_err(Failure::usage)?;
-                vec![Plan { name: None, bus: Bus::at(port, &self.line), addresses }]
+                vec![Plan { name: None, bus: BusOptions::new(port, &self.line), addresses }]
             }
             (None, _) => {
                 return Err(Failure::usage("expected --port PORT with addresses, or a station's FILE.toml alone"));
@@ -44,7 +44,7 @@ impl Arguments {
         let several = config.segments.len() > 1;
         let plan = |segment: &profivac_station::config::Segment| Plan {
             name: several.then(|| segment.name.clone()),
-            bus: Bus::of(segment, &self.line),
+            bus: BusOptions::of_segment(segment, &self.line),
             addresses: segment.gauges.iter().map(|gauge| gauge.address).collect(),
         };
         let plans: Vec<_> = config.segments.iter().filter(|segment| !segment.gauges.is_empty()).map(plan).collect();
@@ -62,7 +62,7 @@ impl Plan {
     /// Every slave once, and none is this master.
     fn check(&self) -> Result<(), Failure> {
         for (number, address) in self.addresses.iter().enumerate() {
-            self.bus.check_other(*address, "address")?;
+            self.bus.check_not_own_address(*address, "address")?;
             if self.addresses.iter().take(number).any(|other| other == address) {
                 return Err(Failure::usage(format!("address {address} is named twice")));
             }

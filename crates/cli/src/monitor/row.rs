@@ -1,6 +1,6 @@
 //! What is known of one slave at one moment, in every form it is shown in.
 
-use profivac_client::watch::{Value, Watched};
+use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_devices::model::{Scale, Unit};
 use profivac_host::session::BusMaster;
 use serde::Serialize;
@@ -37,9 +37,9 @@ pub fn csv_columns(with_segment: bool) -> String {
 
 impl Row {
     /// What `master` knows about a slave: a row for each of its values, and at least one.
-    pub fn of(segment: Option<&str>, watched: &Watched, master: &BusMaster, unix_time: f64) -> Vec<Self> {
+    pub fn of(segment: Option<&str>, watched: &CyclicSlave, master: &BusMaster, unix_time: f64) -> Vec<Self> {
         let address = watched.address;
-        let reading = master.inputs(address).map(|inputs| watched.reading(inputs)).unwrap_or_default();
+        let reading = master.inputs(address).map(|inputs| watched.decode_inputs(inputs)).unwrap_or_default();
         let counters = master.counters(address).copied().unwrap_or_default();
         let exceptions = reading.exceptions().into_iter().map(str::to_owned);
         let (_, unit) = in_unit(None, watched.unit);
@@ -53,21 +53,26 @@ impl Row {
             mbar: None,
             instance: 0,
             state: master.state(address).map_or_else(String::new, |state| state.to_string()),
-            remarks: master.trouble(address).map(|trouble| trouble.to_string()).into_iter().chain(exceptions).collect(),
+            remarks: master
+                .exchange_error(address)
+                .map(|trouble| trouble.to_string())
+                .into_iter()
+                .chain(exceptions)
+                .collect(),
             exchanges: counters.exchanges,
             lost: counters.lost,
         };
         if reading.values.is_empty() {
             return vec![slave];
         }
-        reading.values.iter().map(|value| slave.with(value, watched.unit)).collect()
+        reading.values.iter().map(|value| slave.with_value(value, watched.unit)).collect()
     }
 
     /// The same slave with one of its values.
-    fn with(&self, value: &Value, unit: &'static Unit) -> Self {
+    fn with_value(&self, value: &ChannelValue, unit: &'static Unit) -> Self {
         let mbar = value.pa.map(|pa| rounded(pa / 100.0));
         let (pressure, unit) = in_unit(mbar, unit);
-        let words = value.words().into_iter().map(str::to_owned);
+        let words = value.status_texts().into_iter().map(str::to_owned);
         let remarks = words.chain(self.remarks.iter().cloned()).collect();
         Self { pressure, unit, mbar, instance: value.instance, remarks, ..self.clone() }
     }
@@ -179,7 +184,10 @@ mod tests {
             exchanges: 1234,
             lost: 5,
         };
-        slave.with(&Value { instance: 2, pa, status: StatusExtension::UNDER }, MODEL.unit_named(unit).unwrap())
+        slave.with_value(
+            &ChannelValue { instance: 2, pa, status: StatusExtension::UNDER },
+            MODEL.unit_named(unit).unwrap(),
+        )
     }
 
     #[test]

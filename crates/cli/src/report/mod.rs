@@ -1,20 +1,20 @@
 //! `profivac report`: a page about a pump-down.
 
-mod when;
+mod time_argument;
 
 use crate::failure::Failure;
-use crate::output::{json, out, remark};
+use crate::output::{json, notice, out};
 use crate::values;
 use clap::Args;
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
-use profivac_recorder::{Micros, Reader, StoreError};
+use profivac_recorder::{DatabaseError, Micros, Reader};
 use profivac_station::config::Config;
-use profivac_station::pumpdown::{Chosen, Span};
+use profivac_station::pumpdown::{PumpDown, TimeRange};
+use profivac_station::report::format::{duration, moment, timestamp, with_unit};
 use profivac_station::report::series::{known, moved, pump_downs};
-use profivac_station::report::words::{duration, moment, timestamp, with_unit};
-use profivac_station::report::{Identity, Report, Unit, Wish, likeliest, page::page};
+use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, likeliest, page::page};
 use serde::Serialize;
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
@@ -76,10 +76,10 @@ Examples:
   profivac report plant.db --from -2h --json";
 
 /// At most so many curves are told apart at a glance.
-const MOST: usize = 8;
+const MAX_CURVES: usize = 8;
 
 /// A pressure that changed by less, in decades, did not move: a fifth.
-const MOVED: f64 = 0.1;
+const MIN_CHANGE_DECADES: f64 = 0.1;
 
 /// What a record is, and what its station's file says.
 struct Source {
@@ -94,7 +94,7 @@ struct Source {
 
 /// A pump-down in a list, for programs.
 #[derive(Serialize)]
-struct Listed {
+struct PumpDownRow {
     begin: Timestamp,
     end: Timestamp,
     gauge: String,
@@ -111,10 +111,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return source.list(arguments.json);
     }
     let (span, why) = source.span(arguments, &now)?;
-    remark(&why);
-    let wish = source.wish(arguments, span, why, now.timestamp())?;
+    notice(&why);
+    let wish = source.request(arguments, span, why, now.timestamp())?;
     let report = Report::make(&source.reader, wish)?;
-    deliver(arguments, &report)
+    write_report(arguments, &report)
 }
 
 impl Source {
@@ -122,28 +122,34 @@ impl Source {
         let given = &arguments.source;
         let is_file = given.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
         let config = is_file.then(|| Config::read(given)).transpose()?;
-        let path = config.as_ref().map_or_else(|| given.clone(), |config| config.record.clone());
+        let path = config.as_ref().map_or_else(|| given.clone(), |config| config.database.clone());
         if !path.exists() {
             let hint = if is_file { format!("; `profivac run {}` makes it", given.display()) } else { String::new() };
             return Err(Failure::usage(format!("{} is not there{hint}", path.display())));
         }
-        let reader = Reader::open(&path).map_err(|error| no_record(error, &path))?;
+        let reader = Reader::open(&path).map_err(|error| not_a_database(error, &path))?;
         let all = reader.gauges()?;
-        let names = if arguments.gauge.is_empty() { all } else { chosen(&arguments.gauge, &all, &path)? };
+        let names = if arguments.gauge.is_empty() { all } else { matching_series(&arguments.gauge, &all, &path)? };
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
     }
 
     /// What the report is to be about.
-    fn wish(&self, arguments: &Arguments, span: Span, why: String, made: Timestamp) -> Result<Wish, Failure> {
-        let gauges = self.shown(arguments, span)?.into_iter().map(|name| {
-            let identity = self.config.as_ref().map(|config| Identity::of(config, &name)).unwrap_or_default();
+    fn request(
+        &self,
+        arguments: &Arguments,
+        span: TimeRange,
+        why: String,
+        made: Timestamp,
+    ) -> Result<ReportRequest, Failure> {
+        let gauges = self.gauges_to_show(arguments, span)?.into_iter().map(|name| {
+            let identity = self.config.as_ref().map(|config| GaugeInfo::of(config, &name)).unwrap_or_default();
             (name, identity)
         });
         let text = |part: Option<&OsStr>| part.map_or_else(String::new, |part| part.to_string_lossy().into_owned());
         let station = self.config.as_ref().map(|config| config.name.clone());
         let title = arguments.title.clone().or_else(|| station.clone());
         let title = title.unwrap_or_else(|| text(self.path.file_stem()));
-        Ok(Wish {
+        Ok(ReportRequest {
             station: station.filter(|station| *station != title),
             title,
             // Where it lies is nobody's business but ours.
@@ -159,59 +165,62 @@ impl Source {
         })
     }
 
-    fn known(&self) -> Result<Span, Failure> {
+    fn recorded_span(&self) -> Result<TimeRange, Failure> {
         let known = known(&self.reader, &self.names)?;
         known.ok_or_else(|| Failure::usage(format!("{}: nothing is recorded yet", self.path.display())))
     }
 
-    fn words(&self, at: Micros) -> String {
+    fn local_time(&self, at: Micros) -> String {
         moment(at, &self.zone)
     }
 
     /// From when to when, and why.
-    fn span(&self, arguments: &Arguments, now: &Zoned) -> Result<(Span, String), Failure> {
+    fn span(&self, arguments: &Arguments, now: &Zoned) -> Result<(TimeRange, String), Failure> {
         let read = |text: &Option<String>| {
-            text.as_deref().map(|text| when::moment(text, now).map(micros)).transpose().map_err(Failure::usage)
+            text.as_deref()
+                .map(|text| time_argument::parse_time(text, now).map(micros))
+                .transpose()
+                .map_err(Failure::usage)
         };
         let (from, to) = (read(&arguments.from)?, read(&arguments.to)?);
-        let known = self.known()?;
+        let known = self.recorded_span()?;
         let span = match (from, to) {
             (Some(start), Some(end)) if start >= end => {
-                let [start, end] = [start, end].map(|at| self.words(at));
+                let [start, end] = [start, end].map(|at| self.local_time(at));
                 return Err(Failure::usage(format!("expected a beginning before the end, got {start} to {end}")));
             }
-            (None, None) => return self.found(None, known),
-            (None, Some(end)) => return self.found(Some(end), known),
-            (Some(start), end) => Span { start, end: end.unwrap_or(Micros::now()).min(known.end) },
+            (None, None) => return self.last_pump_down(None, known),
+            (None, Some(end)) => return self.last_pump_down(Some(end), known),
+            (Some(start), end) => TimeRange { start, end: end.unwrap_or(Micros::now()).min(known.end) },
         };
         if span.start >= span.end || span.end < known.start {
-            return Err(self.nothing(span.start, to, known));
+            return Err(self.no_samples(span.start, to, known));
         }
-        Ok((span, format!("from {} to {}, as asked for", self.words(span.start), self.words(span.end))))
+        Ok((span, format!("from {} to {}, as asked for", self.local_time(span.start), self.local_time(span.end))))
     }
 
-    fn nothing(&self, from: Micros, to: Option<Micros>, known: Span) -> Failure {
-        let to = to.map_or_else(String::new, |to| format!(" to {}", self.words(to)));
-        let [first, last] = [known.start, known.end].map(|at| self.words(at));
+    fn no_samples(&self, from: Micros, to: Option<Micros>, known: TimeRange) -> Failure {
+        let to = to.map_or_else(String::new, |to| format!(" to {}", self.local_time(to)));
+        let [first, last] = [known.start, known.end].map(|at| self.local_time(at));
         Failure::usage(format!(
             "nothing is recorded from {}{to}; {} has {first} to {last}",
-            self.words(from),
+            self.local_time(from),
             self.path.display()
         ))
     }
 
     /// The last pump-down that began before `to`.
-    fn found(&self, to: Option<Micros>, known: Span) -> Result<(Span, String), Failure> {
+    fn last_pump_down(&self, to: Option<Micros>, known: TimeRange) -> Result<(TimeRange, String), Failure> {
         let all = pump_downs(&self.reader, &self.names, to.is_some())?;
         let Some(last) = all.into_iter().rfind(|one| to.is_none_or(|to| one.span.start < to)) else {
-            let [first, last] = [known.start, known.end].map(|at| self.words(at));
+            let [first, last] = [known.start, known.end].map(|at| self.local_time(at));
             return Err(Failure::usage(format!(
                 "found no pump-down in {}: no pressure falls by two decades from {first} to {last}; --from and --to choose a time",
                 self.path.display()
             )));
         };
         let end = to.map_or(last.span.end, |to| to.min(last.span.end));
-        let span = Span { end, ..last.span };
+        let span = TimeRange { end, ..last.span };
         let until = match last.is_vented {
             _ if end < last.span.end => "as asked for",
             true => "before it was vented",
@@ -219,38 +228,38 @@ impl Source {
         };
         let why = format!(
             "the last pump-down: from {}, when {:?} was last at {}, to {}, {until}",
-            self.words(span.start),
+            self.local_time(span.start),
             self.name(&last),
             with_unit(last.start_pa, self.unit).replace('\u{a0}', " "),
-            self.words(end),
+            self.local_time(end),
         );
         Ok((span, why))
     }
 
-    fn name(&self, one: &Chosen) -> &str {
+    fn name(&self, one: &PumpDown) -> &str {
         self.names.get(one.gauge).map_or("", String::as_str)
     }
 
     /// Whose curves are shown.
-    fn shown(&self, arguments: &Arguments, span: Span) -> Result<Vec<String>, Failure> {
+    fn gauges_to_show(&self, arguments: &Arguments, span: TimeRange) -> Result<Vec<String>, Failure> {
         let mut all = Vec::new();
         for name in &self.names {
             all.extend(moved(&self.reader, name, span)?.map(|decades| (decades, name)));
         }
         if all.is_empty() {
-            return Err(self.nothing(span.start, Some(span.end), self.known()?));
+            return Err(self.no_samples(span.start, Some(span.end), self.recorded_span()?));
         }
         if !arguments.gauge.is_empty() {
             return Ok(self.names.clone());
         }
-        if all.iter().any(|(decades, _)| *decades > MOVED) {
-            all.retain(|(decades, _)| *decades > MOVED);
+        if all.iter().any(|(decades, _)| *decades > MIN_CHANGE_DECADES) {
+            all.retain(|(decades, _)| *decades > MIN_CHANGE_DECADES);
         }
         all.sort_by(|one, two| two.0.total_cmp(&one.0));
-        if all.len() > MOST {
-            let left: Vec<_> = all.drain(MOST..).map(|(_, name)| name.as_str()).collect();
-            remark(&format_args!(
-                "left out, as there are more than {MOST} curves: {}; --gauge chooses",
+        if all.len() > MAX_CURVES {
+            let left: Vec<_> = all.drain(MAX_CURVES..).map(|(_, name)| name.as_str()).collect();
+            notice(&format_args!(
+                "left out, as there are more than {MAX_CURVES} curves: {}; --gauge chooses",
                 left.join(", ")
             ));
         }
@@ -259,8 +268,8 @@ impl Source {
         Ok(self.names.iter().filter(is_shown).cloned().collect())
     }
 
-    fn listed(&self, one: &Chosen) -> Listed {
-        Listed {
+    fn row(&self, one: &PumpDown) -> PumpDownRow {
+        PumpDownRow {
             begin: timestamp(one.span.start),
             end: timestamp(one.span.end),
             gauge: self.name(one).to_owned(),
@@ -271,14 +280,14 @@ impl Source {
     }
 
     fn list(&self, as_json: bool) -> Result<(), Failure> {
-        self.known()?;
+        self.recorded_span()?;
         let all = pump_downs(&self.reader, &self.names, true)?;
         if as_json {
-            out(&json(&all.iter().map(|one| self.listed(one)).collect::<Vec<_>>()));
+            out(&json(&all.iter().map(|one| self.row(one)).collect::<Vec<_>>()));
             return Ok(());
         }
         if all.is_empty() {
-            remark(&"no pressure in the record falls by two decades");
+            notice(&"no pressure in the record falls by two decades");
             return Ok(());
         }
         let plain = |text: String| text.replace('\u{a0}', " ");
@@ -286,7 +295,7 @@ impl Source {
         for one in &all {
             let [top, low] = [one.start_pa, one.lowest_pa].map(|pa| plain(with_unit(pa, self.unit)));
             let end = if one.is_vented { "vented" } else { "open" };
-            let (begin, took) = (self.words(one.span.start), plain(duration(one.span.seconds())));
+            let (begin, took) = (self.local_time(one.span.start), plain(duration(one.span.seconds())));
             out(&format!("{begin:<26}{took:<14}{top:>16}{low:>16}  {end:<10}{}", self.name(one)));
         }
         Ok(())
@@ -294,7 +303,7 @@ impl Source {
 }
 
 /// The series that were asked for; a controller's name stands for all its channels.
-fn chosen(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, Failure> {
+fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, Failure> {
     let mut chosen: Vec<String> = Vec::new();
     for name in asked {
         let is_channel =
@@ -320,11 +329,11 @@ fn chosen(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, 
 }
 
 /// A file that is no database, or the database of something else.
-fn no_record(error: StoreError, path: &Path) -> Failure {
+fn not_a_database(error: DatabaseError, path: &Path) -> Failure {
     let is = |what: &str| Failure::usage(format!("{} is no record of a station: {what}", path.display()));
     match error {
-        StoreError::Version { found: 0, .. } => is("it has none of its tables"),
-        StoreError::Sql { error, .. } => is(&error.to_string()),
+        DatabaseError::Version { found: 0, .. } => is("it has none of its tables"),
+        DatabaseError::Sql { error, .. } => is(&error.to_string()),
         other => other.into(),
     }
 }
@@ -334,19 +343,19 @@ fn micros(at: Timestamp) -> Micros {
 }
 
 /// Writes the page, or the numbers, where they are wanted.
-fn deliver(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
+fn write_report(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
     let text = if arguments.json { json(report) + "\n" } else { page(report) };
     let path = match &arguments.out {
         Some(path) if path.as_os_str() == "-" => None,
         None if arguments.json => None,
         Some(path) => Some(path.clone()),
-        None => Some(usual_name(report)),
+        None => Some(default_file_name(report)),
     };
     match path {
         None => out(text.trim_end()),
         Some(path) => {
             write(&path, &text, arguments.force)?;
-            remark(&format_args!(
+            notice(&format_args!(
                 "{} gauges, {} events in {}",
                 report.gauges.len(),
                 report.events.len(),
@@ -358,7 +367,7 @@ fn deliver(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
 }
 
 /// `target-hall-2026-11-21-1400.html`: letters and digits of the title, and when the pump-down began.
-fn usual_name(report: &Report) -> PathBuf {
+fn default_file_name(report: &Report) -> PathBuf {
     let letters = |letter: char| if letter.is_alphanumeric() { letter } else { ' ' };
     let words: String = report.title.to_lowercase().chars().map(letters).take(60).collect();
     let name = words.split_whitespace().collect::<Vec<_>>().join("-");
@@ -379,8 +388,8 @@ fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     options.open(path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)
 }
 
-impl From<StoreError> for Failure {
-    fn from(error: StoreError) -> Self {
+impl From<DatabaseError> for Failure {
+    fn from(error: DatabaseError) -> Self {
         Self::usage(error.to_string())
     }
 }

@@ -1,25 +1,25 @@
 //! `profivac simulate`: virtual devices on a port, operated by lines on standard input.
 
-mod order;
+mod command;
 mod state;
 
-use crate::console::{Console, Said};
+use crate::console::{Console, Input};
 use crate::failure::Failure;
-use crate::output::{out, remark, remarks};
+use crate::output::{notice, notices, out};
 use crate::values;
 use clap::{ArgGroup, Args};
-use order::{DeviceOrder, Order};
+use command::{Command, DeviceCommand};
 use profivac_client::pressure::Pressure;
 use profivac_devices::Action;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::{Spec, check_places};
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::{DeviceSpec, check_addresses};
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
-use profivac_virtual::scenario::{Bus, Run, Scenario};
+use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -63,7 +63,7 @@ pub struct Arguments {
     state: Option<PathBuf>,
     /// A device and the setting of its address switch; 126 is a setting outside 0 to 125
     #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required_unless_present = "scenario")]
-    devices: Vec<Spec>,
+    devices: Vec<DeviceSpec>,
 }
 
 const EXAMPLES: &str = "\
@@ -91,23 +91,25 @@ Examples:
 /// Serves until somebody wants it to end.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
-    let conditions = Conditions { pressure: arguments.pressure, atmosphere: arguments.atmosphere, gas: arguments.gas };
+    let conditions =
+        GasConditions { pressure: arguments.pressure, atmosphere: arguments.atmosphere, gas: arguments.gas };
     let devices = match &scenario {
         Some(scenario) => scenario.devices(arguments.baud, |spec| memory(spec, arguments.state.as_deref()))?,
         None => devices(arguments, conditions)?,
     };
     let mut console = Console::open()?;
     let segment = segment(arguments, devices)?;
-    let playing = scenario.map(|scenario| Playing { run: scenario.start(Bus::There), told: 0 });
-    let mut simulation = Simulation { segment, conditions, playing };
+    let playing =
+        scenario.map(|scenario| RunningScenario { run: scenario.start(MasterPresence::Present), reported: 0 });
+    let mut simulation = Simulation { segment, conditions, scenario: playing };
     out(&format!("ready {}", simulation.segment.port().name()));
     let begun = Instant::now();
     loop {
-        let readable = simulation.segment.serve(&console.watched(), simulation.until_step(begun))?;
-        remarks(|| simulation.segment.next_remark());
-        simulation.play(begun);
-        for said in console.said(&readable) {
-            if simulation.hear(&said).is_break() {
+        let readable = simulation.segment.serve(&console.descriptors(), simulation.time_until_step(begun))?;
+        notices(|| simulation.segment.next_notice());
+        simulation.advance_scenario(begun);
+        for said in console.take_input(&readable) {
+            if simulation.handle_input(&said).is_break() {
                 return Ok(());
             }
         }
@@ -115,23 +117,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// The devices of the command line.
-fn devices(arguments: &Arguments, conditions: Conditions) -> Result<Vec<VirtualDevice>, Failure> {
-    check_places(&arguments.devices)?;
-    let device = |spec: &Spec| {
+fn devices(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<VirtualDevice>, Failure> {
+    check_addresses(&arguments.devices)?;
+    let device = |spec: &DeviceSpec| {
         let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
-        Ok(VirtualDevice::new(unit, spec.place, arguments.baud, conditions))
+        Ok(VirtualDevice::new(unit, spec.address, arguments.baud, conditions))
     };
     arguments.devices.iter().map(device).collect()
 }
 
 /// The memory of a device: as it was left in the folder, or as from the box.
-fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
-    let Some(folder) = folder else { return Ok(Memory::volatile()) };
-    let opened = Memory::open(folder, &spec.device, spec.place)
+fn memory(spec: &DeviceSpec, folder: Option<&Path>) -> Result<NonvolatileMemory, Failure> {
+    let Some(folder) = folder else { return Ok(NonvolatileMemory::volatile()) };
+    let opened = NonvolatileMemory::open(folder, &spec.device, spec.address)
         .map_err(|error| Failure::usage(format!("--state {}: {error}", folder.display())))?;
-    if let Some(aside) = opened.aside {
-        let Spec { device, place, .. } = spec;
-        remark(&format_args!(
+    if let Some(aside) = opened.damaged_copy {
+        let DeviceSpec { device, address: place, .. } = spec;
+        notice(&format_args!(
             "the memory of {device} at address {place} is damaged: kept as {}, defaults used",
             aside.display()
         ));
@@ -143,7 +145,7 @@ fn memory(spec: &Spec, folder: Option<&Path>) -> Result<Memory, Failure> {
 fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
     let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
     Ok(match &arguments.serial {
-        Some(device) => segment.lasting(open::again(device, arguments.baud)),
+        Some(device) => segment.with_reopening(open::opener(device, arguments.baud)),
         None => segment,
     })
 }
@@ -159,48 +161,48 @@ fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
 /// What the lines act on.
 struct Simulation {
     segment: Segment<Vec<VirtualDevice>>,
-    conditions: Conditions,
+    conditions: GasConditions,
     /// Instead of constant conditions.
-    playing: Option<Playing>,
+    scenario: Option<RunningScenario>,
 }
 
 /// A scenario that runs in real time.
-struct Playing {
+struct RunningScenario {
     run: Run,
     /// So many findings have been told.
-    told: usize,
+    reported: usize,
 }
 
 /// The conditions are not to be changed by hand.
-const PLAYING: &str = "a scenario decides what is in the chamber";
+const SCENARIO_IN_CONTROL: &str = "a scenario decides what is in the chamber";
 
 impl Simulation {
     /// How long until the scenario has its next step.
-    fn until_step(&self, begun: Instant) -> Duration {
-        let Some(Playing { run, .. }) = &self.playing else { return Duration::MAX };
+    fn time_until_step(&self, begun: Instant) -> Duration {
+        let Some(RunningScenario { run, .. }) = &self.scenario else { return Duration::MAX };
         let next = Duration::try_from_secs_f64(run.seconds() + run.step_s()).unwrap_or(Duration::MAX);
         next.saturating_sub(begun.elapsed())
     }
 
     /// The scenario makes the steps that are due, and says what was not as expected.
-    fn play(&mut self, begun: Instant) {
-        let Some(Playing { run, told }) = &mut self.playing else { return };
+    fn advance_scenario(&mut self, begun: Instant) {
+        let Some(RunningScenario { run, reported: told }) = &mut self.scenario else { return };
         while run.seconds() + run.step_s() <= begun.elapsed().as_secs_f64() {
             run.step(self.segment.stations_mut());
-            self.segment.disturb(run.noise());
+            self.segment.set_noise(run.noise());
         }
-        for finding in run.findings().iter().skip(*told) {
-            remark(&format_args!("{finding}"));
+        for finding in run.failures().iter().skip(*told) {
+            notice(&format_args!("{finding}"));
         }
-        *told = run.findings().len();
+        *told = run.failures().len();
     }
 
     /// Does what was said and answers.
-    fn hear(&mut self, said: &Said) -> ControlFlow<()> {
-        let Said::Line(line) = said else { return ControlFlow::Break(()) };
-        let order = Order::parse(line);
-        let quits = matches!(order, Ok(Order::Quit));
-        match order.and_then(|order| self.obey(&order)) {
+    fn handle_input(&mut self, said: &Input) -> ControlFlow<()> {
+        let Input::Line(line) = said else { return ControlFlow::Break(()) };
+        let order = Command::parse(line);
+        let quits = matches!(order, Ok(Command::Quit));
+        match order.and_then(|order| self.execute(&order)) {
             Ok(None) => out("ok"),
             Ok(Some(answer)) => out(&format!("ok {answer}")),
             Err(reason) => out(&format!("error: {reason}")),
@@ -208,52 +210,58 @@ impl Simulation {
         if quits { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn obey(&mut self, order: &Order<'_>) -> Result<Option<String>, String> {
+    fn execute(&mut self, order: &Command<'_>) -> Result<Option<String>, String> {
         match order {
-            Order::Pressure(_) | Order::Atmosphere(_) | Order::Gas(_) | Order::Advance(_) if self.playing.is_some() => {
-                return Err(PLAYING.to_owned());
+            Command::Pressure(_) | Command::Atmosphere(_) | Command::Gas(_) | Command::Advance(_)
+                if self.scenario.is_some() =>
+            {
+                return Err(SCENARIO_IN_CONTROL.to_owned());
             }
-            Order::Pressure(pressure) => self.expose(Conditions { pressure: *pressure, ..self.conditions }),
-            Order::Atmosphere(atmosphere) => self.expose(Conditions { atmosphere: *atmosphere, ..self.conditions }),
-            Order::Gas(gas) => self.expose(Conditions { gas: *gas, ..self.conditions }),
-            Order::Advance(seconds) => {
+            Command::Pressure(pressure) => {
+                self.set_conditions(GasConditions { pressure: *pressure, ..self.conditions })
+            }
+            Command::Atmosphere(atmosphere) => {
+                self.set_conditions(GasConditions { atmosphere: *atmosphere, ..self.conditions })
+            }
+            Command::Gas(gas) => self.set_conditions(GasConditions { gas: *gas, ..self.conditions }),
+            Command::Advance(seconds) => {
                 self.segment.stations_mut().iter_mut().for_each(|device| device.advance(*seconds));
             }
-            Order::Device(place, order) => return self.obey_at(*place, order),
-            Order::Quit => {}
+            Command::Device(place, order) => return self.execute_at(*place, order),
+            Command::Quit => {}
         }
         Ok(None)
     }
 
-    fn expose(&mut self, conditions: Conditions) {
+    fn set_conditions(&mut self, conditions: GasConditions) {
         self.conditions = conditions;
-        self.segment.stations_mut().iter_mut().for_each(|device| device.expose(conditions));
+        self.segment.stations_mut().iter_mut().for_each(|device| device.settle_in(conditions));
     }
 
-    fn obey_at(&mut self, place: u8, order: &DeviceOrder<'_>) -> Result<Option<String>, String> {
-        let constant = self.playing.is_none().then(|| self.conditions.pressure.mbar());
+    fn execute_at(&mut self, place: u8, order: &DeviceCommand<'_>) -> Result<Option<String>, String> {
+        let constant = self.scenario.is_none().then(|| self.conditions.pressure.mbar());
         let device = self.device(place)?;
-        let true_mbar = constant.unwrap_or_else(|| device.around().gas.total() / 100.0);
+        let true_mbar = constant.unwrap_or_else(|| device.surroundings().gas.total() / 100.0);
         match order {
-            DeviceOrder::Power(on) => device.power(*on),
-            DeviceOrder::State => return Ok(Some(state::json(device, true_mbar))),
-            DeviceOrder::Operate(action) => {
+            DeviceCommand::Power(on) => device.set_power(*on),
+            DeviceCommand::State => return Ok(Some(state::json(device, true_mbar))),
+            DeviceCommand::Operate(action) => {
                 let name = device.instrument().name();
-                device.operate(*action).map_err(|unknown| refusal(name, *action, unknown.expected))?;
+                device.operate(*action).map_err(|unknown| unknown_part(name, *action, unknown.expected))?;
             }
         }
         Ok(None)
     }
 
     fn device(&mut self, place: u8) -> Result<&mut VirtualDevice, String> {
-        let places = self.segment.stations().iter().map(|device| device.place().to_string());
+        let places = self.segment.stations().iter().map(|device| device.switch_address().to_string());
         let unknown = format!("no device at address {place}; there are {}", places.collect::<Vec<_>>().join(", "));
-        self.segment.stations_mut().iter_mut().find(|device| device.place() == place).ok_or(unknown)
+        self.segment.stations_mut().iter_mut().find(|device| device.switch_address() == place).ok_or(unknown)
     }
 }
 
 /// The device has nothing like that.
-fn refusal(device: &str, action: Action<'_>, expected: &[&str]) -> String {
+fn unknown_part(device: &str, action: Action<'_>, expected: &[&str]) -> String {
     let what = match action {
         Action::Fault { name, .. } => format!("fault {name:?}"),
         Action::Button(number) => format!("button {number}"),

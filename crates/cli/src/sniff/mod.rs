@@ -2,15 +2,15 @@
 
 use crate::bus::open_port;
 use crate::console::Signals;
+use crate::explanation::{Capture, PrintOptions, Printer};
 use crate::failure::Failure;
-use crate::output::{check, remark};
-use crate::story::{Capture, Printer, Style};
+use crate::output::{check, notice};
 use crate::values::{self, Rate};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
-use profivac_explain::frame::Times;
-use profivac_explain::tap::{Ear, Heard};
-use profivac_explain::{Teller, Told};
+use profivac_explain::frame::TimeSource;
+use profivac_explain::tap::{Tap, TapEvent};
+use profivac_explain::{Decoder, ExplainedPiece};
 use rustix::fd::AsFd;
 use std::time::{Duration, Instant};
 
@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
     time: Option<Duration>,
     #[command(flatten)]
-    style: Style,
+    style: PrintOptions,
 }
 
 const EXAMPLES: &str = "\
@@ -40,29 +40,29 @@ Examples:
   profivac sniff --port /tmp/line --for 60 --out line.pcapng --json";
 
 /// How long to wait when nothing ends the wait.
-const PATIENCE: Duration = Duration::from_secs(3600);
+const MAX_WAIT: Duration = Duration::from_secs(3600);
 
 /// Listens until it is enough.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let signals = Signals::catch()?;
     let (port, baud) = open_port(&arguments.port, arguments.baud)?;
-    let mut ear = Ear::new(port, baud);
-    remark(&format_args!("listening on {}, Ctrl-C ends", arguments.port));
-    let mut teller = Teller::new(baud, Times::Platform);
+    let mut ear = Tap::new(port, baud);
+    notice(&format_args!("listening on {}, Ctrl-C ends", arguments.port));
+    let mut teller = Decoder::new(baud, TimeSource::Platform);
     let mut capture = Capture::begin(&arguments.style, baud)?;
     let printer = Printer::new(&arguments.style, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let mut told = Vec::new();
     let ended = loop {
-        let left = end.map_or(PATIENCE, |end| end.saturating_duration_since(Instant::now()));
-        let (heard, stop) = match ear.listen(&[signals.as_fd()], left) {
+        let left = end.map_or(MAX_WAIT, |end| end.saturating_duration_since(Instant::now()));
+        let (heard, stop) = match ear.receive(&[signals.as_fd()], left) {
             Ok((heard, readable)) => (heard, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };
         match heard {
-            Heard::Octets(noted) => teller.noted(&noted, &mut told),
-            Heard::Silence => teller.end(&mut told),
-            Heard::Nothing => {}
+            TapEvent::Octets(noted) => teller.push(&noted, &mut told),
+            TapEvent::Silence => teller.end(&mut told),
+            TapEvent::Nothing => {}
         }
         show(&printer, capture.as_mut(), &mut told)?;
         if stop || end.is_some_and(|end| end <= Instant::now()) {
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     ended
 }
 
-fn show(printer: &Printer<'_>, capture: Option<&mut Capture>, told: &mut Vec<Told>) -> Result<(), Failure> {
+fn show(printer: &Printer<'_>, capture: Option<&mut Capture>, told: &mut Vec<ExplainedPiece>) -> Result<(), Failure> {
     printer.print(told);
     check()?;
     capture.map_or(Ok(()), |capture| capture.add(told))?;

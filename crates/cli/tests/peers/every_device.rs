@@ -10,7 +10,7 @@ use crate::pyprofibus_rows::{Outcome, Rows};
 use crate::slave::Slave;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
-use profivac_virtual::factory::Spec;
+use profivac_virtual::device_spec::DeviceSpec;
 use std::io::Write;
 use std::path::Path;
 
@@ -45,7 +45,7 @@ impl Variant {
 
 /// All devices, those that can be without their atmosphere sensor both ways.
 fn variants() -> Vec<Variant> {
-    let keys = |model: &Model| match format!("{}@{FIRST}:atm=off", model.name).parse::<Spec>() {
+    let keys = |model: &Model| match format!("{}@{FIRST}:atm=off", model.name).parse::<DeviceSpec>() {
         Ok(_) => vec!["atm=on", "atm=off"],
         Err(_) => vec![""],
     };

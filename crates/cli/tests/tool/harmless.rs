@@ -3,7 +3,7 @@
 
 use crate::common::{End, Folder, Program, octets, run};
 use profivac_devices::catalog::MODELS;
-use profivac_explain::frame::{Framer, Times};
+use profivac_explain::frame::{Framer, TimeSource};
 use profivac_wire::Telegram;
 use profivac_wire::control::Control;
 use std::time::Duration;
@@ -16,11 +16,11 @@ type Asked = (u8, Option<u8>, Vec<u8>);
 
 /// What a master asks `address` in the octets that were heard.
 fn requests(heard: &[u8], address: u8) -> Vec<Asked> {
-    let (mut framer, mut pieces) = (Framer::new(Times::Platform), Vec::new());
+    let (mut framer, mut pieces) = (Framer::new(TimeSource::Platform), Vec::new());
     framer.push(None, heard, &[], &mut pieces);
     framer.flush(&mut pieces);
     let asked = pieces.iter().filter_map(|piece| match Telegram::parse(&piece.octets) {
-        Ok(Telegram::Frame(frame)) if frame.da == address && matches!(frame.control(), Control::Request { .. }) => {
+        Ok(Telegram::Data(frame)) if frame.da == address && matches!(frame.control(), Control::Request { .. }) => {
             Some((frame.fc, frame.dsap, frame.du.to_vec()))
         }
         _ => None,

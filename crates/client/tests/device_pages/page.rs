@@ -1,8 +1,8 @@
 //! One page: the tables of a model as Markdown.
 
 use crate::{Page, words};
-use profivac_devices::model::{Configuration, Dialect, Model, Place, Row, Telegram};
-use profivac_dp::slave::Refusal as Negative;
+use profivac_devices::model::{ChannelRules, Configuration, Model, PlacedBlock, Row, Telegram};
+use profivac_dp::slave::Dpv1Error as Negative;
 
 /// The first line of every page.
 pub const HEADER: &str = "<!-- Generated from the manual's tables by `cargo xtask goldens`. Do not edit. -->\n";
@@ -56,8 +56,8 @@ pub fn tables(model: &Model) -> String {
         ("User parameters", user_prm(model)),
         ("Units", units(model)),
         ("Measuring parts", ranges(model)),
-        ("Blocks", model.places.iter().filter(|place| !place.addresses.is_empty()).map(block).collect()),
-        ("Parameter channel", channel(model.dialect)),
+        ("Blocks", model.blocks.iter().filter(|place| !place.locations.is_empty()).map(block).collect()),
+        ("Parameter channel", channel(model.channel_rules)),
         ("Refusals", refusals(model)),
         ("Faults", faults(model)),
     ];
@@ -148,31 +148,31 @@ fn units(model: &Model) -> String {
 }
 
 fn ranges(model: &Model) -> String {
-    if model.ranges.is_empty() {
+    if model.parts.is_empty() {
         return "The manual gives no ranges: they are those of the gauges.".to_owned();
     }
-    let lines = model.ranges.iter().map(|facts| {
+    let lines = model.parts.iter().map(|facts| {
         let limits = facts.limits;
         let mbar = [limits.under_pa, limits.over_pa, limits.full_scale_pa].map(|pa| format!("{:e}", pa / 100.0));
         let part = [facts.part.instance.to_string(), words::principle(facts.part.principle).to_owned()];
-        let rest = [words::shows(facts.shows).to_owned(), words::counts(facts.counts)];
+        let rest = [words::shows(facts.clipping).to_owned(), words::counts(facts.counts)];
         part.into_iter().chain(mbar).chain(rest).collect()
     });
     let head = ["Instance", "Principle", "Underrange", "Overrange", "Full scale", "Shows", "COUNTS"];
     format!("Pressures in mbar.\n\n{}", table(&head, lines))
 }
 
-fn block(place: &Place) -> String {
+fn block(place: &PlacedBlock) -> String {
     let block_type = place.block.block_type.map_or(String::new(), |number| format!(", block type {number}"));
     let head = ["ID", "Name", "Type", "Octets", "Access", "Store", "Section"];
     let rows = table(&head, place.block.rows.iter().map(row));
-    let addresses = table(&["Slot", "Instance", "Of"], place.addresses.iter().map(words::address));
+    let addresses = table(&["Slot", "Instance", "Of"], place.locations.iter().map(words::address));
     format!("### {}{block_type}\n\n{addresses}\n{rows}\n", place.block.name)
 }
 
 fn row(row: &Row) -> Vec<String> {
     vec![
-        row.id.to_string(),
+        row.index.to_string(),
         row.name.to_owned(),
         row.data_type.to_string(),
         words::length(row.data_type),
@@ -182,9 +182,9 @@ fn row(row: &Row) -> Vec<String> {
     ]
 }
 
-fn channel(dialect: &Dialect) -> String {
-    let lines = dialect.instructions.iter().map(|(ak, it)| vec![ak.to_string(), words::instruction(*it)]);
-    let rest = if dialect.rests_between {
+fn channel(dialect: &ChannelRules) -> String {
+    let lines = dialect.tasks.iter().map(|(ak, it)| vec![ak.to_string(), words::instruction(*it)]);
+    let rest = if dialect.needs_idle_between {
         "A new instruction is started only after AK 0."
     } else {
         "A new instruction is started at once, without AK 0 before it."
@@ -195,7 +195,7 @@ fn channel(dialect: &Dialect) -> String {
 /// In the order of the checks. The codes of DP-V1 only where there is DP-V1.
 fn refusals(model: &Model) -> String {
     let lines = words::REFUSALS.map(|refusal| {
-        let channel = [words::refusal(refusal).to_owned(), model.dialect.code(refusal).to_string()];
+        let channel = [words::refusal(refusal).to_owned(), model.channel_rules.error_code(refusal).to_string()];
         let Negative { code_1, code_2 } = Negative::from(refusal);
         let dpv1 = match words::is_of_channel_only(refusal) {
             true => ["-".to_owned(), "-".to_owned()],

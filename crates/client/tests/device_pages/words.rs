@@ -2,7 +2,7 @@
 
 use profivac_devices::Principle;
 use profivac_devices::model::{
-    Address, Counts, DataType, Field, Format, Instruction, NumberType, Refusal, Scale, Shows, Unit,
+    AccessError, Clipping, Counts, DataType, Field, Location, NumberType, PressureFormat, Scale, TaskKind, Unit,
 };
 
 /// A field with its first and last octet.
@@ -50,12 +50,12 @@ pub const fn principle(principle: Principle) -> &'static str {
     }
 }
 
-pub const fn shows(shows: Shows) -> &'static str {
+pub const fn shows(shows: Clipping) -> &'static str {
     match shows {
-        Shows::Range => "its range",
-        Shows::RangeAndBelow => "its range and below",
-        Shows::RangeAndAbove => "its range and above",
-        Shows::Everything => "everything",
+        Clipping::Both => "its range",
+        Clipping::Above => "its range and below",
+        Clipping::Below => "its range and above",
+        Clipping::Never => "everything",
     }
 }
 
@@ -68,7 +68,7 @@ pub fn counts(counts: Counts) -> String {
 }
 
 /// Slot, instance where there is a choice, and name.
-pub fn address(address: &Address) -> Vec<String> {
+pub fn address(address: &Location) -> Vec<String> {
     let instance = match address.instance {
         0 => "-".to_owned(),
         instance => instance.to_string(),
@@ -82,15 +82,15 @@ static MBAR: Unit = Unit { code: 0, name: "mbar", alias: "mbar", scale: Scale::P
 pub fn length(data_type: DataType) -> String {
     let [integer, float] = [NumberType::Integer, NumberType::Float].map(|number| {
         let counts = Counts::Linear { per_mbar: 1.0 };
-        data_type.length(&Format { unit: &MBAR, number, counts, highest: u16::MAX })
+        data_type.length(&PressureFormat { unit: &MBAR, number, counts, max_integer: u16::MAX })
     });
     if integer == float { integer.to_string() } else { "by type".to_owned() }
 }
 
-pub fn instruction(instruction: Instruction) -> String {
+pub fn instruction(instruction: TaskKind) -> String {
     match instruction {
-        Instruction::Read => "read".to_owned(),
-        Instruction::Write(lengths) => {
+        TaskKind::Read => "read".to_owned(),
+        TaskKind::Write(lengths) => {
             let lengths: Vec<_> = lengths.iter().map(usize::to_string).collect();
             let octets = if lengths == ["1"] { "octet" } else { "octets" };
             format!("write {} {octets}", lengths.join(" or "))
@@ -99,38 +99,38 @@ pub fn instruction(instruction: Instruction) -> String {
 }
 
 /// In the order of the checks.
-pub const REFUSALS: [Refusal; 12] = [
-    Refusal::Slot,
-    Refusal::Index,
-    Refusal::NotReadable,
-    Refusal::NotWritable,
-    Refusal::Text,
-    Refusal::Length,
-    Refusal::Mode,
-    Refusal::AlreadyThere,
-    Refusal::Conflict,
-    Refusal::Range,
-    Refusal::Storage,
-    Refusal::Instruction,
+pub const REFUSALS: [AccessError; 12] = [
+    AccessError::UnknownSlot,
+    AccessError::UnknownIndex,
+    AccessError::NotReadable,
+    AccessError::NotWritable,
+    AccessError::NotInChannel,
+    AccessError::WrongLength,
+    AccessError::WrongMode,
+    AccessError::AlreadyInState,
+    AccessError::StateConflict,
+    AccessError::OutOfRange,
+    AccessError::StorageFailed,
+    AccessError::UnknownTask,
 ];
 
-pub const fn refusal(refusal: Refusal) -> &'static str {
+pub const fn refusal(refusal: AccessError) -> &'static str {
     match refusal {
-        Refusal::Slot => "no such slot",
-        Refusal::Index => "no such index in the slot, or not for the selected instance",
-        Refusal::NotReadable => "not for reading, or not for this master",
-        Refusal::NotWritable => "not for writing, or not for this master",
-        Refusal::Text => "a text, which the parameter channel cannot carry",
-        Refusal::Length => "another length than the parameter's",
-        Refusal::Mode => "the operating mode forbids it",
-        Refusal::AlreadyThere => "already in the requested state",
-        Refusal::Conflict => "not in this state",
-        Refusal::Range => "outside the range or the enumeration",
-        Refusal::Storage => "the nonvolatile memory took nothing",
-        Refusal::Instruction => "no such instruction",
+        AccessError::UnknownSlot => "no such slot",
+        AccessError::UnknownIndex => "no such index in the slot, or not for the selected instance",
+        AccessError::NotReadable => "not for reading, or not for this master",
+        AccessError::NotWritable => "not for writing, or not for this master",
+        AccessError::NotInChannel => "a text, which the parameter channel cannot carry",
+        AccessError::WrongLength => "another length than the parameter's",
+        AccessError::WrongMode => "the operating mode forbids it",
+        AccessError::AlreadyInState => "already in the requested state",
+        AccessError::StateConflict => "not in this state",
+        AccessError::OutOfRange => "outside the range or the enumeration",
+        AccessError::StorageFailed => "the nonvolatile memory took nothing",
+        AccessError::UnknownTask => "no such instruction",
     }
 }
 
-pub const fn is_of_channel_only(refusal: Refusal) -> bool {
-    matches!(refusal, Refusal::Text | Refusal::Instruction)
+pub const fn is_of_channel_only(refusal: AccessError) -> bool {
+    matches!(refusal, AccessError::NotInChannel | AccessError::UnknownTask)
 }

@@ -1,7 +1,7 @@
 //! MS2, where the slave has it. profibus-wire 4.
 
 use super::Check;
-use crate::talk::{Answer, Checked, Talk, Wrong, broken, must, response};
+use crate::dialogue::{Answer, CheckError, CheckOutcome, Dialogue, require, response, violated};
 use profivac_wire::Sap;
 use profivac_wire::acyclic::initiate::{AddAddr, Capabilities};
 use profivac_wire::acyclic::{Abort, AbortReason, Access, Initiate, Request, Response};
@@ -12,27 +12,27 @@ pub const CHECKS: &[Check] = &[
         name: "ms2.open",
         rule: "Initiate opens a connection on an access point of its own",
         section: "4.6",
-        ask: opens,
+        run: opens,
     },
-    Check { name: "ms2.idle", rule: "Idle is echoed", section: "4.7", ask: idle },
-    Check { name: "ms2.foreign", rule: "a connection is closed to everybody else", section: "4.2", ask: foreign },
+    Check { name: "ms2.idle", rule: "Idle is echoed", section: "4.7", run: idle },
+    Check { name: "ms2.foreign", rule: "a connection is closed to everybody else", section: "4.2", run: foreign },
     Check {
         name: "ms2.refusal",
         rule: "a record that is not there is refused with a DP-V1 error of the access class",
         section: "4.1.2",
-        ask: refusal,
+        run: refusal,
     },
     Check {
         name: "ms2.abort",
         rule: "Abort is acknowledged, and the connection is closed",
         section: "4.8",
-        ask: abort,
+        run: abort,
     },
     Check {
         name: "ms2.unknown-function",
         rule: "a PDU that is none ends the connection with Abort",
         section: "4.12",
-        ask: unknown_function,
+        run: unknown_function,
     },
 ];
 
@@ -46,7 +46,7 @@ const NO_SLOT: u8 = 254;
 const ACCESS_CLASS: u8 = 0xB;
 
 /// Opens a connection and returns its access point.
-fn open(talk: &mut Talk<'_>) -> Checked<u8> {
+fn open(talk: &mut Dialogue<'_>) -> CheckOutcome<u8> {
     let end = AddAddr::default();
     let initiate =
         Initiate { send_timeout: SEND_TIMEOUT, capabilities: Capabilities::READ_WRITE, source: end, destination: end };
@@ -56,21 +56,21 @@ fn open(talk: &mut Talk<'_>) -> Checked<u8> {
     let opened = match talk.request(manager, du.get(..length).unwrap_or_default())? {
         Answer::Frame { status: Status::DataLow, du } => du,
         // Polled for, profibus-wire 4.6.1.
-        Answer::ShortAck => talk.data_from(talk.us(), manager)?,
+        Answer::ShortAck => talk.data_from(talk.own_address(), manager)?,
         Answer::Frame { status: Status::ServiceNotActivated, .. } => {
-            return Err(Wrong::NotApplicable("the slave has no MS2"));
+            return Err(CheckError::NotApplicable("the slave has no MS2"));
         }
-        Answer::Frame { .. } => return broken("DL with the access point of the connection, or RS"),
+        Answer::Frame { .. } => return violated("DL with the access point of the connection, or RS"),
     };
-    let Response::ResourceManager(manager) = response(&opened)? else { return broken("the resource manager's PDU") };
-    must(manager.server_sap <= 48, "an access point from 0 to 48")?;
+    let Response::ResourceManager(manager) = response(&opened)? else { return violated("the resource manager's PDU") };
+    require(manager.server_sap <= 48, "an access point from 0 to 48")?;
     let answer = polled(talk, manager.server_sap)?;
-    must(matches!(response(&answer)?, Response::Initiate(_)), "Initiate.res")?;
+    require(matches!(response(&answer)?, Response::Initiate(_)), "Initiate.res")?;
     Ok(manager.server_sap)
 }
 
 /// The response that waits, or will.
-fn polled(talk: &mut Talk<'_>, sap: u8) -> Checked<Vec<u8>> {
+fn polled(talk: &mut Dialogue<'_>, sap: u8) -> CheckOutcome<Vec<u8>> {
     for _ in 0..100 {
         match talk.request(Sap::Ms2(sap), &[])? {
             Answer::Frame { status: Status::DataLow, du } => return Ok(du),
@@ -78,60 +78,66 @@ fn polled(talk: &mut Talk<'_>, sap: u8) -> Checked<Vec<u8>> {
             Answer::Frame { .. } => break,
         }
     }
-    broken("SC until there is a response, then DL")
+    violated("SC until there is a response, then DL")
 }
 
 /// Ends a connection.
-fn close(talk: &mut Talk<'_>, sap: u8) -> Checked {
+fn close(talk: &mut Dialogue<'_>, sap: u8) -> CheckOutcome {
     let mut du = [0; 8];
     let length = Request::Abort(Abort::new(AbortReason::User(0))).emit(&mut du).unwrap_or_default();
     let answer = talk.request(Sap::Ms2(sap), du.get(..length).unwrap_or_default())?;
-    must(answer == Answer::ShortAck, "SC")?;
-    talk.closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
+    require(answer == Answer::ShortAck, "SC")?;
+    talk.expect_closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
 }
 
-fn opens(talk: &mut Talk<'_>) -> Checked {
+fn opens(talk: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = open(talk)?;
     let nothing = talk.request(Sap::Ms2(sap), &[])?;
-    must(nothing == Answer::ShortAck, "SC: no response is waiting")?;
+    require(nothing == Answer::ShortAck, "SC: no response is waiting")?;
     close(talk, sap)
 }
 
-fn idle(talk: &mut Talk<'_>) -> Checked {
+fn idle(talk: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = open(talk)?;
     let echo = talk.ms2(sap, &Request::Idle(&[]))?;
-    must(echo == [0x48], "48")?;
+    require(echo == [0x48], "48")?;
     close(talk, sap)
 }
 
-fn foreign(talk: &mut Talk<'_>) -> Checked {
+fn foreign(talk: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = open(talk)?;
-    let other = talk.other();
-    talk.refused_from(other, Sap::Ms2(sap), &[], Status::ServiceNotActivated, "RS: the connection is not its own")?;
+    let other = talk.other_master_address();
+    talk.expect_status_from(
+        other,
+        Sap::Ms2(sap),
+        &[],
+        Status::ServiceNotActivated,
+        "RS: the connection is not its own",
+    )?;
     close(talk, sap)
 }
 
-fn refusal(talk: &mut Talk<'_>) -> Checked {
+fn refusal(talk: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = open(talk)?;
     let du = talk.ms2(sap, &Request::Read(Access { slot: NO_SLOT, index: 1, length: 240 }))?;
-    let Response::Negative(negative) = response(&du)? else { return broken("a negative response: DE 80 B2 00") };
-    must(negative.code_1.class() == ACCESS_CLASS, "an error of the access class, like B2 (invalid slot)")?;
+    let Response::Negative(negative) = response(&du)? else { return violated("a negative response: DE 80 B2 00") };
+    require(negative.code_1.class() == ACCESS_CLASS, "an error of the access class, like B2 (invalid slot)")?;
     close(talk, sap)
 }
 
-fn abort(talk: &mut Talk<'_>) -> Checked {
+fn abort(talk: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = open(talk)?;
     close(talk, sap)
 }
 
-fn unknown_function(talk: &mut Talk<'_>) -> Checked {
+fn unknown_function(talk: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = open(talk)?;
     let answer = talk.request(Sap::Ms2(sap), &[0x33, 0, 0, 0])?;
     let du = match answer {
         Answer::Frame { status: Status::DataLow, du } => du,
         Answer::ShortAck => polled(talk, sap)?,
-        Answer::Frame { .. } => return broken("SC, then Abort"),
+        Answer::Frame { .. } => return violated("SC, then Abort"),
     };
-    must(matches!(response(&du)?, Response::Abort(_)), "Abort")?;
-    talk.closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
+    require(matches!(response(&du)?, Response::Abort(_)), "Abort")?;
+    talk.expect_closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
 }

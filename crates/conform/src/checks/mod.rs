@@ -7,7 +7,7 @@ mod layer2;
 mod noise;
 mod start_up;
 
-use super::talk::{Checked, Talk};
+use super::dialogue::{CheckOutcome, Dialogue};
 
 /// A rule and how a slave is asked about it.
 pub struct Check {
@@ -18,7 +18,7 @@ pub struct Check {
     /// Where it stands: a section of the protocol reference, see docs/conformance.md.
     pub section: &'static str,
     /// Asks.
-    pub ask: fn(&mut Talk<'_>) -> Checked,
+    pub run: fn(&mut Dialogue<'_>) -> CheckOutcome,
 }
 
 /// All of them.

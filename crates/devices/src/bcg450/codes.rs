@@ -1,7 +1,7 @@
 //! Code tables of tira41d1 that are its own. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::table::{CATHODE, INSTANCES, PIRANI};
-use crate::model::{Code, Codes, Need, code};
+use crate::model::{Code, Codes, Precondition, code};
 use crate::profile::codes::risky;
 
 /// 3.2.1.2
@@ -18,7 +18,7 @@ const LIFE: &str = "switches the hot cathode: at a pressure that is too high thi
 const EMISSION_ON: Code = Code {
     number: 0x0301,
     name: "emission-on",
-    needs: &[Need::Executing, Need::Below(Some(PIRANI.part.instance), CATHODE.on_pa)],
+    preconditions: &[Precondition::Executing, Precondition::PressureBelow(Some(PIRANI.part.instance), CATHODE.on_pa)],
     risk: LIFE,
 };
 
@@ -29,7 +29,11 @@ pub const HOT_CATHODE_COMMAND: Codes = Codes::Commands(&[
     Code {
         number: 0x0101,
         name: "degas-on",
-        needs: &[Need::Executing, Need::Emission, Need::Below(None, CATHODE.degas_pa)],
+        preconditions: &[
+            Precondition::Executing,
+            Precondition::EmissionOn,
+            Precondition::PressureBelow(None, CATHODE.degas_pa),
+        ],
         risk: "heats the electrodes for three minutes: gas is set free, and the pressure rises",
     },
     risky(0x0300, "emission-off", "the ionisation part measures nothing without emission"),

@@ -1,7 +1,7 @@
 //! Which instance measures, and what. tira41d1 3.2.1.3, errata-bpg-bcg-tpg 77 to 80.
 
 use super::table::{BA, CDG, PIRANI};
-use crate::model::{Facts, mbar};
+use crate::model::{PartSpec, mbar};
 
 /// What the gauge measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
 ///
 /// free choice: but not before the mean lies in the range of the upper part, which could not show it. That is so in
 /// helium, of which the two have quite different ideas.
-fn join(low: Measurement, high: Measurement, upper: &Facts, weight: f64) -> Measurement {
+fn join(low: Measurement, high: Measurement, upper: &PartSpec, weight: f64) -> Measurement {
     if weight == 0.0 {
         return low;
     }

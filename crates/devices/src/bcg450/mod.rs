@@ -3,39 +3,40 @@
 //! [`table`] is the manual's tables; the rest is what they do: `measurement` joins the three parts, `relay` has the two
 //! functions of the contacts, `parameters` leads every row to its value, `bench` has bus and people.
 
-mod bench;
 mod codes;
 mod measurement;
 mod parameters;
 mod relay;
+mod simulation;
 pub mod table;
 
-use crate::model::Refusal;
+use crate::model::AccessError;
 use crate::profile::{
-    BlockDevice, Cathode, Common, Condition, Conditions, Details, ExceptionStatus, Health, Machine, MeasuringPart,
-    Presentation, Sensor, Serial, Setup, StatusExtension, exception_status,
+    BlockDevice, Cathode, CathodeConditions, CommonExceptions, ExceptionDetails, ExceptionStatus, MeasuringPart,
+    Presentation, ReadingCondition, SelfTestResult, Sensor, SerialNumber, Setup, StateMachine, StatusExtension,
+    exception_status,
 };
 use crate::store::Store;
-use bench::Faults;
 use measurement::measure;
 use relay::Relay;
+use simulation::Faults;
 
 /// A BCG450-SP with its nonvolatile memory.
-pub type Bcg450<S> = BlockDevice<Gauge, S>;
+pub type Bcg450<S> = BlockDevice<Bcg450Behaviour, S>;
 
 impl<S: Store> Bcg450<S> {
     /// A gauge that has just been switched on.
     #[must_use]
     pub fn new(store: S, setup: Setup) -> Self {
-        Self::with(Gauge::new(setup.serial), store, &setup)
+        Self::from_behaviour(Bcg450Behaviour::new(setup.serial), store, &setup)
     }
 }
 
 /// What is particular to the BCG450-SP.
 #[derive(Clone, Debug)]
-pub struct Gauge {
-    serial: Serial,
-    machine: Machine,
+pub struct Bcg450Behaviour {
+    serial: SerialNumber,
+    machine: StateMachine,
     presentation: Presentation,
     /// Channel Instance Selector.
     selector: u8,
@@ -49,7 +50,7 @@ pub struct Gauge {
     /// It has been in EXECUTING since power-up: outside of it the PV Selector stays.
     has_measured: bool,
     /// What concerns all readings.
-    condition: Condition,
+    condition: ReadingCondition,
     /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
     one_of_n: StatusExtension,
     cathode: Cathode,
@@ -60,11 +61,11 @@ pub struct Gauge {
     seconds: f64,
 }
 
-impl Gauge {
-    const fn new(serial: Serial) -> Self {
+impl Bcg450Behaviour {
+    const fn new(serial: SerialNumber) -> Self {
         Self {
             serial,
-            machine: Machine::power_up(),
+            machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             selector: 1,
             pirani: MeasuringPart::new(&table::PIRANI),
@@ -73,7 +74,7 @@ impl Gauge {
             atmosphere: Sensor::in_air(),
             active: 1,
             has_measured: false,
-            condition: Condition { executing: false, disturbed: false, alarmed: false },
+            condition: ReadingCondition { executing: false, disturbed: false, alarmed: false },
             one_of_n: StatusExtension::INVALID,
             cathode: Cathode::new(&table::CATHODE),
             relays: [Relay::new(), Relay::new()],
@@ -124,7 +125,7 @@ impl Gauge {
     }
 
     /// A Device Block State Command. Reset brings the volatile values back to what they are after power-up.
-    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+    fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         if self.machine.command(number)? {
             self.cathode = Cathode::new(&table::CATHODE);
             self.relays.iter_mut().for_each(|relay| relay.point.open());
@@ -133,26 +134,26 @@ impl Gauge {
     }
 
     /// What the self test would find.
-    fn health(&self) -> Health {
-        Health::found(self.common(), self.exception_status().intersects(ExceptionStatus::ALARM))
+    fn health(&self) -> SelfTestResult {
+        SelfTestResult::found(self.common(), self.exception_status().intersects(ExceptionStatus::ALARM))
     }
 
     /// Memory faults, alike in both records (48, 49).
-    fn common(&self) -> Common {
-        Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
+    fn common(&self) -> CommonExceptions {
+        CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
     /// Exception Detail Alarm: CDG, Pirani, BA (46).
-    fn alarm(&self) -> Details<6> {
+    fn alarm(&self) -> ExceptionDetails<6> {
         let [c0, c1] = self.cdg.sensor_alarm();
         let [p0, p1] = self.pirani.sensor_alarm();
         let [b0, b1] = self.ba.sensor_alarm();
         let manufacturer = u8::from(self.faults.comm);
-        Details { common: self.common(), device: [c0, c1, p0, p1, b0, b1], manufacturer }
+        ExceptionDetails { common: self.common(), device: [c0, c1, p0, p1, b0, b1], manufacturer }
     }
 
     /// Exception Detail Warning: the status extension, then CDG, Pirani, BA (44).
-    fn warning(&self) -> Details<7> {
+    fn warning(&self) -> ExceptionDetails<7> {
         let [c0, c1] = self.sensor_warning(3);
         let [p0, p1] = self.sensor_warning(1);
         let [b0, b1] = self.sensor_warning(2);
@@ -160,7 +161,7 @@ impl Gauge {
         // Internal communication as in the alarm (49), then the relays at atmosphere (50, 114).
         let manufacturer =
             u8::from(self.faults.comm) | u8::from(a.atmosphere_reached()) << 1 | u8::from(b.atmosphere_reached()) << 2;
-        Details { common: self.common(), device: [self.one_of_n.bits(), c0, c1, p0, p1, b0, b1], manufacturer }
+        ExceptionDetails { common: self.common(), device: [self.one_of_n.bits(), c0, c1, p0, p1, b0, b1], manufacturer }
     }
 
     /// Sensor Warning. Only the Pirani has an Electronics Warning, which means badly adjusted (105).
@@ -177,18 +178,18 @@ impl Gauge {
     /// Any alarm makes every reading invalid, warnings do not (54).
     fn judge(&mut self) {
         let alarm = self.alarm();
-        self.condition = Condition {
+        self.condition = ReadingCondition {
             executing: self.machine.is_executing(),
             disturbed: alarm.is_any(),
             alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
         };
-        let range = table::GAUGE.judge(self.active().indicated_pa());
+        let range = table::GAUGE.status_of(self.active().indicated_pa());
         self.one_of_n = StatusExtension::new(range, self.active().is_valid(&self.condition));
     }
 
     /// What the cathode depends on; the Pirani controls it.
-    fn conditions(&self) -> Conditions {
-        Conditions {
+    fn conditions(&self) -> CathodeConditions {
+        CathodeConditions {
             able: self.machine.is_executing() && !self.pirani.failed && !self.ba.failed,
             control_pa: self.pirani.sensor.indicated_pa(),
             gauge_pa: self.reading_pa(),

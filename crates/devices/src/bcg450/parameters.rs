@@ -4,24 +4,24 @@ use super::table::{
     AnalogInput, Atmosphere, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, INSTANCES, MODEL, OneOfNInput,
     OneOfNTransducer, Parameter, SetPoint,
 };
-use super::{Gauge, table};
-use crate::model::{Address, Format, Refusal, Value};
-use crate::profile::{At, Blocks, Current, MeasuringPart, SafeState};
+use super::{Bcg450Behaviour, table};
+use crate::model::{AccessError, Location, PressureFormat, Value};
+use crate::profile::{EmissionCurrent, MeasuringPart, ParameterAccess, ParameterRef, SafeState};
 use crate::store::Key;
 
-impl Blocks for Gauge {
+impl ParameterAccess for Bcg450Behaviour {
     type Parameter = Parameter;
 
     /// Slot 1 shows the instance of the Channel Instance Selector (28).
-    fn shows(&self, address: &Address) -> bool {
+    fn is_visible(&self, address: &Location) -> bool {
         address.instance == 0 || address.instance == self.selector
     }
 
-    fn format(&self, _at: &At<Parameter>) -> Format {
+    fn format(&self, _at: &ParameterRef<Parameter>) -> PressureFormat {
         self.presentation.format(table::COUNTS)
     }
 
-    fn get(&self, at: &At<Parameter>) -> Value {
+    fn get(&self, at: &ParameterRef<Parameter>) -> Value {
         match at.parameter {
             Parameter::Device(row) => self.get_device(row),
             Parameter::OneOfNInput(row) => match row {
@@ -53,16 +53,16 @@ impl Blocks for Gauge {
     }
 
     /// Data Type and Data Units are for IDLE outside cyclic exchange (91).
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
-        if is_presentation(at) && !self.machine.is_configurable() { Err(Refusal::Mode) } else { Ok(()) }
+    fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
+        if is_presentation(at) && !self.machine.is_configurable() { Err(AccessError::WrongMode) } else { Ok(()) }
     }
 
     /// Unit and number type are one value, whatever the instance (72).
-    fn key(&self, at: &At<Parameter>) -> Key {
+    fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         if is_presentation(at) { at.shared_key() } else { at.key() }
     }
 
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
@@ -74,30 +74,30 @@ impl Blocks for Gauge {
             }
             Parameter::Input(AnalogInput::SafeState) => {
                 let state = SafeState::of(value)?;
-                self.part_mut(at.instance()).ok_or(Refusal::Index)?.safe_state = state;
+                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_state = state;
                 Ok(())
             }
             Parameter::Input(AnalogInput::SafeValue) => {
-                self.part_mut(at.instance()).ok_or(Refusal::Index)?.safe_value_pa = value.pressure()?;
+                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_value_pa = value.pressure()?;
                 Ok(())
             }
             Parameter::SetPoint(SetPoint::SetpointFunction) => {
-                let relay = self.relay_mut(at.instance()).ok_or(Refusal::Index)?;
+                let relay = self.relay_mut(at.instance()).ok_or(AccessError::UnknownIndex)?;
                 relay.set_function(value.boolean()?);
                 Ok(())
             }
             Parameter::SetPoint(SetPoint::PercentageOfAtmosphere) => {
-                self.relay_mut(at.instance()).ok_or(Refusal::Index)?.set_percentage(value.integer()?)
+                self.relay_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_percentage(value.integer()?)
             }
             Parameter::HotCathode(HotCathode::StateCommand) => self.hot_cathode_command(value.command()?),
             // The same as command 3 (97).
             Parameter::HotCathode(HotCathode::EmissionStatus) => self.hot_cathode_command((3, value.integer()?)),
             // The gauge chooses the current: one of the four is accepted and has no effect (98).
-            Parameter::HotCathode(HotCathode::EmissionCurrent) => Current::ALL
+            Parameter::HotCathode(HotCathode::EmissionCurrent) => EmissionCurrent::ALL
                 .iter()
                 .any(|current| Value::Float(current.milliamperes()) == *value)
                 .then_some(())
-                .ok_or(Refusal::Range),
+                .ok_or(AccessError::OutOfRange),
             Parameter::Atmosphere(Atmosphere::StateCommand) => self.atmosphere_command(value.command()?),
             // Rows without a write mark: refused before this is asked.
             Parameter::Device(_)
@@ -108,22 +108,22 @@ impl Blocks for Gauge {
             | Parameter::HeatTransfer(_)
             | Parameter::HotCathode(_)
             | Parameter::Diaphragm(_)
-            | Parameter::Atmosphere(_) => Err(Refusal::NotWritable),
+            | Parameter::Atmosphere(_) => Err(AccessError::NotWritable),
         }
     }
 
     /// The adjustment of the ambient pressure sensor.
-    fn hidden(&self) -> &[f64] {
+    fn internal_values(&self) -> &[f64] {
         core::slice::from_ref(&self.atmosphere.offset_pa)
     }
 
-    fn hidden_mut(&mut self) -> &mut [f64] {
+    fn internal_values_mut(&mut self) -> &mut [f64] {
         core::slice::from_mut(&mut self.atmosphere.offset_pa)
     }
 }
 
 /// Data Type or Data Units, of whatever instance.
-const fn is_presentation(at: &At<Parameter>) -> bool {
+const fn is_presentation(at: &ParameterRef<Parameter>) -> bool {
     matches!(
         at.parameter,
         Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
@@ -131,7 +131,7 @@ const fn is_presentation(at: &At<Parameter>) -> bool {
     )
 }
 
-impl Gauge {
+impl Bcg450Behaviour {
     fn get_device(&self, row: DeviceBlock) -> Value {
         match row {
             // A command has been carried out when it can be read (35).
@@ -206,13 +206,13 @@ impl Gauge {
         }
     }
 
-    fn select(&mut self, instance: u8) -> Result<(), Refusal> {
-        self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(Refusal::Range)?;
+    fn select(&mut self, instance: u8) -> Result<(), AccessError> {
+        self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
     /// 3.3.3.9
-    pub(super) fn hot_cathode_command(&mut self, command: (u8, u8)) -> Result<(), Refusal> {
+    pub(super) fn hot_cathode_command(&mut self, command: (u8, u8)) -> Result<(), AccessError> {
         let conditions = self.conditions();
         match command {
             (128, mode @ (0 | 1)) => {
@@ -224,12 +224,12 @@ impl Gauge {
     }
 
     /// 3.3.5.2 (116)
-    fn atmosphere_command(&mut self, command: (u8, u8)) -> Result<(), Refusal> {
+    fn atmosphere_command(&mut self, command: (u8, u8)) -> Result<(), AccessError> {
         match command {
             (0, _) => {}
             (128, 0) => self.adjust_atmosphere(false),
             (128, 1) => self.adjust_atmosphere(true),
-            _ => return Err(Refusal::Range),
+            _ => return Err(AccessError::OutOfRange),
         }
         Ok(())
     }

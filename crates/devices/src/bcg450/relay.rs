@@ -1,7 +1,7 @@
 //! The two relays, each with two functions. tira41d1 3.2.5.6 to 3.2.5.8, errata-bpg-bcg-tpg 110 to 114.
 
 use super::table::POTENTIOMETER;
-use crate::model::Refusal;
+use crate::model::AccessError;
 use crate::profile::{HYSTERESIS, SetPoint};
 
 /// The range of Percentage of atmosphere, in tenths of a percent.
@@ -48,8 +48,8 @@ impl Relay {
         self.percentage
     }
 
-    pub fn set_percentage(&mut self, percentage: u16) -> Result<(), Refusal> {
-        self.percentage = Some(percentage).filter(|it| PERCENTAGE.contains(it)).ok_or(Refusal::Range)?;
+    pub fn set_percentage(&mut self, percentage: u16) -> Result<(), AccessError> {
+        self.percentage = Some(percentage).filter(|it| PERCENTAGE.contains(it)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

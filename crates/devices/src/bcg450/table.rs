@@ -1,18 +1,18 @@
 //! The tables of tira41d1, row by row. Names as printed there, which is English; where a row departs from the print, a
 //! comment says why. Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
 
-use super::bench::Faults;
 use super::codes::{
     ATMOSPHERE_COMMAND, DEGAS_STATUS, EMISSION_STATUS, HOT_CATHODE_COMMAND, PERCENTAGE, SELECTOR, SETPOINT_FUNCTION,
 };
-use crate::instrument::{Part, Principle, Span};
+use super::simulation::Faults;
 use crate::model::block::{block, blocks};
 use crate::model::{
-    Configuration, Counts, Dialect, Facts, Field, Gsd, Instruction, Limits, Model, NumberType, Parameters, Scale,
-    Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
+    ChannelRules, Clipping, Configuration, Counts, Field, Gsd, Limits, Model, NumberType, ParameterSet, PartSpec,
+    Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
 use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
 use crate::profile::{Potentiometer, Thresholds};
+use crate::simulation::{MeasuringRange, Part, Principle};
 use profivac_dp::slave::Features;
 
 block! {
@@ -202,26 +202,26 @@ pub const FACTORY_UNIT: &Unit = &UNITS[3];
 pub const COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
 
 /// 3.2.2.6, 3.2.2.9, 3.2.2.10
-pub static PIRANI: Facts = Facts {
+pub static PIRANI: PartSpec = PartSpec {
     part: Part { instance: 1, principle: Principle::Pirani },
     limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    shows: Shows::Range,
+    clipping: Clipping::Both,
     counts: COUNTS,
 };
 
 /// 3.2.3.6, 3.2.3.9, 3.2.3.10
-pub static BA: Facts = Facts {
+pub static BA: PartSpec = PartSpec {
     part: Part { instance: 2, principle: Principle::HotCathode },
     limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
-    shows: Shows::RangeAndBelow,
+    clipping: Clipping::Above,
     counts: COUNTS,
 };
 
 /// 3.2.4.6, 3.2.4.9, 3.2.4.10
-pub static CDG: Facts = Facts {
+pub static CDG: PartSpec = PartSpec {
     part: Part { instance: 3, principle: Principle::Diaphragm },
     limits: Limits { under_pa: mbar(1.0), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) },
-    shows: Shows::RangeAndAbove,
+    clipping: Clipping::Below,
     counts: COUNTS,
 };
 
@@ -229,7 +229,7 @@ pub static CDG: Facts = Facts {
 pub static PARTS: [Part; 4] = [PIRANI.part, BA.part, CDG.part, Part { instance: 4, principle: Principle::Atmosphere }];
 
 /// free choice: nobody says what the ambient pressure sensor is made for (3.3.5); as in the gauges of tira56e1.
-pub const ATMOSPHERE: Span = Span { lowest_pa: mbar(300.0), highest_pa: mbar(1200.0) };
+pub const ATMOSPHERE: MeasuringRange = MeasuringRange { lowest_pa: mbar(300.0), highest_pa: mbar(1200.0) };
 
 /// 3.3.1.1: the whole gauge (58).
 pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) };
@@ -242,15 +242,10 @@ pub static POTENTIOMETER: Potentiometer =
     Potentiometer { per_volt: 1.23011, at_0_v: -9.301_029_99, highest_pa: f64::INFINITY };
 
 /// 2.2.1.1
-static DIALECT: Dialect = Dialect {
-    instructions: &[
-        (1, Instruction::Read),
-        (2, Instruction::Write(&[2])),
-        (3, Instruction::Write(&[4])),
-        (10, Instruction::Write(&[1])),
-    ],
-    rests_between: true,
-    codes: &[],
+static DIALECT: ChannelRules = ChannelRules {
+    tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[2])), (3, TaskKind::Write(&[4])), (10, TaskKind::Write(&[1]))],
+    needs_idle_between: true,
+    error_codes: &[],
 };
 
 /// The tables of the BCG450-SP.
@@ -267,9 +262,9 @@ pub static MODEL: Model = Model {
     units: &UNITS,
     user_prm: &USER_PRM,
     dpv1_status: 0x80,
-    places: Parameter::PLACES,
-    ranges: &[&PIRANI, &BA, &CDG],
-    dialect: &DIALECT,
+    blocks: Parameter::PLACES,
+    parts: &[&PIRANI, &BA, &CDG],
+    channel_rules: &DIALECT,
     faults: &Faults::LIST,
     errata: "errata-bpg-bcg-tpg 2 to 37, 39, 41 to 44, 46 to 52, 54 to 60, 62, 63, 69 to 81, 83 to 85, 87 to 93, 95 to 102, 104, \
              106 to 121",

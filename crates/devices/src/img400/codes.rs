@@ -1,20 +1,20 @@
 //! Code tables of BG 5530 that are its own. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::table::CHANNELS;
-use crate::model::{Code, Codes, Need, code};
-use crate::profile::State;
+use crate::model::{Code, Codes, Precondition, code};
+use crate::profile::DeviceState;
 use crate::profile::codes::risky;
 
 /// 4.4.1: the same codes as everywhere, and one for INIT (20).
 pub const DEVICE_STATE: Codes = Codes::Names(&[
     code(0, "undefined"),
-    code(State::SelfTesting.code() as u16, State::SelfTesting.name()),
-    code(State::Idle.code() as u16, State::Idle.name()),
-    code(State::SelfTestException.code() as u16, State::SelfTestException.name()),
-    code(State::Executing.code() as u16, State::Executing.name()),
-    code(State::Abort.code() as u16, State::Abort.name()),
-    code(State::CriticalFault.code() as u16, State::CriticalFault.name()),
-    code(100, State::Init.name()),
+    code(DeviceState::SelfTesting.code() as u16, DeviceState::SelfTesting.name()),
+    code(DeviceState::Idle.code() as u16, DeviceState::Idle.name()),
+    code(DeviceState::SelfTestException.code() as u16, DeviceState::SelfTestException.name()),
+    code(DeviceState::Executing.code() as u16, DeviceState::Executing.name()),
+    code(DeviceState::Abort.code() as u16, DeviceState::Abort.name()),
+    code(DeviceState::CriticalFault.code() as u16, DeviceState::CriticalFault.name()),
+    code(100, DeviceState::Init.name()),
 ]);
 
 /// 4.4.1, ID 203
@@ -50,18 +50,18 @@ pub const HOT_CATHODE_COMMAND: Codes = Codes::Commands(&[
     Code {
         number: 0x0101,
         name: "degas-on",
-        needs: &[Need::Executing, Need::Emission],
+        preconditions: &[Precondition::Executing, Precondition::EmissionOn],
         risk: "heats the electrodes: gas is set free, and the pressure rises",
     },
     risky(0x0300, "emission-off", "the channel measures nothing without emission"),
-    Code { number: 0x0301, name: "emission-on", needs: &[Need::Executing], risk: LIFE },
+    Code { number: 0x0301, name: "emission-on", preconditions: &[Precondition::Executing], risk: LIFE },
     code(0x0401, "clear-emission-off-alarm"),
 ]);
 
 /// 4.4.4, ID 105
 pub const EMISSION_STATUS: Codes = Codes::Names(&[
     risky(0, "off", "the channel measures nothing without emission"),
-    Code { number: 1, name: "on", needs: &[Need::Executing], risk: LIFE },
+    Code { number: 1, name: "on", preconditions: &[Precondition::Executing], risk: LIFE },
 ]);
 
 /// 4.4.4, ID 107: a float that holds a code (147).

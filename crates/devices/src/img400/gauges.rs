@@ -1,7 +1,7 @@
 //! Which gauges can stand on which channel. BG 5530 Appendix A, errata-pxg55x-img400 155 and 156.
 
 use super::table;
-use crate::model::Facts;
+use crate::model::PartSpec;
 use crate::profile::Thresholds;
 
 /// A gauge for channel 1 or 2.
@@ -58,7 +58,7 @@ impl Default for Gauges {
 
 impl Gauges {
     /// What the tables say about the gauge of each channel; nothing for a place holder.
-    pub(super) const fn facts(self) -> [Option<&'static Facts>; table::CHANNELS] {
+    pub(super) const fn facts(self) -> [Option<&'static PartSpec>; table::CHANNELS] {
         let ch1 = match self.ch1 {
             None => None,
             Some(IonGauge::Bag) => Some(&table::BAG_1),

@@ -2,9 +2,9 @@
 //! BG 5530 4.4.4, errata-pxg55x-img400 147 to 152.
 
 use super::gauges::IonGauge;
-use crate::instrument::Drive;
-use crate::model::{Refusal, Value};
-use crate::profile::{Cathode, Conditions, Thresholds};
+use crate::model::{AccessError, Value};
+use crate::profile::{Cathode, CathodeConditions, Thresholds};
+use crate::simulation::Drive;
 
 /// Emission and degas of an ionisation gauge.
 #[derive(Clone, Debug)]
@@ -83,19 +83,20 @@ impl Ion {
         Drive::Emission { milliamperes, degas: self.is_degassing() }
     }
 
-    pub fn set_current(&mut self, value: &Value) -> Result<(), Refusal> {
-        self.current_code = (0..=6u8).find(|code| Value::Float((*code).into()) == *value).ok_or(Refusal::Range)?;
+    pub fn set_current(&mut self, value: &Value) -> Result<(), AccessError> {
+        self.current_code =
+            (0..=6u8).find(|code| Value::Float((*code).into()) == *value).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
     /// Hot Cathode Block State Command.
-    pub fn command(&mut self, command: (u8, u8), able: bool, pa: f64) -> Result<(), Refusal> {
+    pub fn command(&mut self, command: (u8, u8), able: bool, pa: f64) -> Result<(), AccessError> {
         let able = able && !self.is_alarmed();
         match command {
             (4, 0) => {}
             (4, 1) => self.acknowledge(),
             (command, value) => {
-                return self.cathode.command(command, value, &Conditions { able, control_pa: pa, gauge_pa: pa });
+                return self.cathode.command(command, value, &CathodeConditions { able, control_pa: pa, gauge_pa: pa });
             }
         }
         Ok(())
@@ -118,7 +119,7 @@ impl Ion {
             self.overpressure = true;
         }
         let able = able && !self.is_alarmed();
-        self.cathode.switch(&Conditions { able, control_pa: pa, gauge_pa: pa });
+        self.cathode.switch(&CathodeConditions { able, control_pa: pa, gauge_pa: pa });
     }
 
     pub fn advance(&mut self, seconds: f64) {

@@ -4,23 +4,23 @@
 //! cathodes, `trip` the relays, `errors` remembers failed supplies, `parameters` leads every row to its value, `bench`
 //! has bus and people.
 
-mod bench;
 mod codes;
 mod errors;
 mod gauges;
 mod ion;
 mod parameters;
+mod simulation;
 pub mod table;
 mod trip;
 
 pub use gauges::{Gauges, IonGauge, OtherGauge};
 
-use crate::instrument::Principle;
-use crate::model::{Facts, Format, Refusal};
+use crate::model::{AccessError, PartSpec, PressureFormat};
 use crate::profile::{
-    BlockDevice, Common, Condition, Details, ExceptionStatus, Fitted, Health, Machine, MeasuringPart, Presentation,
-    Setup, State, StatusExtension, exception_status,
+    BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, ExceptionStatus, FittedChannels, MeasuringPart,
+    Presentation, ReadingCondition, SelfTestResult, Setup, StateMachine, StatusExtension, exception_status,
 };
+use crate::simulation::Principle;
 use crate::store::Store;
 use errors::{Errors, Reset};
 use ion::Ion;
@@ -28,23 +28,23 @@ use table::{CHANNELS, Faults, RELAYS};
 use trip::Trip;
 
 /// An IMG 400 with its nonvolatile memory.
-pub type Img400<S> = BlockDevice<Controller, S>;
+pub type Img400<S> = BlockDevice<Img400Behaviour, S>;
 
 impl<S: Store> Img400<S> {
     /// A controller that has just been switched on.
     #[must_use]
     pub fn new(store: S, setup: Setup, gauges: Gauges) -> Self {
-        Self::with(Controller::new(gauges), store, &setup)
+        Self::from_behaviour(Img400Behaviour::new(gauges), store, &setup)
     }
 }
 
 /// A measuring channel.
 #[derive(Clone, Debug)]
-struct Channel {
+struct GaugeChannel {
     /// What is plugged in.
-    gauge: Option<&'static Facts>,
+    gauge: Option<&'static PartSpec>,
     /// What stands for a gauge that was not found (156).
-    place_holder: &'static Facts,
+    place_holder: &'static PartSpec,
     /// Whether it was found at start-up, which fixes the block for good (154).
     identified: bool,
     /// Whether it answers now.
@@ -52,8 +52,8 @@ struct Channel {
     part: MeasuringPart,
 }
 
-impl Channel {
-    fn new(gauge: Option<&'static Facts>, place_holder: &'static Facts) -> Self {
+impl GaugeChannel {
+    fn new(gauge: Option<&'static PartSpec>, place_holder: &'static PartSpec) -> Self {
         let part = MeasuringPart::new(gauge.unwrap_or(place_holder));
         Self { gauge, place_holder, identified: true, connected: true, part }
     }
@@ -77,12 +77,12 @@ impl Channel {
 
 /// What is particular to the IMG 400.
 #[derive(Clone, Debug)]
-pub struct Controller {
+pub struct Img400Behaviour {
     gauges: Gauges,
-    fitted: Fitted<CHANNELS>,
-    machine: Machine,
+    fitted: FittedChannels<CHANNELS>,
+    machine: StateMachine,
     presentation: Presentation,
-    channels: [Channel; CHANNELS],
+    channels: [GaugeChannel; CHANNELS],
     ions: [Ion; 2],
     trips: [Trip; RELAYS],
     errors: Errors,
@@ -95,20 +95,20 @@ pub struct Controller {
     seconds: f64,
 }
 
-impl Controller {
+impl Img400Behaviour {
     fn new(gauges: Gauges) -> Self {
         let [ch1, ch2, ch3, ch4] = gauges.facts();
         let ion = |gauge: Option<IonGauge>| Ion::new(gauge.unwrap_or(IonGauge::Bag));
         Self {
             gauges,
-            fitted: Fitted::new(gauges.facts().map(|facts| facts.map(|facts| facts.part.principle))),
-            machine: Machine::power_up(),
+            fitted: FittedChannels::new(gauges.facts().map(|facts| facts.map(|facts| facts.part.principle))),
+            machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             channels: [
-                Channel::new(ch1, &table::BAG_1),
-                Channel::new(ch2, &table::BAG_2),
-                Channel::new(ch3, &table::TPR_3),
-                Channel::new(ch4, &table::TPR_4),
+                GaugeChannel::new(ch1, &table::BAG_1),
+                GaugeChannel::new(ch2, &table::BAG_2),
+                GaugeChannel::new(ch3, &table::TPR_3),
+                GaugeChannel::new(ch4, &table::TPR_4),
             ],
             ions: [ion(gauges.ch1), ion(gauges.ch2)],
             trips: [const { Trip::FACTORY }; RELAYS],
@@ -122,11 +122,11 @@ impl Controller {
     }
 
     /// The channel in this slot.
-    fn channel(&self, slot: u8) -> Option<&Channel> {
+    fn channel(&self, slot: u8) -> Option<&GaugeChannel> {
         self.channels.get(usize::from(slot).checked_sub(1)?)
     }
 
-    fn channel_mut(&mut self, slot: u8) -> Option<&mut Channel> {
+    fn channel_mut(&mut self, slot: u8) -> Option<&mut GaugeChannel> {
         self.channels.get_mut(usize::from(slot).checked_sub(1)?)
     }
 
@@ -149,12 +149,12 @@ impl Controller {
     }
 
     /// COUNTS need an unsigned word (15).
-    const fn format(&self) -> Format {
-        Format { highest: table::HIGHEST_COUNT, ..self.presentation.format(table::COUNTS) }
+    const fn format(&self) -> PressureFormat {
+        PressureFormat { max_integer: table::HIGHEST_COUNT, ..self.presentation.format(table::COUNTS) }
     }
 
     /// A Device Block State Command. Reset begins anew: volatile values, and gauges are looked for.
-    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+    fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         if self.machine.command(number)? {
             self.initialise();
         }
@@ -188,20 +188,20 @@ impl Controller {
 
     /// Start and self test. Without an answer from the controller the interface board stays in INIT (4.4.1).
     fn run(&mut self, seconds: f64) {
-        if self.machine.state() != State::Init || !self.faults.comm {
+        if self.machine.state() != DeviceState::Init || !self.faults.comm {
             self.machine.advance(seconds, self.health());
         }
     }
 
     /// What the self test would find (4.4.1): memories and internal communication.
-    fn health(&self) -> Health {
-        Health::found(self.common(), !self.common().is_empty())
+    fn health(&self) -> SelfTestResult {
+        SelfTestResult::found(self.common(), !self.common().is_empty())
     }
 
     /// Common Exception Detail 0, alike for alarms and warnings (37, 121).
-    fn common(&self) -> Common {
-        let mut common = Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram);
-        common.set(Common::COMMUNICATION, self.faults.comm);
+    fn common(&self) -> CommonExceptions {
+        let mut common = CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram);
+        common.set(CommonExceptions::COMMUNICATION, self.faults.comm);
         common
     }
 
@@ -247,17 +247,21 @@ impl Controller {
     fn exception_status(&self) -> ExceptionStatus {
         let [a, b, c, d] = [1, 2, 3, 4].map(|slot| self.sensor_alarm(slot)[1]);
         let manufacturer = u8::from(self.errors.has_alarm());
-        let alarm = Details { common: self.common(), device: [a, b, c, d], manufacturer };
+        let alarm = ExceptionDetails { common: self.common(), device: [a, b, c, d], manufacturer };
         // Sensor Warning does not count here (126).
         let [a, b, c, d] = [1, 2, 3, 4].map(|slot| self.status_extension(slot).bits());
         let manufacturer = u8::from(self.errors.has_warning());
-        exception_status(&alarm, &Details { common: self.common(), device: [a, b, c, d], manufacturer })
+        exception_status(&alarm, &ExceptionDetails { common: self.common(), device: [a, b, c, d], manufacturer })
     }
 
     /// A common or manufacturer alarm concerns all channels (35).
-    fn condition(&self) -> Condition {
+    fn condition(&self) -> ReadingCondition {
         let alarmed = !self.common().is_empty() || self.errors.has_alarm();
-        Condition { executing: self.machine.is_executing(), disturbed: alarmed || self.errors.has_warning(), alarmed }
+        ReadingCondition {
+            executing: self.machine.is_executing(),
+            disturbed: alarmed || self.errors.has_warning(),
+            alarmed,
+        }
     }
 
     /// Process Value of a channel, in Pa.
@@ -337,24 +341,24 @@ impl Controller {
     }
 
     /// Analog Input Block Adjust Command. The target says which of zero and no offset (130, 131).
-    fn adjust(&mut self, slot: u8, command: (u8, u8)) -> Result<(), Refusal> {
-        let (0, target @ (0 | 1)) = command else { return Err(Refusal::Range) };
-        let channel = self.channel(slot).filter(|channel| channel.has_gauge()).ok_or(Refusal::Conflict)?;
+    fn adjust(&mut self, slot: u8, command: (u8, u8)) -> Result<(), AccessError> {
+        let (0, target @ (0 | 1)) = command else { return Err(AccessError::OutOfRange) };
+        let channel = self.channel(slot).filter(|channel| channel.has_gauge()).ok_or(AccessError::StateConflict)?;
         let reading = channel.part.reading_pa.map(|_| channel.part.sensor.sensed_pa);
         let offset_pa = match (channel.part.part().principle, target) {
             (Principle::Diaphragm, 0) => Some(0.0),
             // free choice: a gauge that is off has no offset to be calculated, so the present one stays.
             (Principle::Diaphragm | Principle::HotCathode, 1) => reading.map(|sensed_pa| -sensed_pa),
-            _ => return Err(Refusal::Conflict),
+            _ => return Err(AccessError::StateConflict),
         };
-        let place = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(Refusal::Slot)?;
+        let place = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(AccessError::UnknownSlot)?;
         *place = offset_pa.unwrap_or(*place);
         Ok(())
     }
 
     /// Hot Cathode Block State Command.
-    fn hot_cathode_command(&mut self, slot: u8, command: (u8, u8)) -> Result<(), Refusal> {
+    fn hot_cathode_command(&mut self, slot: u8, command: (u8, u8)) -> Result<(), AccessError> {
         let (able, pa) = self.conditions(slot);
-        self.ion_mut(slot).ok_or(Refusal::Slot)?.command(command, able, pa)
+        self.ion_mut(slot).ok_or(AccessError::UnknownSlot)?.command(command, able, pa)
     }
 }

@@ -1,31 +1,31 @@
 //! Every row of the tables, and what it means. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::table::{AnalogInput, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, MODEL, Parameter, TripPoint};
-use super::{Channel, Controller};
-use crate::model::{Address, Block, Format, Refusal, Value};
-use crate::profile::{At, Blocks, SafeState, State};
+use super::{GaugeChannel, Img400Behaviour};
+use crate::model::{AccessError, Block, Location, PressureFormat, Value};
+use crate::profile::{DeviceState, ParameterAccess, ParameterRef, SafeState};
 use crate::store::Key;
 
 /// INIT has a code of its own (20).
 const INIT: u8 = 100;
 
-impl Blocks for Controller {
+impl ParameterAccess for Img400Behaviour {
     type Parameter = Parameter;
 
     /// Every slot is there, whatever gauges are fitted (156).
-    fn shows(&self, _address: &Address) -> bool {
+    fn is_visible(&self, _address: &Location) -> bool {
         true
     }
 
-    fn format(&self, at: &At<Parameter>) -> Format {
-        match (at.parameter, self.trip(at.address.slot)) {
+    fn format(&self, at: &ParameterRef<Parameter>) -> PressureFormat {
+        match (at.parameter, self.trip(at.location.slot)) {
             (Parameter::Trip(TripPoint::Hysteresis), Some(trip)) => trip.hysteresis_format(self.format()),
             _ => self.format(),
         }
     }
 
-    fn get(&self, at: &At<Parameter>) -> Value {
-        let slot = at.address.slot;
+    fn get(&self, at: &ParameterRef<Parameter>) -> Value {
+        let slot = at.location.slot;
         match at.parameter {
             Parameter::Device(row) => self.get_device(row),
             Parameter::Input(row) => self.channel(slot).map_or(Value::NONE, |it| self.get_input(slot, it, row)),
@@ -46,13 +46,13 @@ impl Blocks for Controller {
     }
 
     /// Data Type is fixed during cyclic exchange (4.4.2, 142).
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+    fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         let is_type = matches!(at.parameter, Parameter::Input(AnalogInput::DataType));
-        if is_type && self.machine.is_exchanging() { Err(Refusal::Mode) } else { Ok(()) }
+        if is_type && self.machine.is_exchanging() { Err(AccessError::WrongMode) } else { Ok(()) }
     }
 
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
-        let slot = at.address.slot;
+    fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
+        let slot = at.location.slot;
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::Device(DeviceBlock::KeyLock) => self.set_key_lock(value.integer()?),
@@ -68,19 +68,19 @@ impl Blocks for Controller {
                 self.hot_cathode_command(slot, (3, value.boolean()?.into()))
             }
             Parameter::HotCathode(HotCathode::EmissionCurrent) => {
-                self.ion_mut(slot).ok_or(Refusal::Slot)?.set_current(value)
+                self.ion_mut(slot).ok_or(AccessError::UnknownSlot)?.set_current(value)
             }
             // Rows without a write mark: refused before this is asked.
             Parameter::Device(_) | Parameter::HotCathode(_) | Parameter::HeatTransfer(_) | Parameter::Diaphragm(_) => {
-                Err(Refusal::NotWritable)
+                Err(AccessError::NotWritable)
             }
         }
     }
 
     /// A trip point is recalled as it was, not written anew: its numbers depend on the unit, and each moves another.
-    fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn restore(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         let Parameter::Trip(row) = at.parameter else { return self.set(at, value) };
-        let trip = self.trip_mut(at.address.slot).ok_or(Refusal::Slot)?;
+        let trip = self.trip_mut(at.location.slot).ok_or(AccessError::UnknownSlot)?;
         match row {
             TripPoint::LowTripPoint => trip.recall(Some(value.pressure()?), None),
             TripPoint::UpperThreshold => trip.recall(None, Some(value.pressure()?)),
@@ -92,20 +92,20 @@ impl Blocks for Controller {
     }
 
     /// Unit and number type are one value, whatever the channel (4.4.2).
-    fn key(&self, at: &At<Parameter>) -> Key {
+    fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         match at.parameter {
             Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits) => {
-                Key::Parameter { slot: 1, instance: 0, index: at.row.id }
+                Key::Parameter { slot: 1, instance: 0, index: at.row.index }
             }
             _ => at.key(),
         }
     }
 
-    fn hidden(&self) -> &[f64] {
+    fn internal_values(&self) -> &[f64] {
         &self.offsets_pa
     }
 
-    fn hidden_mut(&mut self) -> &mut [f64] {
+    fn internal_values_mut(&mut self) -> &mut [f64] {
         &mut self.offsets_pa
     }
 }
@@ -114,14 +114,14 @@ fn block_type(block: &Block) -> Value {
     Value::octets(&block.type_octets())
 }
 
-impl Controller {
+impl Img400Behaviour {
     fn get_device(&self, row: DeviceBlock) -> Value {
         match row {
             // A command has been carried out when it can be read (26), and 205 cannot be read (128).
             DeviceBlock::StateCommand | DeviceBlock::ResetErrorCondition => Value::Integer(0),
             DeviceBlock::BlockType => block_type(&DeviceBlock::BLOCK),
             DeviceBlock::DeviceState => match self.machine.state() {
-                State::Init => INIT.into(),
+                DeviceState::Init => INIT.into(),
                 state => state.code().into(),
             },
             DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
@@ -130,7 +130,7 @@ impl Controller {
         }
     }
 
-    fn get_input(&self, slot: u8, channel: &Channel, row: AnalogInput) -> Value {
+    fn get_input(&self, slot: u8, channel: &GaugeChannel, row: AnalogInput) -> Value {
         let part = &channel.part;
         match row {
             // (130)
@@ -180,17 +180,17 @@ impl Controller {
 
     /// The transducer block of channel 3 or 4 (154, 156).
     fn transducer(&self, slot: u8) -> &'static Block {
-        let is_diaphragm = self.channel(slot).is_some_and(Channel::is_diaphragm);
+        let is_diaphragm = self.channel(slot).is_some_and(GaugeChannel::is_diaphragm);
         if is_diaphragm { &const { Diaphragm::BLOCK } } else { &const { HeatTransfer::BLOCK } }
     }
 
     /// 0 to 3; the keys are locked, never the bus (129).
-    fn set_key_lock(&mut self, code: u8) -> Result<(), Refusal> {
-        self.key_lock = Some(code).filter(|code| *code <= 3).ok_or(Refusal::Range)?;
+    fn set_key_lock(&mut self, code: u8) -> Result<(), AccessError> {
+        self.key_lock = Some(code).filter(|code| *code <= 3).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
-    fn set_input(&mut self, slot: u8, row: AnalogInput, value: &Value) -> Result<(), Refusal> {
+    fn set_input(&mut self, slot: u8, row: AnalogInput, value: &Value) -> Result<(), AccessError> {
         match row {
             AnalogInput::BlockAdjustCommand => self.adjust(slot, value.command()?),
             AnalogInput::DataType => self.presentation.set_number(value),
@@ -198,12 +198,12 @@ impl Controller {
             AnalogInput::DataUnits => self.presentation.set_unit(&MODEL, value),
             AnalogInput::SafeState => {
                 let state = SafeState::of(value)?;
-                self.channel_mut(slot).ok_or(Refusal::Slot)?.part.safe_state = state;
+                self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.safe_state = state;
                 Ok(())
             }
             AnalogInput::SafeValue => {
                 let pa = value.pressure()?;
-                self.channel_mut(slot).ok_or(Refusal::Slot)?.part.safe_value_pa = pa;
+                self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.safe_value_pa = pa;
                 Ok(())
             }
             AnalogInput::BlockType
@@ -212,13 +212,13 @@ impl Controller {
             | AnalogInput::ReadingValid
             | AnalogInput::FullScale
             | AnalogInput::Overrange
-            | AnalogInput::Underrange => Err(Refusal::NotWritable),
+            | AnalogInput::Underrange => Err(AccessError::NotWritable),
         }
     }
 
-    fn set_trip(&mut self, slot: u8, row: TripPoint, value: &Value) -> Result<(), Refusal> {
+    fn set_trip(&mut self, slot: u8, row: TripPoint, value: &Value) -> Result<(), AccessError> {
         let format = self.format();
-        let trip = self.trip_mut(slot).ok_or(Refusal::Slot)?;
+        let trip = self.trip_mut(slot).ok_or(AccessError::UnknownSlot)?;
         match row {
             TripPoint::LowTripPoint => trip.set_low(value.pressure()?, format),
             TripPoint::LowTripEnable => {
@@ -232,7 +232,7 @@ impl Controller {
             TripPoint::Channel => trip.set_channel(value.integer()?),
             TripPoint::UpperThreshold => trip.set_upper(value.pressure()?),
             TripPoint::BlockType | TripPoint::Status | TripPoint::DataUnits | TripPoint::DataType => {
-                Err(Refusal::NotWritable)
+                Err(AccessError::NotWritable)
             }
         }
     }

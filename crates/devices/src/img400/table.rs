@@ -5,14 +5,14 @@ use super::codes::{
     ADJUST, CHANNEL, DEGAS_STATUS, DEVICE_STATE, EMISSION_CURRENT, EMISSION_STATUS, HOT_CATHODE_COMMAND, KEY_LOCK,
     RESET_ERRORS,
 };
-use crate::instrument::{Part, Principle};
 use crate::model::block::{block, blocks};
 use crate::model::{
-    Configuration, Counts, Dialect, Facts, Field, Gsd, Instruction, Limits, Model, NumberType, Parameters, Scale,
-    Shows, Telegram, Unit, UserPrm, configuration, faults, mbar, telegram,
+    ChannelRules, Clipping, Configuration, Counts, Field, Gsd, Limits, Model, NumberType, ParameterSet, PartSpec,
+    Scale, TaskKind, Telegram, Unit, UserPrm, configuration, faults, mbar, telegram,
 };
 use crate::profile::Thresholds;
 use crate::profile::codes::{DATA_TYPE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
+use crate::simulation::{Part, Principle};
 use profivac_dp::slave::Features;
 
 block! {
@@ -208,18 +208,18 @@ const EXT: Limits = Limits { under_pa: mbar(1e-12), over_pa: mbar(1e-4), full_sc
 const TPR: Limits = Limits { under_pa: mbar(8e-4), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) };
 const CMR: Limits = Limits { under_pa: mbar(0.1), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) };
 
-const fn facts(instance: u8, principle: Principle, limits: Limits) -> Facts {
-    Facts { part: Part { instance, principle }, limits, shows: Shows::Everything, counts: COUNTS }
+const fn facts(instance: u8, principle: Principle, limits: Limits) -> PartSpec {
+    PartSpec { part: Part { instance, principle }, limits, clipping: Clipping::Never, counts: COUNTS }
 }
 
-pub(super) static BAG_1: Facts = facts(1, Principle::HotCathode, BAG);
-pub(super) static EXT_1: Facts = facts(1, Principle::HotCathode, EXT);
-pub(super) static BAG_2: Facts = facts(2, Principle::HotCathode, BAG);
-pub(super) static EXT_2: Facts = facts(2, Principle::HotCathode, EXT);
-pub(super) static TPR_3: Facts = facts(3, Principle::Pirani, TPR);
-pub(super) static CMR_3: Facts = facts(3, Principle::Diaphragm, CMR);
-pub(super) static TPR_4: Facts = facts(4, Principle::Pirani, TPR);
-pub(super) static CMR_4: Facts = facts(4, Principle::Diaphragm, CMR);
+pub(super) static BAG_1: PartSpec = facts(1, Principle::HotCathode, BAG);
+pub(super) static EXT_1: PartSpec = facts(1, Principle::HotCathode, EXT);
+pub(super) static BAG_2: PartSpec = facts(2, Principle::HotCathode, BAG);
+pub(super) static EXT_2: PartSpec = facts(2, Principle::HotCathode, EXT);
+pub(super) static TPR_3: PartSpec = facts(3, Principle::Pirani, TPR);
+pub(super) static CMR_3: PartSpec = facts(3, Principle::Diaphragm, CMR);
+pub(super) static TPR_4: PartSpec = facts(4, Principle::Pirani, TPR);
+pub(super) static CMR_4: PartSpec = facts(4, Principle::Diaphragm, CMR);
 
 /// 4.4.4: emission goes off above p_max, degas starts below 1e-4 hPa and 1e-5 hPa. It may be switched on at any
 /// pressure.
@@ -253,15 +253,10 @@ faults! {
 }
 
 /// 4.3.2
-static DIALECT: Dialect = Dialect {
-    instructions: &[
-        (1, Instruction::Read),
-        (2, Instruction::Write(&[2])),
-        (3, Instruction::Write(&[4])),
-        (10, Instruction::Write(&[1])),
-    ],
-    rests_between: true,
-    codes: &[],
+static DIALECT: ChannelRules = ChannelRules {
+    tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[2])), (3, TaskKind::Write(&[4])), (10, TaskKind::Write(&[1]))],
+    needs_idle_between: true,
+    error_codes: &[],
 };
 
 /// The tables of the IMG 400.
@@ -278,9 +273,9 @@ pub static MODEL: Model = Model {
     units: &UNITS,
     user_prm: &USER_PRM,
     dpv1_status: DPV1_STATUS,
-    places: Parameter::PLACES,
-    ranges: &[&BAG_1, &EXT_1, &BAG_2, &EXT_2, &TPR_3, &CMR_3, &TPR_4, &CMR_4],
-    dialect: &DIALECT,
+    blocks: Parameter::PLACES,
+    parts: &[&BAG_1, &EXT_1, &BAG_2, &EXT_2, &TPR_3, &CMR_3, &TPR_4, &CMR_4],
+    channel_rules: &DIALECT,
     faults: &Faults::LIST,
     errata: "errata-pxg55x-img400 1 to 45 and 113 to 162",
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.0", max_diag_octets: 6, set_slave_add: true },

@@ -2,7 +2,7 @@
 //! 144.
 
 use super::table;
-use crate::model::{Format, Refusal, mbar};
+use crate::model::{AccessError, PressureFormat, mbar};
 use crate::profile::switched;
 
 /// A relay and its trip point.
@@ -44,15 +44,15 @@ impl Trip {
     }
 
     /// How Hysteresis looks on the wire: in COUNTS it is a distance from the trip point (32).
-    pub const fn hysteresis_format(&self, format: Format) -> Format {
-        Format { counts: table::hysteresis_counts(self.low_pa), ..format }
+    pub const fn hysteresis_format(&self, format: PressureFormat) -> PressureFormat {
+        PressureFormat { counts: table::hysteresis_counts(self.low_pa), ..format }
     }
 
     /// Low Trip Point. The number of Hysteresis stays, the upper threshold moves along (140).
-    pub fn set_low(&mut self, pa: f64, format: Format) -> Result<(), Refusal> {
-        let number = self.hysteresis_format(format).number_of(self.hysteresis_pa());
+    pub fn set_low(&mut self, pa: f64, format: PressureFormat) -> Result<(), AccessError> {
+        let number = self.hysteresis_format(format).number_from_pa(self.hysteresis_pa());
         let moved = Self { low_pa: pa, ..self.clone() };
-        let hysteresis_pa = moved.hysteresis_format(format).pa_of(number).ok_or(Refusal::Range)?;
+        let hysteresis_pa = moved.hysteresis_format(format).pa_from_number(number).ok_or(AccessError::OutOfRange)?;
         *self = Self { upper_pa: pa + hysteresis_pa, ..moved };
         Ok(())
     }
@@ -63,9 +63,9 @@ impl Trip {
     }
 
     /// Low Trip Upper Threshold: not below the trip point (141).
-    pub fn set_upper(&mut self, pa: f64) -> Result<(), Refusal> {
+    pub fn set_upper(&mut self, pa: f64) -> Result<(), AccessError> {
         if pa < self.low_pa {
-            return Err(Refusal::Range);
+            return Err(AccessError::OutOfRange);
         }
         self.upper_pa = pa;
         Ok(())
@@ -79,8 +79,8 @@ impl Trip {
     }
 
     /// The channel, 1 to 4 (144).
-    pub fn set_channel(&mut self, channel: u8) -> Result<(), Refusal> {
-        self.channel = Some(channel).filter(|channel| (1..=4).contains(channel)).ok_or(Refusal::Range)?;
+    pub fn set_channel(&mut self, channel: u8) -> Result<(), AccessError> {
+        self.channel = Some(channel).filter(|channel| (1..=4).contains(channel)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

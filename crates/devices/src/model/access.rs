@@ -27,13 +27,13 @@ bitflags::bitflags! {
 
 /// How an access reaches the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Via {
+pub enum AccessPath {
     /// MS1, the class 1 master that owns the slave.
     Class1,
     /// MS2, a class 2 master.
     Class2,
     /// The parameter channel inside the cyclic data.
-    Channel,
+    ParameterChannel,
 }
 
 /// Which way a value goes.
@@ -55,14 +55,14 @@ impl Access {
     ///
     /// The parameter channel reads and writes what either class may: errata-bpg-bcg-tpg 22, errata-pxg55x-img400 3.
     #[must_use]
-    pub const fn allows(self, via: Via, direction: Direction) -> bool {
+    pub const fn allows(self, via: AccessPath, direction: Direction) -> bool {
         self.intersects(match (via, direction) {
-            (Via::Class1, Direction::Read) => Self::READ_1,
-            (Via::Class1, Direction::Write) => Self::WRITE_1,
-            (Via::Class2, Direction::Read) => Self::READ_2,
-            (Via::Class2, Direction::Write) => Self::WRITE_2,
-            (Via::Channel, Direction::Read) => Self::READ,
-            (Via::Channel, Direction::Write) => Self::WRITE,
+            (AccessPath::Class1, Direction::Read) => Self::READ_1,
+            (AccessPath::Class1, Direction::Write) => Self::WRITE_1,
+            (AccessPath::Class2, Direction::Read) => Self::READ_2,
+            (AccessPath::Class2, Direction::Write) => Self::WRITE_2,
+            (AccessPath::ParameterChannel, Direction::Read) => Self::READ,
+            (AccessPath::ParameterChannel, Direction::Write) => Self::WRITE,
         })
     }
 }
@@ -122,11 +122,13 @@ mod tests {
     #[test]
     fn each_way_needs_its_own_mark_and_the_channel_any() {
         let class_2 = access!(2_R / W);
-        for (via, allowed) in [(Via::Class1, false), (Via::Class2, true), (Via::Channel, true)] {
+        for (via, allowed) in
+            [(AccessPath::Class1, false), (AccessPath::Class2, true), (AccessPath::ParameterChannel, true)]
+        {
             assert_eq!(class_2.allows(via, Direction::Read), allowed, "{via:?}");
             assert_eq!(class_2.allows(via, Direction::Write), allowed, "{via:?}");
         }
-        assert!(!access!(0_XI).allows(Via::Channel, Direction::Read));
-        assert!(!access!(1 / 2_R).allows(Via::Channel, Direction::Write));
+        assert!(!access!(0_XI).allows(AccessPath::ParameterChannel, Direction::Read));
+        assert!(!access!(1 / 2_R).allows(AccessPath::ParameterChannel, Direction::Write));
     }
 }

@@ -56,7 +56,7 @@ impl fmt::Display for Storage {
 #[derive(Debug, PartialEq)]
 pub struct Row {
     /// The index in its slot.
-    pub id: u8,
+    pub index: u8,
     /// The name as printed.
     pub name: &'static str,
     /// The data type.
@@ -76,7 +76,7 @@ pub struct Row {
 impl Row {
     /// Whether a master's value can outlive the power: it has a place in the memory, and a master can change it.
     #[must_use]
-    pub const fn is_kept(&self) -> bool {
+    pub const fn is_stored(&self) -> bool {
         matches!(self.storage, Storage::Nonvolatile | Storage::OnRequest)
             && self.access.intersects(Access::WRITE.union(Access::USER_PRM))
     }
@@ -97,7 +97,7 @@ impl Block {
     /// The row with this ID.
     #[must_use]
     pub fn row(&self, id: u8) -> Option<&'static Row> {
-        self.rows.iter().find(|row| row.id == id)
+        self.rows.iter().find(|row| row.index == id)
     }
 
     /// The octets of Block Type: the number as a word, then two zeros. errata-bpg-bcg-tpg 31.
@@ -116,7 +116,7 @@ impl Block {
         let mut rows = self.rows;
         while let [first, rest @ ..] = rows {
             if let [second, ..] = rest
-                && second.id <= first.id
+                && second.index <= first.index
             {
                 return false;
             }
@@ -157,7 +157,7 @@ macro_rules! block {
                 name: $title,
                 block_type: $crate::model::block::block_type!($($block_type)?),
                 rows: &[$($crate::model::Row {
-                    id: $id,
+                    index: $id,
                     name: $name,
                     data_type: $crate::model::value::data_type!($data_type $(($length))?),
                     access: $crate::model::access::access!($($access)*),
@@ -185,7 +185,7 @@ macro_rules! block {
 
 /// Where a block stands: slot, and instance where several share the slot and a selector chooses one.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Address {
+pub struct Location {
     /// The slot.
     pub slot: u8,
     /// The instance, 0 where the slot has only one.
@@ -196,17 +196,17 @@ pub struct Address {
 
 /// A block, and everywhere a device has it.
 #[derive(Debug, PartialEq)]
-pub struct Place {
+pub struct PlacedBlock {
     /// The block.
     pub block: &'static Block,
     /// Its slots and instances.
-    pub addresses: &'static [Address],
+    pub locations: &'static [Location],
 }
 
 /// All parameters of a device, made by `blocks!`.
-pub trait Parameters: Copy + 'static {
+pub trait ParameterSet: Copy + 'static {
     /// The blocks and where they are.
-    const PLACES: &'static [Place];
+    const PLACES: &'static [PlacedBlock];
 
     /// The parameter with this ID in the block at this position of [`PLACES`](Self::PLACES). A device that comes in several
     /// kinds has a list of places for each, with blocks for the same parameters at the same positions.
@@ -227,10 +227,10 @@ macro_rules! blocks {
             $(#[doc = concat!("Of the block [`", stringify!($block), "`].")] $variant($block),)+
         }
 
-        impl $crate::model::Parameters for $parameters {
-            const PLACES: &'static [$crate::model::Place] = &[$($crate::model::Place {
+        impl $crate::model::ParameterSet for $parameters {
+            const PLACES: &'static [$crate::model::PlacedBlock] = &[$($crate::model::PlacedBlock {
                 block: &$block::BLOCK,
-                addresses: &[$($crate::model::Address {
+                locations: &[$($crate::model::Location {
                     slot: $slot,
                     instance: 0 $(+ $instance)?,
                     name: $name,

@@ -28,32 +28,32 @@ pub struct Code {
     /// The manual's name, in lower case.
     pub name: &'static str,
     /// What must be the case when it is written.
-    pub needs: &'static [Need],
+    pub preconditions: &'static [Precondition],
     /// What may go wrong when it is written at the wrong time. Empty if it is harmless.
     pub risk: &'static str,
 }
 
 /// What must be the case before a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Need {
+pub enum Precondition {
     /// Device State is EXECUTING.
     Executing,
     /// The emission of the same part is on.
-    Emission,
+    EmissionOn,
     /// The Process Value of this instance, or else of the same part, is below so many Pa.
-    Below(Option<u8>, f64),
+    PressureBelow(Option<u8>, f64),
 }
 
 /// A number that has a name and nothing else.
 #[must_use]
 pub const fn code(number: u16, name: &'static str) -> Code {
-    Code { number, name, needs: &[], risk: "" }
+    Code { number, name, preconditions: &[], risk: "" }
 }
 
 impl Codes {
     /// The numbers with names.
     #[must_use]
-    pub const fn list(&self) -> &'static [Code] {
+    pub const fn codes(&self) -> &'static [Code] {
         match self {
             Self::Names(codes) | Self::Commands(codes) | Self::BitCommands(codes) => codes,
             Self::Plain | Self::Range(..) | Self::Bits(_) | Self::Units => &[],
@@ -62,8 +62,8 @@ impl Codes {
 
     /// The code with this number.
     #[must_use]
-    pub fn of(&self, number: i64) -> Option<&'static Code> {
-        self.list().iter().find(|code| i64::from(code.number) == number)
+    pub fn code(&self, number: i64) -> Option<&'static Code> {
+        self.codes().iter().find(|code| i64::from(code.number) == number)
     }
 
     /// Whether writing it is an order and not a value.

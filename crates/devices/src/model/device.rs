@@ -1,6 +1,6 @@
 //! A device in one static value.
 
-use super::{Configuration, Facts, Place, Refusal, Unit};
+use super::{AccessError, Configuration, PartSpec, PlacedBlock, Unit};
 use profivac_dp::slave::Features;
 
 /// Everything about a device that does not change.
@@ -29,11 +29,11 @@ pub struct Model {
     /// The bits of the first user parameter octet a master may add to a printed string.
     pub dpv1_status: u8,
     /// The blocks and their slots.
-    pub places: &'static [Place],
+    pub blocks: &'static [PlacedBlock],
     /// The instances that measure, with their ranges.
-    pub ranges: &'static [&'static Facts],
+    pub parts: &'static [&'static PartSpec],
     /// How it speaks in the parameter channel.
-    pub dialect: &'static Dialect,
+    pub channel_rules: &'static ChannelRules,
     /// The faults it can have.
     pub faults: &'static FaultList,
     /// The errata that concern its manual: the list, and the numbers of its entries.
@@ -88,7 +88,7 @@ impl UserPrm {
 
     /// The last two octets: the code of the unit.
     #[must_use]
-    pub const fn code(&self) -> u16 {
+    pub const fn unit_code(&self) -> u16 {
         match self.octets {
             [.., high, low] => u16::from_be_bytes([*high, *low]),
             _ => 0,
@@ -98,35 +98,35 @@ impl UserPrm {
 
 /// How a device speaks in the parameter channel.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Dialect {
+pub struct ChannelRules {
     /// The instructions, by their signature AK. 0 means none.
-    pub instructions: &'static [(u8, Instruction)],
+    pub tasks: &'static [(u8, TaskKind)],
     /// A new instruction is started only after AK 0: errata-bpg-bcg-tpg 25 (yes) and 153 (no).
-    pub rests_between: bool,
+    pub needs_idle_between: bool,
     /// Codes that differ from [`Refusal::channel_code`].
-    pub codes: &'static [(Refusal, u8)],
+    pub error_codes: &'static [(AccessError, u8)],
 }
 
 /// An instruction of the parameter channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Instruction {
+pub enum TaskKind {
     /// Read a parameter.
     Read,
     /// Write a parameter of one of these lengths.
     Write(&'static [usize]),
 }
 
-impl Dialect {
+impl ChannelRules {
     /// The instruction with this signature.
     #[must_use]
-    pub fn instruction(&self, ak: u8) -> Option<Instruction> {
-        self.instructions.iter().find(|(signature, _)| *signature == ak).map(|(_, instruction)| *instruction)
+    pub fn task(&self, ak: u8) -> Option<TaskKind> {
+        self.tasks.iter().find(|(signature, _)| *signature == ak).map(|(_, instruction)| *instruction)
     }
 
     /// The error code of a refusal.
     #[must_use]
-    pub fn code(&self, refusal: Refusal) -> u8 {
-        let own = self.codes.iter().find(|(other, _)| *other == refusal).map(|(_, code)| *code);
+    pub fn error_code(&self, refusal: AccessError) -> u8 {
+        let own = self.error_codes.iter().find(|(other, _)| *other == refusal).map(|(_, code)| *code);
         own.unwrap_or(refusal.channel_code())
     }
 }

@@ -4,23 +4,23 @@
 //! [`Model`].
 
 pub(crate) mod access;
+mod access_error;
 pub(crate) mod block;
 pub(crate) mod codes;
 mod cyclic;
 mod device;
-mod instance;
+mod part_spec;
 mod pressure;
-mod refusal;
 pub(crate) mod value;
 
-pub use access::{Access, Direction, Via};
-pub use block::{Address, Block, Parameters, Place, Row, Storage};
-pub use codes::{Code, Codes, Need, code};
+pub use access::{Access, AccessPath, Direction};
+pub use access_error::AccessError;
+pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, Storage};
+pub use codes::{Code, Codes, Precondition, code};
 pub use cyclic::{Configuration, Field, Telegram};
 pub(crate) use cyclic::{configuration, telegram};
 pub(crate) use device::faults;
-pub use device::{Dialect, FaultList, Gsd, Instruction, Model, UserPrm};
-pub use instance::{Facts, Limits, Range, Shows};
-pub use pressure::{Counts, Format, NumberType, Scale, Unit, mbar};
-pub use refusal::Refusal;
+pub use device::{ChannelRules, FaultList, Gsd, Model, TaskKind, UserPrm};
+pub use part_spec::{Clipping, Limits, PartSpec, RangeStatus};
+pub use pressure::{Counts, NumberType, PressureFormat, Scale, Unit, mbar};
 pub use value::{DataType, Octets, Value, put};

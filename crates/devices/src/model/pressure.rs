@@ -121,7 +121,7 @@ impl NumberType {
 
     /// The number type with this code.
     #[must_use]
-    pub const fn of(code: u8) -> Option<Self> {
+    pub const fn from_code(code: u8) -> Option<Self> {
         match code {
             3 => Some(Self::Integer),
             8 => Some(Self::Float),
@@ -148,7 +148,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// How the pressures of one instance look on the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Format {
+pub struct PressureFormat {
     /// Data Units.
     pub unit: &'static Unit,
     /// Data Type.
@@ -156,13 +156,13 @@ pub struct Format {
     /// The instance's COUNTS.
     pub counts: Counts,
     /// The highest integer: 32767, or 65535 where the manual means an unsigned word.
-    pub highest: u16,
+    pub max_integer: u16,
 }
 
-impl Format {
+impl PressureFormat {
     /// The number that stands for `pa`.
     #[must_use]
-    pub fn number_of(&self, pa: f64) -> f64 {
+    pub fn number_from_pa(&self, pa: f64) -> f64 {
         let mbar = pa / PA_PER_MBAR;
         match self.unit.scale {
             // No pressure has no logarithm: errata-bpg-bcg-tpg 74.
@@ -174,7 +174,7 @@ impl Format {
 
     /// The pressure in Pa that `number` stands for; `None` for what no pressure can be.
     #[must_use]
-    pub fn pa_of(&self, number: f64) -> Option<f64> {
+    pub fn pa_from_number(&self, number: f64) -> Option<f64> {
         let mbar = match self.unit.scale {
             _ if number == 0.0 => 0.0,
             Scale::PerMbar(factor) => number / factor,
@@ -203,11 +203,11 @@ impl Format {
     /// Writes the octets of a pressure to the front of `place`: as an integer cut to whole units and saturated
     /// (errata-bpg-bcg-tpg 69 and 70).
     pub fn put(&self, pa: f64, place: &mut [u8]) {
-        let number = self.number_of(pa);
+        let number = self.number_from_pa(pa);
         match self.number {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut and clamped")]
             NumberType::Integer => {
-                let whole = libm::floor(number + ROUNDING).clamp(0.0, f64::from(self.highest));
+                let whole = libm::floor(number + ROUNDING).clamp(0.0, f64::from(self.max_integer));
                 put(place, &(whole as u16).to_be_bytes());
             }
             #[expect(clippy::cast_possible_truncation, reason = "a float has no more digits")]
@@ -221,11 +221,11 @@ impl Format {
         let number = match self.number {
             NumberType::Integer => {
                 let word = octets.try_into().map(u16::from_be_bytes).ok()?;
-                f64::from(Some(word).filter(|word| *word <= self.highest)?)
+                f64::from(Some(word).filter(|word| *word <= self.max_integer)?)
             }
             NumberType::Float => octets.try_into().map(f32::from_be_bytes).ok()?.into(),
         };
-        self.pa_of(number)
+        self.pa_from_number(number)
     }
 }
 
@@ -237,9 +237,9 @@ mod tests {
     static COUNTS: Unit = Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts };
 
     /// 1000 counts for a decade, 5000 at 1 mbar, seen from 100 mbar.
-    const fn distance(upwards: bool) -> Format {
+    const fn distance(upwards: bool) -> PressureFormat {
         let counts = Counts::Distance { per_decade: 1000.0, at_1_mbar: 5000.0, from_mbar: 100.0, upwards };
-        Format { unit: &COUNTS, number: NumberType::Float, counts, highest: 32767 }
+        PressureFormat { unit: &COUNTS, number: NumberType::Float, counts, max_integer: 32767 }
     }
 
     #[test]
@@ -247,22 +247,22 @@ mod tests {
         for (upwards, difference_mbar, counts) in [(true, 900.0, 1000.0), (false, 90.0, 1000.0), (false, 99.0, 2000.0)]
         {
             let format = distance(upwards);
-            assert!((format.number_of(mbar(difference_mbar)) - counts).abs() < 1e-9, "{difference_mbar} mbar");
-            let pa = format.pa_of(counts).unwrap();
+            assert!((format.number_from_pa(mbar(difference_mbar)) - counts).abs() < 1e-9, "{difference_mbar} mbar");
+            let pa = format.pa_from_number(counts).unwrap();
             assert!((pa / mbar(difference_mbar) - 1.0).abs() < 1e-9, "{counts} counts are {pa} Pa");
         }
-        assert_eq!(distance(true).number_of(0.0), 0.0);
+        assert_eq!(distance(true).number_from_pa(0.0), 0.0);
     }
 
     #[test]
     fn a_difference_that_leads_below_zero_ends_where_the_scale_does() {
-        assert_eq!(distance(false).number_of(mbar(200.0)), 7000.0);
+        assert_eq!(distance(false).number_from_pa(mbar(200.0)), 7000.0);
     }
 
     const BCG: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
 
-    const fn format(unit: &'static Unit, number: NumberType, counts: Counts, highest: u16) -> Format {
-        Format { unit, number, counts, highest }
+    const fn format(unit: &'static Unit, number: NumberType, counts: Counts, highest: u16) -> PressureFormat {
+        PressureFormat { unit, number, counts, max_integer: highest }
     }
 
     /// A pressure in mbar and its COUNTS, for the scales of all manuals.
@@ -285,9 +285,9 @@ mod tests {
     fn counts_of_every_scale_there_and_back() {
         for (scale, pressure, counts) in SCALES {
             let format = format(&COUNTS, NumberType::Float, scale, 32767);
-            let number = format.number_of(mbar(pressure));
+            let number = format.number_from_pa(mbar(pressure));
             assert!((number - counts).abs() < 1e-3, "{pressure} mbar are {number}, not {counts}");
-            let back = format.pa_of(number).unwrap();
+            let back = format.pa_from_number(number).unwrap();
             assert!((back / mbar(pressure) - 1.0).abs() < 1e-12, "{counts} counts are {back} Pa");
         }
     }
@@ -306,7 +306,7 @@ mod tests {
     fn floats_follow_the_logarithm_below_zero_counts_and_back() {
         let format = format(&COUNTS, NumberType::Float, BCG, 32767);
         for (pressure, counts) in [(1e-12, 1000.0), (1e-13, -1000.0), (1e-20, -15000.0), (0.0, 0.0)] {
-            assert!((format.number_of(mbar(pressure)) - counts).abs() < 1e-6, "{pressure} mbar");
+            assert!((format.number_from_pa(mbar(pressure)) - counts).abs() < 1e-6, "{pressure} mbar");
             let back = format.decode(&(counts as f32).to_be_bytes()).unwrap();
             assert!((back - mbar(pressure)).abs() <= 1e-9 * mbar(pressure), "{counts} counts are {back} Pa");
         }
@@ -345,7 +345,8 @@ mod tests {
             assert_eq!(format.decode(&number.to_be_bytes()), None, "{number}");
         }
         assert_eq!(format.decode(&[0; 2]), None, "too short");
-        let counts = |counts, number: f32| Format { unit: &COUNTS, counts, ..format }.decode(&number.to_be_bytes());
+        let counts =
+            |counts, number: f32| PressureFormat { unit: &COUNTS, counts, ..format }.decode(&number.to_be_bytes());
         for number in [1e6, -1e6, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert_eq!(counts(BCG, number), None, "{number}");
         }

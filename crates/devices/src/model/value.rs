@@ -1,6 +1,6 @@
 //! Values of parameters, and the octets they are on the wire. All octets are high first: errata-bpg-bcg-tpg 17.
 
-use super::{Format, Refusal};
+use super::{AccessError, PressureFormat};
 use core::fmt;
 
 /// The data type of a parameter, in the manuals' Appendix A.
@@ -195,38 +195,38 @@ impl Value {
     ///
     /// # Errors
     /// [`Refusal::Range`] if not.
-    pub fn integer<T: TryFrom<i64>>(&self) -> Result<T, Refusal> {
-        let Self::Integer(integer) = self else { return Err(Refusal::Range) };
-        T::try_from(*integer).map_err(|_| Refusal::Range)
+    pub fn integer<T: TryFrom<i64>>(&self) -> Result<T, AccessError> {
+        let Self::Integer(integer) = self else { return Err(AccessError::OutOfRange) };
+        T::try_from(*integer).map_err(|_| AccessError::OutOfRange)
     }
 
     /// The Boolean.
     ///
     /// # Errors
     /// [`Refusal::Range`] if it is none.
-    pub const fn boolean(&self) -> Result<bool, Refusal> {
-        if let Self::Boolean(boolean) = self { Ok(*boolean) } else { Err(Refusal::Range) }
+    pub const fn boolean(&self) -> Result<bool, AccessError> {
+        if let Self::Boolean(boolean) = self { Ok(*boolean) } else { Err(AccessError::OutOfRange) }
     }
 
     /// The pressure in Pa.
     ///
     /// # Errors
     /// [`Refusal::Range`] if it is none.
-    pub const fn pressure(&self) -> Result<f64, Refusal> {
-        if let Self::Pressure(pa) = self { Ok(*pa) } else { Err(Refusal::Range) }
+    pub const fn pressure(&self) -> Result<f64, AccessError> {
+        if let Self::Pressure(pa) = self { Ok(*pa) } else { Err(AccessError::OutOfRange) }
     }
 
     /// The two octets of a command record: command and value.
     ///
     /// # Errors
     /// [`Refusal::Range`] if it is no such record.
-    pub fn command(&self) -> Result<(u8, u8), Refusal> {
+    pub fn command(&self) -> Result<(u8, u8), AccessError> {
         match self {
             Self::Octets(octets) => match octets.as_slice() {
                 [command, value] => Ok((*command, *value)),
-                _ => Err(Refusal::Range),
+                _ => Err(AccessError::OutOfRange),
             },
-            _ => Err(Refusal::Range),
+            _ => Err(AccessError::OutOfRange),
         }
     }
 }
@@ -258,7 +258,7 @@ impl From<u32> for Value {
 impl DataType {
     /// How many octets a value has on the wire.
     #[must_use]
-    pub const fn length(self, format: &Format) -> usize {
+    pub const fn length(self, format: &PressureFormat) -> usize {
         match self {
             Self::Boolean | Self::Int8 | Self::Uint8 => 1,
             Self::Int16 | Self::Uint16 => 2,
@@ -272,7 +272,7 @@ impl DataType {
 
     /// The octets of `value` on the wire.
     #[must_use]
-    pub fn encode(self, value: &Value, format: &Format) -> Octets {
+    pub fn encode(self, value: &Value, format: &PressureFormat) -> Octets {
         let length = self.length(format);
         match value {
             Value::Boolean(boolean) => Octets::filled(&[u8::from(*boolean)], length, 0),
@@ -288,17 +288,19 @@ impl DataType {
     /// # Errors
     /// [`Refusal::Range`] when no value of this type looks like that: a Boolean other than 0 and 1
     /// (errata-bpg-bcg-tpg 26), a float that is no number, a pressure below zero.
-    pub fn decode(self, octets: &[u8], format: &Format) -> Result<Value, Refusal> {
+    pub fn decode(self, octets: &[u8], format: &PressureFormat) -> Result<Value, AccessError> {
         Ok(match self {
             Self::Boolean => match octets {
                 [0] => Value::Boolean(false),
                 [1] => Value::Boolean(true),
-                _ => return Err(Refusal::Range),
+                _ => return Err(AccessError::OutOfRange),
             },
             Self::Uint8 | Self::Uint16 | Self::Uint32 => Value::Integer(unsigned(octets)),
             Self::Int8 | Self::Int16 | Self::Int32 => Value::Integer(signed(octets)),
-            Self::Float => Value::Float(float(octets).filter(|float| float.is_finite()).ok_or(Refusal::Range)?),
-            Self::ByType => Value::Pressure(format.decode(octets).ok_or(Refusal::Range)?),
+            Self::Float => {
+                Value::Float(float(octets).filter(|float| float.is_finite()).ok_or(AccessError::OutOfRange)?)
+            }
+            Self::ByType => Value::Pressure(format.decode(octets).ok_or(AccessError::OutOfRange)?),
             Self::Visible(_) | Self::OctetString(_) | Self::Array(_) | Self::Record(_) => Value::octets(octets),
         })
     }
@@ -310,7 +312,7 @@ impl DataType {
 
     /// The octets of `value` in nonvolatile memory, which do not depend on unit and number type.
     #[must_use]
-    pub fn keep(self, value: &Value, format: &Format) -> Octets {
+    pub fn encode_stored(self, value: &Value, format: &PressureFormat) -> Octets {
         match value {
             Value::Pressure(pa) => Octets::new(&pa.to_be_bytes()),
             _ => self.encode(value, format),
@@ -319,7 +321,7 @@ impl DataType {
 
     /// The value that was kept, if the octets can be one.
     #[must_use]
-    pub fn recall(self, octets: &[u8], format: &Format) -> Option<Value> {
+    pub fn decode_stored(self, octets: &[u8], format: &PressureFormat) -> Option<Value> {
         match self {
             Self::ByType => {
                 let pa = f64::from_be_bytes(octets.try_into().ok()?);
@@ -363,8 +365,12 @@ mod tests {
 
     static PASCAL: Unit = Unit { code: 0x1309, name: "Pascal", alias: "Pa", scale: Scale::PerMbar(100.0) };
 
-    const FORMAT: Format =
-        Format { unit: &PASCAL, number: NumberType::Float, counts: Counts::Linear { per_mbar: 1.0 }, highest: 32767 };
+    const FORMAT: PressureFormat = PressureFormat {
+        unit: &PASCAL,
+        number: NumberType::Float,
+        counts: Counts::Linear { per_mbar: 1.0 },
+        max_integer: 32767,
+    };
 
     #[test]
     fn every_type_has_its_octets() {
@@ -384,8 +390,8 @@ mod tests {
             assert_eq!(data_type.length(&FORMAT), octets.len(), "{data_type}");
             assert_eq!(data_type.encode(&value, &FORMAT).as_slice(), octets, "{data_type}");
             assert_eq!(data_type.decode(octets, &FORMAT), Ok(value), "{data_type}");
-            let kept = data_type.keep(&value, &FORMAT);
-            assert_eq!(data_type.recall(&kept, &FORMAT), Some(value), "{data_type}");
+            let kept = data_type.encode_stored(&value, &FORMAT);
+            assert_eq!(data_type.decode_stored(&kept, &FORMAT), Some(value), "{data_type}");
         }
     }
 
@@ -398,22 +404,22 @@ mod tests {
 
     #[test]
     fn what_a_type_cannot_be_is_out_of_range() {
-        assert_eq!(DataType::Boolean.decode(&[2], &FORMAT), Err(Refusal::Range));
-        assert_eq!(DataType::Boolean.decode(&[0xFF], &FORMAT), Err(Refusal::Range));
-        assert_eq!(DataType::Float.decode(&f32::NAN.to_be_bytes(), &FORMAT), Err(Refusal::Range));
-        assert_eq!(DataType::ByType.decode(&(-1.0f32).to_be_bytes(), &FORMAT), Err(Refusal::Range));
-        assert_eq!(Value::Integer(256).integer::<u8>(), Err(Refusal::Range));
-        assert_eq!(Value::Boolean(true).integer::<u8>(), Err(Refusal::Range));
-        assert_eq!(Value::octets(&[1, 2, 3]).command(), Err(Refusal::Range));
+        assert_eq!(DataType::Boolean.decode(&[2], &FORMAT), Err(AccessError::OutOfRange));
+        assert_eq!(DataType::Boolean.decode(&[0xFF], &FORMAT), Err(AccessError::OutOfRange));
+        assert_eq!(DataType::Float.decode(&f32::NAN.to_be_bytes(), &FORMAT), Err(AccessError::OutOfRange));
+        assert_eq!(DataType::ByType.decode(&(-1.0f32).to_be_bytes(), &FORMAT), Err(AccessError::OutOfRange));
+        assert_eq!(Value::Integer(256).integer::<u8>(), Err(AccessError::OutOfRange));
+        assert_eq!(Value::Boolean(true).integer::<u8>(), Err(AccessError::OutOfRange));
+        assert_eq!(Value::octets(&[1, 2, 3]).command(), Err(AccessError::OutOfRange));
     }
 
     #[test]
     fn a_kept_pressure_does_not_depend_on_unit_and_type() {
-        let kept = DataType::ByType.keep(&Value::Pressure(12.5), &FORMAT);
-        let integers = Format { number: NumberType::Integer, ..FORMAT };
-        assert_eq!(DataType::ByType.recall(&kept, &integers), Some(Value::Pressure(12.5)));
-        assert_eq!(DataType::ByType.recall(&(-1.0f64).to_be_bytes(), &FORMAT), None);
-        assert_eq!(DataType::ByType.recall(&[0; 4], &FORMAT), None);
-        assert_eq!(DataType::Uint16.recall(&[1], &FORMAT), None);
+        let kept = DataType::ByType.encode_stored(&Value::Pressure(12.5), &FORMAT);
+        let integers = PressureFormat { number: NumberType::Integer, ..FORMAT };
+        assert_eq!(DataType::ByType.decode_stored(&kept, &integers), Some(Value::Pressure(12.5)));
+        assert_eq!(DataType::ByType.decode_stored(&(-1.0f64).to_be_bytes(), &FORMAT), None);
+        assert_eq!(DataType::ByType.decode_stored(&[0; 4], &FORMAT), None);
+        assert_eq!(DataType::Uint16.decode_stored(&[1], &FORMAT), None);
     }
 }

@@ -1,6 +1,6 @@
 //! The station address: two switches, or what Set_Slave_Add has stored. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
 
-use crate::model::Refusal;
+use crate::model::AccessError;
 use crate::store::{self, Key, Store};
 use profivac_wire::address::SetSlaveAdd;
 
@@ -78,9 +78,9 @@ impl StationAddress {
     ///
     /// # Errors
     /// [`Refusal::Storage`]: nothing has changed.
-    pub fn unlock(&mut self, store: &mut impl Store) -> Result<(), Refusal> {
+    pub fn unlock(&mut self, store: &mut impl Store) -> Result<(), AccessError> {
         if self.locked {
-            store.save(Key::Address, &[self.stored, 0]).map_err(|_| Refusal::Storage)?;
+            store.save(Key::Address, &[self.stored, 0]).map_err(|_| AccessError::StorageFailed)?;
             self.locked = false;
         }
         Ok(())

@@ -1,16 +1,16 @@
 //! What a device adds to what all block devices share.
 
-use super::blocks::Blocks;
-use crate::instrument::{Action, Drive, Part, Report, Span, Unknown};
+use super::parameter_access::ParameterAccess;
 use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm};
-use profivac_wire::acyclic::call::IM_RECORD;
+use crate::simulation::{Action, Drive, MeasuringRange, Part, StateReport, UnsupportedAction};
+use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 
 /// The part of a device that no other has. [`BlockDevice`](super::BlockDevice) puts a bus and a memory around it.
 ///
 /// Most methods, and [`Blocks::set`], may leave behind what does not fit together any more: [`update`](Self::update) is
 /// called after each and puts everything right. Only [`output`](Self::output) and [`input`](Self::input), which are
 /// called in every cycle, are not followed by it.
-pub trait Behaviour: Blocks {
+pub trait Behaviour: ParameterAccess {
     /// Its tables.
     fn model(&self) -> &'static Model;
 
@@ -19,7 +19,7 @@ pub trait Behaviour: Blocks {
 
     /// The master has chosen this user parameter string.
     fn parameterise(&mut self, prm: &'static UserPrm) {
-        if let Some(unit) = self.model().unit(prm.code()) {
+        if let Some(unit) = self.model().unit(prm.unit_code()) {
             self.set_unit(unit);
         }
     }
@@ -42,7 +42,7 @@ pub trait Behaviour: Blocks {
     fn input(&self, field: Field) -> Octets;
 
     /// As [`Device::im0`](profivac_dp::slave::Device::im0).
-    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+    fn im0(&self) -> Option<[u8; IM_RECORD_LENGTH]> {
         None
     }
 
@@ -56,7 +56,7 @@ pub trait Behaviour: Blocks {
     fn parts(&self) -> &[Part];
 
     /// As [`Instrument::span`](crate::Instrument::span).
-    fn span(&self, part: usize) -> Span;
+    fn span(&self, part: usize) -> MeasuringRange;
 
     /// As [`Instrument::drive`](crate::Instrument::drive), with the power on.
     fn drive(&self, part: usize) -> Drive;
@@ -77,8 +77,8 @@ pub trait Behaviour: Blocks {
     ///
     /// # Errors
     /// [`Unknown`] when the device has nothing of that name.
-    fn operate(&mut self, action: Action<'_>) -> Result<(), Unknown>;
+    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction>;
 
     /// As [`Instrument::report`](crate::Instrument::report).
-    fn report(&self) -> Report;
+    fn report(&self) -> StateReport;
 }

@@ -1,8 +1,8 @@
 //! A hot cathode: emission, its automatic, degas. tira41d1 3.3.3.5 to 3.3.3.9, errata-bpg-bcg-tpg 95 to 102.
 
 use super::hysteresis::switched;
-use crate::instrument::Drive;
-use crate::model::Refusal;
+use crate::model::AccessError;
+use crate::simulation::Drive;
 
 /// The pressures at which a hot cathode is switched, in Pa.
 #[derive(Debug, PartialEq)]
@@ -20,7 +20,7 @@ const DEGAS_S: f64 = 180.0;
 
 /// What the emission does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Current {
+pub enum EmissionCurrent {
     /// Nothing.
     Off,
     /// 25 uA.
@@ -31,7 +31,7 @@ pub enum Current {
     Degas,
 }
 
-impl Current {
+impl EmissionCurrent {
     /// The codes of Emission Status are 0 to 3, in this order.
     pub const ALL: [Self; 4] = [Self::Off, Self::Low, Self::High, Self::Degas];
 
@@ -56,7 +56,7 @@ impl Current {
 
 /// What the emission depends on.
 #[derive(Clone, Copy, Debug)]
-pub struct Conditions {
+pub struct CathodeConditions {
     /// In EXECUTING, and neither cathode nor controlling part has failed.
     pub able: bool,
     /// What the controlling part reads, in Pa.
@@ -121,12 +121,12 @@ impl Cathode {
 
     /// The current now.
     #[must_use]
-    pub const fn current(&self) -> Current {
+    pub const fn current(&self) -> EmissionCurrent {
         match self.on {
-            false => Current::Off,
-            true if self.is_degassing() => Current::Degas,
-            true if self.high => Current::High,
-            true => Current::Low,
+            false => EmissionCurrent::Off,
+            true if self.is_degassing() => EmissionCurrent::Degas,
+            true if self.high => EmissionCurrent::High,
+            true => EmissionCurrent::Low,
         }
     }
 
@@ -137,7 +137,7 @@ impl Cathode {
     }
 
     /// The pressure or the state of the device may have changed.
-    pub fn switch(&mut self, conditions: &Conditions) {
+    pub fn switch(&mut self, conditions: &CathodeConditions) {
         let too_high = conditions.control_pa > self.thresholds.off_pa;
         if too_high {
             self.held_off = false;
@@ -170,14 +170,14 @@ impl Cathode {
     ///
     /// # Errors
     /// [`Refusal::Range`] for what is no command, and as the functions below.
-    pub fn command(&mut self, command: u8, value: u8, conditions: &Conditions) -> Result<(), Refusal> {
+    pub fn command(&mut self, command: u8, value: u8, conditions: &CathodeConditions) -> Result<(), AccessError> {
         match (command, value) {
             (0, _) => {}
             (1, 0) => self.stop_degas(),
             (1, 1) => return self.start_degas(conditions),
             (3, 0) => self.switch_off(),
             (3, 1) => return self.switch_on(conditions),
-            _ => return Err(Refusal::Range),
+            _ => return Err(AccessError::OutOfRange),
         }
         Ok(())
     }
@@ -192,13 +192,13 @@ impl Cathode {
     ///
     /// # Errors
     /// [`Refusal::Conflict`] at the limit and above, and without emission (95).
-    pub fn start_degas(&mut self, conditions: &Conditions) -> Result<(), Refusal> {
+    pub fn start_degas(&mut self, conditions: &CathodeConditions) -> Result<(), AccessError> {
         if self.is_degassing() {
             return Ok(());
         }
         if !self.on || conditions.gauge_pa >= self.thresholds.degas_pa {
             self.degas_refused = conditions.gauge_pa >= self.thresholds.degas_pa;
-            return Err(Refusal::Conflict);
+            return Err(AccessError::StateConflict);
         }
         self.degas_s = DEGAS_S;
         Ok(())
@@ -214,9 +214,9 @@ impl Cathode {
     ///
     /// # Errors
     /// [`Refusal::Conflict`] at the limit and above, or when the gauge is not able to (102).
-    pub fn switch_on(&mut self, conditions: &Conditions) -> Result<(), Refusal> {
+    pub fn switch_on(&mut self, conditions: &CathodeConditions) -> Result<(), AccessError> {
         if !self.on && (!conditions.able || conditions.control_pa >= self.thresholds.on_pa) {
-            return Err(Refusal::Conflict);
+            return Err(AccessError::StateConflict);
         }
         self.held_off = false;
         self.on = true;

@@ -1,21 +1,21 @@
 //! Code tables that are the same in all manuals. tira41d1 3.1.1.9, 3.1.2.1, 3.2.2.3, 3.2.2.7, 3.1.1.10, 3.2.2.2; the same
 //! numbers stand in tira36e1, tira56e1 and BG 5530.
 
-use super::machine::State;
+use super::state_machine::DeviceState;
 use crate::model::{Code, Codes, NumberType, code};
 
 /// Device State.
 pub const DEVICE_STATE: Codes = Codes::Names(&[
     code(0, "undefined"),
-    state(State::SelfTesting),
-    state(State::Idle),
-    state(State::SelfTestException),
-    state(State::Executing),
-    state(State::Abort),
-    state(State::CriticalFault),
+    state(DeviceState::SelfTesting),
+    state(DeviceState::Idle),
+    state(DeviceState::SelfTestException),
+    state(DeviceState::Executing),
+    state(DeviceState::Abort),
+    state(DeviceState::CriticalFault),
 ]);
 
-const fn state(state: State) -> Code {
+const fn state(state: DeviceState) -> Code {
     code(state.code() as u16, state.name())
 }
 
@@ -32,7 +32,7 @@ pub const STATE_COMMAND: Codes = Codes::Commands(&[
 
 /// A command that may do harm.
 pub const fn risky(number: u16, name: &'static str, risk: &'static str) -> Code {
-    Code { number, name, needs: &[], risk }
+    Code { number, name, preconditions: &[], risk }
 }
 
 /// Data Type.

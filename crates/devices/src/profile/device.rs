@@ -2,11 +2,11 @@
 
 use super::address::StationAddress;
 use super::behaviour::Behaviour;
-use super::channel::{self, Channel, Task};
-use crate::model::{Configuration, Field, Octets, Refusal, Unit, Value, Via};
+use super::parameter_channel::{self, ParameterChannel, Task};
+use crate::model::{AccessError, AccessPath, Configuration, Field, Octets, Unit, Value};
 use crate::store::Store;
-use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Refusal as Negative, Relation};
-use profivac_wire::acyclic::call::IM_RECORD;
+use profivac_dp::slave::{CfgFault, Device, Dpv1Error as Negative, Features, Outputs, PrmFault, Relation};
+use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 
@@ -16,7 +16,7 @@ pub struct Setup {
     /// What the address switch shows; above 125 the stored address holds.
     pub address_switch: u8,
     /// Serial Number.
-    pub serial: Serial,
+    pub serial: SerialNumber,
     /// The unit that is stored when power comes; what the memory holds if `None`.
     pub unit: Option<&'static Unit>,
 }
@@ -25,15 +25,15 @@ impl Setup {
     /// As bought, behind this address switch.
     #[must_use]
     pub fn new(address_switch: u8) -> Self {
-        Self { address_switch, serial: Serial::new("100"), unit: None }
+        Self { address_switch, serial: SerialNumber::new("100"), unit: None }
     }
 }
 
 /// A serial number, at most 30 characters long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Serial(Octets);
+pub struct SerialNumber(Octets);
 
-impl Serial {
+impl SerialNumber {
     /// What it must fit into.
     const LENGTH: usize = 30;
 
@@ -66,21 +66,21 @@ pub struct BlockDevice<B, S> {
     pub(super) store: S,
     pub(super) address: StationAddress,
     pub(super) powered: bool,
-    channel: Channel,
+    channel: ParameterChannel,
     configuration: &'static Configuration,
 }
 
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// A device that has just been switched on.
     #[must_use]
-    pub fn with(behaviour: B, store: S, setup: &Setup) -> Self {
+    pub fn from_behaviour(behaviour: B, store: S, setup: &Setup) -> Self {
         let model = behaviour.model();
         let mut device = Self {
             behaviour,
             store,
             address: StationAddress::new(setup.address_switch),
             powered: true,
-            channel: Channel::new(model.dialect),
+            channel: ParameterChannel::new(model.channel_rules),
             configuration: model.default_configuration,
         };
         device.behaviour.address_switch(setup.address_switch);
@@ -98,7 +98,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         self.behaviour.update();
         self.address.start(&mut self.store);
         let model = self.behaviour.model();
-        self.channel = Channel::new(model.dialect);
+        self.channel = ParameterChannel::new(model.channel_rules);
         self.configuration = model.default_configuration;
     }
 
@@ -132,7 +132,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let Ok(octets) = octets.try_into() else { return };
         let Some(Task::Write { slot, index, lengths, value }) = self.channel.take(octets) else { return };
         let octets = self.right_aligned(slot, index, lengths, &value);
-        let result = self.set(Via::Channel, slot, index, octets);
+        let result = self.set(AccessPath::ParameterChannel, slot, index, octets);
         self.channel.answer(result.map(|()| octets));
     }
 
@@ -144,16 +144,18 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     /// A read is answered with the value of now: errata-bpg-bcg-tpg 25.
-    fn channel_reply(&mut self) -> [u8; channel::OCTETS] {
+    fn channel_reply(&mut self) -> [u8; parameter_channel::OCTETS] {
         if let Some(Task::Read { slot, index }) = self.channel.task() {
-            let octets = self.get(Via::Channel, slot, index);
+            let octets = self.get(AccessPath::ParameterChannel, slot, index);
             self.channel.answer(octets.as_deref().map_err(|refusal| *refusal));
         }
         *self.channel.reply()
     }
 
     fn put_input(&mut self, field: Field, place: &mut [u8]) {
-        if let (Field::ParameterChannel, Ok(place)) = (field, <&mut [u8; channel::OCTETS]>::try_from(&mut *place)) {
+        if let (Field::ParameterChannel, Ok(place)) =
+            (field, <&mut [u8; parameter_channel::OCTETS]>::try_from(&mut *place))
+        {
             *place = self.channel_reply();
             return;
         }
@@ -188,7 +190,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         let lengths =
             Lengths { outputs: octets(configuration.output_octets())?, inputs: octets(configuration.input_octets())? };
         self.configuration = configuration;
-        self.channel = Channel::new(self.behaviour.model().dialect);
+        self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
         self.happen(|behaviour| behaviour.configure(configuration));
         Ok(lengths)
     }
@@ -197,7 +199,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         self.configuration.octets
     }
 
-    fn exchanging(&mut self, running: bool) {
+    fn set_exchanging(&mut self, running: bool) {
         self.behaviour.exchanging(running);
         self.behaviour.update();
     }
@@ -233,13 +235,13 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         self.address.set(&mut self.store, request)
     }
 
-    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+    fn im0(&self) -> Option<[u8; IM_RECORD_LENGTH]> {
         self.behaviour.im0()
     }
 
     fn read(&mut self, via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Negative> {
         let octets = self.get(class(via), slot, index)?;
-        let place = record.get_mut(..octets.len()).ok_or(Negative::from(Refusal::Length))?;
+        let place = record.get_mut(..octets.len()).ok_or(Negative::from(AccessError::WrongLength))?;
         place.copy_from_slice(&octets);
         Ok(octets.len())
     }
@@ -249,9 +251,9 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
     }
 }
 
-const fn class(relation: Relation) -> Via {
+const fn class(relation: Relation) -> AccessPath {
     match relation {
-        Relation::Ms1 => Via::Class1,
-        Relation::Ms2(_) => Via::Class2,
+        Relation::Ms1 => AccessPath::Class1,
+        Relation::Ms2(_) => AccessPath::Class2,
     }
 }

@@ -7,7 +7,7 @@ use crate::model::Value;
 bitflags::bitflags! {
     /// Common Exception Detail 0, alike for alarms and warnings: errata-bpg-bcg-tpg 48 and 49.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    pub struct Common: u8 {
+    pub struct CommonExceptions: u8 {
         /// Internal diagnostic exception.
         const DIAGNOSTIC = 1 << 0;
         /// Microprocessor exception.
@@ -25,7 +25,7 @@ bitflags::bitflags! {
     }
 }
 
-impl Common {
+impl CommonExceptions {
     /// What broken memories add: errata-bpg-bcg-tpg 48 and 49, errata-pxg55x-img400 37.
     #[must_use]
     pub fn of_memories(eprom: bool, eeprom: bool, ram: bool) -> Self {
@@ -65,16 +65,16 @@ impl ExceptionStatus {
 
 /// The details of all alarms, or of all warnings. `N` octets belong to the device group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Details<const N: usize> {
+pub struct ExceptionDetails<const N: usize> {
     /// Common Exception Detail 0; detail 1 is always 0.
-    pub common: Common,
+    pub common: CommonExceptions,
     /// Device Exception Details.
     pub device: [u8; N],
     /// Manufacturer Exception Detail 0.
     pub manufacturer: u8,
 }
 
-impl<const N: usize> Details<N> {
+impl<const N: usize> ExceptionDetails<N> {
     /// The record: each group with its size before it.
     #[must_use]
     pub fn record(&self) -> Value {
@@ -106,7 +106,10 @@ impl<const N: usize> Details<N> {
 
 /// Exception Status: each group bit is the OR of its details. errata-bpg-bcg-tpg 51.
 #[must_use]
-pub fn exception_status<const A: usize, const W: usize>(alarm: &Details<A>, warning: &Details<W>) -> ExceptionStatus {
+pub fn exception_status<const A: usize, const W: usize>(
+    alarm: &ExceptionDetails<A>,
+    warning: &ExceptionDetails<W>,
+) -> ExceptionStatus {
     let [alarm_common, alarm_device, alarm_manufacturer] = alarm.groups();
     let [warning_common, warning_device, warning_manufacturer] = warning.groups();
     let mut status = ExceptionStatus::EXPANDED;
@@ -123,13 +126,19 @@ pub fn exception_status<const A: usize, const W: usize>(alarm: &Details<A>, warn
 mod tests {
     use super::*;
 
-    const NO_ALARM: Details<4> = Details { common: Common::empty(), device: [0; 4], manufacturer: 0 };
-    const NO_WARNING: Details<5> = Details { common: Common::empty(), device: [0; 5], manufacturer: 0 };
+    const NO_ALARM: ExceptionDetails<4> =
+        ExceptionDetails { common: CommonExceptions::empty(), device: [0; 4], manufacturer: 0 };
+    const NO_WARNING: ExceptionDetails<5> =
+        ExceptionDetails { common: CommonExceptions::empty(), device: [0; 5], manufacturer: 0 };
 
     #[test]
     fn a_record_has_each_group_behind_its_size() {
         // tira36e1 3.1.1.11 and 3.1.1.12: ten and eleven octets
-        let alarm = Details { common: Common::EEPROM | Common::RAM, device: [1, 2, 3, 4], manufacturer: 5 };
+        let alarm = ExceptionDetails {
+            common: CommonExceptions::EEPROM | CommonExceptions::RAM,
+            device: [1, 2, 3, 4],
+            manufacturer: 5,
+        };
         assert_eq!(alarm.record(), Value::octets(&[2, 0x18, 0, 4, 1, 2, 3, 4, 1, 5]));
         assert_eq!(NO_WARNING.record(), Value::octets(&[2, 0, 0, 5, 0, 0, 0, 0, 0, 1, 0]));
         assert_eq!(alarm.part(1, 3), Value::octets(&[2, 3]));
@@ -139,14 +148,14 @@ mod tests {
     #[test]
     fn each_group_has_its_bit() {
         assert_eq!(exception_status(&NO_ALARM, &NO_WARNING).bits(), 0x80);
-        let common = Common::EPROM;
+        let common = CommonExceptions::EPROM;
         for (bit, alarm, warning) in [
-            (0, Details { common, ..NO_ALARM }, NO_WARNING),
-            (1, Details { device: [0, 0, 0, 2], ..NO_ALARM }, NO_WARNING),
-            (2, Details { manufacturer: 1, ..NO_ALARM }, NO_WARNING),
-            (4, NO_ALARM, Details { common, ..NO_WARNING }),
-            (5, NO_ALARM, Details { device: [1, 0, 0, 0, 0], ..NO_WARNING }),
-            (6, NO_ALARM, Details { manufacturer: 4, ..NO_WARNING }),
+            (0, ExceptionDetails { common, ..NO_ALARM }, NO_WARNING),
+            (1, ExceptionDetails { device: [0, 0, 0, 2], ..NO_ALARM }, NO_WARNING),
+            (2, ExceptionDetails { manufacturer: 1, ..NO_ALARM }, NO_WARNING),
+            (4, NO_ALARM, ExceptionDetails { common, ..NO_WARNING }),
+            (5, NO_ALARM, ExceptionDetails { device: [1, 0, 0, 0, 0], ..NO_WARNING }),
+            (6, NO_ALARM, ExceptionDetails { manufacturer: 4, ..NO_WARNING }),
         ] {
             assert_eq!(exception_status(&alarm, &warning).bits(), 0x80 | 1 << bit);
             assert_eq!(alarm.is_any(), bit < 3);

@@ -1,15 +1,15 @@
 //! The measuring parts of a controller, whose channels need not all be fitted.
 
-use crate::instrument::{Part, Principle};
+use crate::simulation::{Part, Principle};
 
 /// The parts of a controller with up to `N` channels.
 #[derive(Clone, Copy, Debug)]
-pub struct Fitted<const N: usize> {
+pub struct FittedChannels<const N: usize> {
     parts: [Part; N],
     count: usize,
 }
 
-impl<const N: usize> Fitted<N> {
+impl<const N: usize> FittedChannels<N> {
     /// What each channel senses with, from channel 1 on.
     #[must_use]
     pub fn new(channels: [Option<Principle>; N]) -> Self {
@@ -40,7 +40,7 @@ mod tests {
 
     #[test]
     fn parts_are_counted_without_the_empty_channels() {
-        let fitted = Fitted::new([None, Some(Principle::ColdCathode), None, Some(Principle::Pirani)]);
+        let fitted = FittedChannels::new([None, Some(Principle::ColdCathode), None, Some(Principle::Pirani)]);
         assert_eq!(
             fitted.parts(),
             [

@@ -2,21 +2,21 @@
 //! device's own code runs: errata-bpg-bcg-tpg 23.
 
 use super::behaviour::Behaviour;
-use super::blocks::At;
 use super::device::BlockDevice;
-use crate::model::{DataType, Direction, Octets, Parameters, Place, Refusal, Value, Via};
+use super::parameter_access::ParameterRef;
+use crate::model::{AccessError, AccessPath, DataType, Direction, Octets, ParameterSet, PlacedBlock, Value};
 use crate::store::{self, Key, Store};
 
 /// Finds the parameter at slot and index.
-fn locate<B: Behaviour>(blocks: &B, slot: u8, index: u8) -> Result<At<B::Parameter>, Refusal> {
-    let mut refusal = Refusal::Slot;
-    for (position, place) in blocks.model().places.iter().enumerate() {
-        for address in place.addresses.iter().filter(|address| address.slot == slot) {
-            refusal = Refusal::Index;
+fn locate<B: Behaviour>(blocks: &B, slot: u8, index: u8) -> Result<ParameterRef<B::Parameter>, AccessError> {
+    let mut refusal = AccessError::UnknownSlot;
+    for (position, place) in blocks.model().blocks.iter().enumerate() {
+        for address in place.locations.iter().filter(|address| address.slot == slot) {
+            refusal = AccessError::UnknownIndex;
             if let (Some(row), Some(parameter)) = (place.block.row(index), B::Parameter::of(position, index))
-                && blocks.shows(address)
+                && blocks.is_visible(address)
             {
-                return Ok(At { address, row, parameter });
+                return Ok(ParameterRef { location: address, row, parameter });
             }
         }
     }
@@ -24,43 +24,40 @@ fn locate<B: Behaviour>(blocks: &B, slot: u8, index: u8) -> Result<At<B::Paramet
 }
 
 /// Every parameter a master's value of which is kept, at every instance.
-fn kept<P: Parameters>(places: &'static [Place]) -> impl Iterator<Item = At<P>> {
+fn kept<P: ParameterSet>(places: &'static [PlacedBlock]) -> impl Iterator<Item = ParameterRef<P>> {
     places.iter().enumerate().flat_map(|(position, place)| {
-        place.addresses.iter().flat_map(move |address| {
-            place
-                .block
-                .rows
-                .iter()
-                .filter(|row| row.is_kept())
-                .filter_map(move |row| P::of(position, row.id).map(|parameter| At { address, row, parameter }))
+        place.locations.iter().flat_map(move |address| {
+            place.block.rows.iter().filter(|row| row.is_stored()).filter_map(move |row| {
+                P::of(position, row.index).map(|parameter| ParameterRef { location: address, row, parameter })
+            })
         })
     })
 }
 
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Reads a parameter.
-    pub(super) fn get(&self, via: Via, slot: u8, index: u8) -> Result<Octets, Refusal> {
+    pub(super) fn get(&self, via: AccessPath, slot: u8, index: u8) -> Result<Octets, AccessError> {
         let at = locate(&self.behaviour, slot, index)?;
         if !at.row.access.allows(via, Direction::Read) {
-            return Err(Refusal::NotReadable);
+            return Err(AccessError::NotReadable);
         }
-        if via == Via::Channel && matches!(at.row.data_type, DataType::Visible(_)) {
-            return Err(Refusal::Text);
+        if via == AccessPath::ParameterChannel && matches!(at.row.data_type, DataType::Visible(_)) {
+            return Err(AccessError::NotInChannel);
         }
         Ok(at.row.data_type.encode(&self.behaviour.get(&at), &self.behaviour.format(&at)))
     }
 
     /// Writes a parameter. `Ok` means that a nonvolatile value is stored.
-    pub(super) fn set(&mut self, via: Via, slot: u8, index: u8, octets: &[u8]) -> Result<(), Refusal> {
+    pub(super) fn set(&mut self, via: AccessPath, slot: u8, index: u8, octets: &[u8]) -> Result<(), AccessError> {
         let at = locate(&self.behaviour, slot, index)?;
         if !at.row.access.allows(via, Direction::Write) {
-            return Err(Refusal::NotWritable);
+            return Err(AccessError::NotWritable);
         }
         let format = self.behaviour.format(&at);
         if octets.len() != at.row.data_type.length(&format) {
-            return Err(Refusal::Length);
+            return Err(AccessError::WrongLength);
         }
-        self.behaviour.permits(&at)?;
+        self.behaviour.check_mode(&at)?;
         let value = at.row.data_type.decode(octets, &format)?;
         self.change(&at, &value)
     }
@@ -72,12 +69,12 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     /// Changes the device. What cannot be stored does not change.
-    fn change(&mut self, at: &At<B::Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn change(&mut self, at: &ParameterRef<B::Parameter>, value: &Value) -> Result<(), AccessError> {
         let before = self.behaviour.clone();
         let result = self.behaviour.set(at, value);
         self.behaviour.update();
         result?;
-        let mut stored = self.store_differences(&before, Some(self.behaviour.key(at)));
+        let mut stored = self.store_differences(&before, Some(self.behaviour.storage_key(at)));
         if self.behaviour.resets_to_factory(at, value) {
             stored = stored.and_then(|()| self.address.unlock(&mut self.store));
         }
@@ -88,22 +85,22 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     /// Stores every nonvolatile value that differs, and the one that was `written` even if it does not.
-    pub(super) fn store_differences(&mut self, before: &B, written: Option<Key>) -> Result<(), Refusal> {
+    pub(super) fn store_differences(&mut self, before: &B, written: Option<Key>) -> Result<(), AccessError> {
         let Self { behaviour, store, .. } = self;
         // What several instances share is stored once.
         let mut save = |key, octets: &[u8]| match store::load(store, key).as_deref() {
             Some(stored) if stored == octets => Ok(()),
-            _ => store.save(key, octets).map_err(|_| Refusal::Storage),
+            _ => store.save(key, octets).map_err(|_| AccessError::StorageFailed),
         };
-        for at in kept::<B::Parameter>(behaviour.model().places) {
-            let (key, value) = (behaviour.key(&at), behaviour.kept(&at));
-            if value != before.kept(&at) || written == Some(key) {
-                save(key, &at.row.data_type.keep(&value, &behaviour.format(&at)))?;
+        for at in kept::<B::Parameter>(behaviour.model().blocks) {
+            let (key, value) = (behaviour.storage_key(&at), behaviour.stored_value(&at));
+            if value != before.stored_value(&at) || written == Some(key) {
+                save(key, &at.row.data_type.encode_stored(&value, &behaviour.format(&at)))?;
             }
         }
-        for (number, (old, new)) in (0..).zip(before.hidden().iter().zip(behaviour.hidden())) {
+        for (number, (old, new)) in (0..).zip(before.internal_values().iter().zip(behaviour.internal_values())) {
             if old.to_bits() != new.to_bits() {
-                save(Key::Hidden(number), &new.to_be_bytes())?;
+                save(Key::Internal(number), &new.to_be_bytes())?;
             }
         }
         Ok(())
@@ -111,16 +108,16 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Takes over what is stored; a value that cannot be one is passed over.
     pub(super) fn recall(&mut self) {
-        for at in kept::<B::Parameter>(self.behaviour.model().places) {
-            let octets = store::load(&self.store, self.behaviour.key(&at));
+        for at in kept::<B::Parameter>(self.behaviour.model().blocks) {
+            let octets = store::load(&self.store, self.behaviour.storage_key(&at));
             let format = self.behaviour.format(&at);
-            if let Some(value) = octets.and_then(|octets| at.row.data_type.recall(&octets, &format)) {
+            if let Some(value) = octets.and_then(|octets| at.row.data_type.decode_stored(&octets, &format)) {
                 // Out of range means: not ours, the factory value stays.
-                let _ = self.behaviour.recall(&at, &value);
+                let _ = self.behaviour.restore(&at, &value);
             }
         }
-        for (number, hidden) in (0..).zip(self.behaviour.hidden_mut()) {
-            let octets = store::load(&self.store, Key::Hidden(number));
+        for (number, hidden) in (0..).zip(self.behaviour.internal_values_mut()) {
+            let octets = store::load(&self.store, Key::Internal(number));
             let value = octets.and_then(|octets| octets.as_slice().try_into().map(f64::from_be_bytes).ok());
             *hidden = value.filter(|value| value.is_finite()).unwrap_or(*hidden);
         }

@@ -1,7 +1,7 @@
 //! One measuring part: what it senses, what it may say, and what it says instead.
 
-use crate::instrument::{Indicated, Part, Span};
-use crate::model::{Facts, Range, Refusal, Value};
+use crate::model::{AccessError, PartSpec, RangeStatus, Value};
+use crate::simulation::{MeasuringRange, Part, PartReading};
 
 bitflags::bitflags! {
     /// Status Extension of an instance, and One Of N Status Extension.
@@ -19,11 +19,11 @@ bitflags::bitflags! {
 impl StatusExtension {
     /// From the place of the value and whether it is valid.
     #[must_use]
-    pub fn new(range: Range, valid: bool) -> Self {
+    pub fn new(range: RangeStatus, valid: bool) -> Self {
         let place = match range {
-            Range::Under => Self::UNDER,
-            Range::Within => Self::empty(),
-            Range::Over => Self::OVER,
+            RangeStatus::Under => Self::UNDER,
+            RangeStatus::Within => Self::empty(),
+            RangeStatus::Over => Self::OVER,
         };
         if valid { place } else { place | Self::INVALID }
     }
@@ -48,13 +48,13 @@ impl SafeState {
     ///
     /// # Errors
     /// [`Refusal::Range`] if there is none.
-    pub fn of(value: &Value) -> Result<Self, Refusal> {
+    pub fn of(value: &Value) -> Result<Self, AccessError> {
         Ok(match value.integer()? {
             0u8 => Self::Zero,
             1 => Self::FullScale,
             2 => Self::HoldLastValue,
             3 => Self::UseSafeValue,
-            _ => return Err(Refusal::Range),
+            _ => return Err(AccessError::OutOfRange),
         })
     }
 
@@ -103,7 +103,7 @@ impl Sensor {
 
 /// What concerns the values of all parts of a device.
 #[derive(Clone, Copy, Debug)]
-pub struct Condition {
+pub struct ReadingCondition {
     /// The device measures.
     pub executing: bool,
     /// Something is wrong that makes every reading invalid: errata-bpg-bcg-tpg 54.
@@ -116,7 +116,7 @@ pub struct Condition {
 #[derive(Clone, Debug)]
 pub struct MeasuringPart {
     /// What the tables say.
-    pub facts: &'static Facts,
+    pub facts: &'static PartSpec,
     /// The sensor.
     pub sensor: Sensor,
     /// Sensor or electronics have failed: a sensor alarm.
@@ -133,7 +133,7 @@ pub struct MeasuringPart {
 impl MeasuringPart {
     /// A part as it leaves the factory: Safe State Zero, Safe Value 0 (errata-bpg-bcg-tpg 73), no last value (76).
     #[must_use]
-    pub const fn new(facts: &'static Facts) -> Self {
+    pub const fn new(facts: &'static PartSpec) -> Self {
         Self {
             facts,
             sensor: Sensor::in_air(),
@@ -159,49 +159,49 @@ impl MeasuringPart {
 
     /// What the part is made for.
     #[must_use]
-    pub const fn span(&self) -> Span {
+    pub const fn span(&self) -> MeasuringRange {
         let limits = &self.facts.limits;
-        Span { lowest_pa: limits.under_pa, highest_pa: limits.full_scale_pa }
+        MeasuringRange { lowest_pa: limits.under_pa, highest_pa: limits.full_scale_pa }
     }
 
     /// Where the reading lies; on the high side while the part does not measure (errata-bpg-bcg-tpg 81).
     #[must_use]
-    pub fn range(&self) -> Range {
-        self.reading_pa.map_or(Range::Over, |pa| self.facts.limits.judge(pa))
+    pub fn range(&self) -> RangeStatus {
+        self.reading_pa.map_or(RangeStatus::Over, |pa| self.facts.limits.status_of(pa))
     }
 
     /// What the part indicates, in Pa, clipped where it does not measure (errata-bpg-bcg-tpg 81).
     #[must_use]
     pub fn indicated_pa(&self) -> f64 {
-        self.reading_pa.map_or(self.facts.limits.over_pa, |pa| self.facts.shown(pa))
+        self.reading_pa.map_or(self.facts.limits.over_pa, |pa| self.facts.clip(pa))
     }
 
     /// Reading Valid: measuring, nothing wrong, in range.
     #[must_use]
-    pub fn is_valid(&self, condition: &Condition) -> bool {
-        condition.executing && !condition.disturbed && self.range() == Range::Within
+    pub fn is_valid(&self, condition: &ReadingCondition) -> bool {
+        condition.executing && !condition.disturbed && self.range() == RangeStatus::Within
     }
 
     /// Status Extension (errata-bpg-bcg-tpg 57).
     #[must_use]
-    pub fn status_extension(&self, condition: &Condition) -> StatusExtension {
+    pub fn status_extension(&self, condition: &ReadingCondition) -> StatusExtension {
         StatusExtension::new(self.range(), self.is_valid(condition))
     }
 
     /// Whether Safe State rules the value (errata-bpg-bcg-tpg 75).
     #[must_use]
-    pub const fn is_safe(&self, condition: &Condition) -> bool {
+    pub const fn is_safe(&self, condition: &ReadingCondition) -> bool {
         !condition.executing || condition.alarmed || self.failed
     }
 
     /// Process Value, in Pa.
     #[must_use]
-    pub fn process_value_pa(&self, condition: &Condition) -> f64 {
+    pub fn process_value_pa(&self, condition: &ReadingCondition) -> f64 {
         if self.is_safe(condition) { self.safe_pa() } else { self.indicated_pa() }
     }
 
     /// A valid value is remembered for Hold Last Value.
-    pub fn remember(&mut self, condition: &Condition) {
+    pub fn remember(&mut self, condition: &ReadingCondition) {
         if self.is_valid(condition) {
             self.last_pa = self.indicated_pa();
         }
@@ -225,8 +225,8 @@ impl MeasuringPart {
 
     /// What people see of it.
     #[must_use]
-    pub fn indicated(&self, condition: &Condition) -> Indicated {
-        Indicated {
+    pub fn indicated(&self, condition: &ReadingCondition) -> PartReading {
+        PartReading {
             instance: self.part().instance,
             value_mbar: self.indicated_pa() / 100.0,
             valid: self.is_valid(condition),

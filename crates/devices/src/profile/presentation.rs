@@ -1,6 +1,6 @@
 //! Unit and number type: one of each for the whole device. errata-bpg-bcg-tpg 72.
 
-use crate::model::{Configuration, Counts, Format, Model, NumberType, Refusal, Unit, Value};
+use crate::model::{AccessError, Configuration, Counts, Model, NumberType, PressureFormat, Unit, Value};
 
 /// Data Units and Data Type.
 #[derive(Clone, Copy, Debug)]
@@ -23,16 +23,16 @@ impl Presentation {
 
     /// How the pressures of an instance look on the wire.
     #[must_use]
-    pub const fn format(&self, counts: Counts) -> Format {
-        Format { unit: self.unit, number: self.number, counts, highest: HIGHEST }
+    pub const fn format(&self, counts: Counts) -> PressureFormat {
+        PressureFormat { unit: self.unit, number: self.number, counts, max_integer: HIGHEST }
     }
 
     /// A master writes Data Units.
     ///
     /// # Errors
     /// [`Refusal::Range`] for a code that is not in the table.
-    pub fn set_unit(&mut self, model: &Model, value: &Value) -> Result<(), Refusal> {
-        self.unit = model.unit(value.integer()?).ok_or(Refusal::Range)?;
+    pub fn set_unit(&mut self, model: &Model, value: &Value) -> Result<(), AccessError> {
+        self.unit = model.unit(value.integer()?).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
@@ -40,8 +40,8 @@ impl Presentation {
     ///
     /// # Errors
     /// [`Refusal::Range`] for a code that is not in the table.
-    pub fn set_number(&mut self, value: &Value) -> Result<(), Refusal> {
-        self.number = NumberType::of(value.integer()?).ok_or(Refusal::Range)?;
+    pub fn set_number(&mut self, value: &Value) -> Result<(), AccessError> {
+        self.number = NumberType::from_code(value.integer()?).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

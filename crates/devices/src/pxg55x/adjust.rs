@@ -1,10 +1,10 @@
 //! Zero and gain adjust, auto zero, run hours: what a gauge keeps without an index. tira56e1 8.1.1, 8.1.11, 8.2.1, 8.3.1,
 //! 7.1.14 and 7.1.23.
 
-use super::Gauge;
-use crate::instrument::Principle;
-use crate::model::{Refusal, mbar};
-use crate::profile::{Sensor, State};
+use super::Pxg55xBehaviour;
+use crate::model::{AccessError, mbar};
+use crate::profile::{DeviceState, Sensor};
+use crate::simulation::Principle;
 
 /// "2 decades below the minimum pressure range of the gauge" (8.1.1): there the diaphragm has nothing to show.
 const CDG_ZERO_PA: f64 = mbar(1.0) / 100.0;
@@ -76,19 +76,19 @@ fn zero(sensor: &Sensor) -> f64 {
 }
 
 /// Gain and offset with which the sensor reads `target_pa` now and its zero stays where it is.
-fn gain(sensor: &Sensor, target_pa: f64) -> Result<(f64, f64), Refusal> {
+fn gain(sensor: &Sensor, target_pa: f64) -> Result<(f64, f64), AccessError> {
     let zero_pa = -sensor.offset_pa / sensor.gain;
     let gain = target_pa / (sensor.sensed_pa - zero_pa);
     // A sensor that shows nothing, or less, cannot be stretched.
-    if gain > 0.0 && gain.is_finite() { Ok((gain, -zero_pa * gain)) } else { Err(Refusal::Conflict) }
+    if gain > 0.0 && gain.is_finite() { Ok((gain, -zero_pa * gain)) } else { Err(AccessError::StateConflict) }
 }
 
-impl Gauge {
+impl Pxg55xBehaviour {
     /// An Analog Input Block Adjust Command; the target value is not available (78). Commands without a name are accepted
     /// and do nothing (79).
     ///
     /// The manual gives no condition but asks the user for the right pressure, and so does this gauge.
-    pub(super) fn adjust(&mut self, instance: u8, command: u8) -> Result<(), Refusal> {
+    pub(super) fn adjust(&mut self, instance: u8, command: u8) -> Result<(), AccessError> {
         let principle = self.part(instance).map(|part| part.facts.part.principle);
         match (principle, command) {
             (Some(Principle::Diaphragm), 0) => self.adjustable(instance).map(|()| self.zero_cdg()),
@@ -100,10 +100,10 @@ impl Gauge {
     }
 
     /// free choice: in EXECUTING and IDLE, with a sensor that reads something.
-    fn adjustable(&self, instance: u8) -> Result<(), Refusal> {
+    fn adjustable(&self, instance: u8) -> Result<(), AccessError> {
         let reads = self.part(instance).is_some_and(|part| part.reading_pa.is_some() && !part.failed);
-        let state = matches!(self.machine.state(), State::Executing | State::Idle);
-        if reads && state { Ok(()) } else { Err(Refusal::Conflict) }
+        let state = matches!(self.machine.state(), DeviceState::Executing | DeviceState::Idle);
+        if reads && state { Ok(()) } else { Err(AccessError::StateConflict) }
     }
 
     fn zero_cdg(&mut self) {
@@ -118,7 +118,7 @@ impl Gauge {
     }
 
     /// The present pressure is full scale (8.2.1).
-    fn stretch_pirani(&mut self) -> Result<(), Refusal> {
+    fn stretch_pirani(&mut self) -> Result<(), AccessError> {
         let full_scale_pa = self.pirani.facts.limits.full_scale_pa;
         let [_, pirani_gain, pirani_offset, _, _] = &mut self.kept.values;
         (*pirani_gain, *pirani_offset) = gain(&self.pirani.sensor, full_scale_pa)?;
@@ -126,10 +126,10 @@ impl Gauge {
     }
 
     /// The atmosphere sensor reads what the diaphragm reads (80).
-    fn match_atm(&mut self) -> Result<(), Refusal> {
+    fn match_atm(&mut self) -> Result<(), AccessError> {
         let (Some(cdg), Some(atm)) = (&self.cdg, &self.atm) else { return Ok(()) };
         if cdg.failed {
-            return Err(Refusal::Conflict);
+            return Err(AccessError::StateConflict);
         }
         let [.., atm_gain] = &mut self.kept.values;
         (*atm_gain, _) = gain(&atm.sensor, cdg.sensor.indicated_pa())?;
@@ -195,6 +195,6 @@ mod tests {
     #[test]
     fn a_sensor_that_reads_nothing_cannot_be_stretched() {
         let sensor = Sensor { sensed_pa: 0.0, ..Sensor::in_air() };
-        assert_eq!(gain(&sensor, 100_000.0), Err(Refusal::Conflict));
+        assert_eq!(gain(&sensor, 100_000.0), Err(AccessError::StateConflict));
     }
 }

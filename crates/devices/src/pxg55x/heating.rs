@@ -1,6 +1,6 @@
 //! The filament of the Pirani: tira56e1 12.2.5, errata-pxg55x-img400 107.
 
-use crate::model::{Refusal, Value, mbar};
+use crate::model::{AccessError, Value, mbar};
 
 /// Above this pressure the automatic switches off.
 const OFF_PA: f64 = mbar(12.0);
@@ -21,12 +21,12 @@ pub enum PiraniOff {
 
 impl PiraniOff {
     /// The mode with this code.
-    pub fn of(value: &Value) -> Result<Self, Refusal> {
+    pub fn of(value: &Value) -> Result<Self, AccessError> {
         match value.integer()? {
             0u8 => Ok(Self::AlwaysOn),
             1 => Ok(Self::Automatic),
             2 => Ok(Self::AlwaysOff),
-            _ => Err(Refusal::Range),
+            _ => Err(AccessError::OutOfRange),
         }
     }
 }

@@ -6,42 +6,42 @@
 //! `bench` has bus and people. Numbers in brackets are those of errata-pxg55x-img400.
 
 mod adjust;
-mod bench;
 mod codes;
 mod heating;
 mod parameters;
+mod simulation;
 pub mod table;
 mod trip;
 mod ttr;
 
-use crate::model::{Refusal, mbar};
+use crate::model::{AccessError, mbar};
 use crate::profile::{
-    BlockDevice, Common, Condition, Details, ExceptionStatus, Health, Machine, MeasuringPart, Presentation, Serial,
-    Setup, State, StatusExtension, exception_status,
+    BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, ExceptionStatus, MeasuringPart, Presentation,
+    ReadingCondition, SelfTestResult, SerialNumber, Setup, StateMachine, StatusExtension, exception_status,
 };
 use crate::store::Store;
 use adjust::Kept;
-use bench::Faults;
 use heating::Heating;
-use table::{VERSIONS, Version};
+use simulation::Faults;
+use table::{VARIANTS, Variant};
 use trip::TripPoint;
 
 /// A gauge of the series with its nonvolatile memory.
-pub type Pxg55x<S> = BlockDevice<Gauge, S>;
+pub type Pxg55x<S> = BlockDevice<Pxg55xBehaviour, S>;
 
 impl<S: Store> Pxg55x<S> {
     /// A gauge that has just been switched on.
     #[must_use]
-    pub fn new(store: S, kind: Kind, setup: Setup) -> Self {
-        Self::with(Gauge::new(kind.version(), setup.serial), store, &setup)
+    pub fn new(store: S, kind: Pxg55xModel, setup: Setup) -> Self {
+        Self::from_behaviour(Pxg55xBehaviour::new(kind.variant(), setup.serial), store, &setup)
     }
 }
 
 /// Which gauge of the series.
 #[derive(Clone, Copy, Debug)]
-pub struct Kind(&'static Version);
+pub struct Pxg55xModel(&'static Variant);
 
-impl Kind {
+impl Pxg55xModel {
     /// The gauge with this name, `pcg550` to `psg554`: with or without an atmosphere sensor, or with one if there is such a
     /// gauge.
     #[must_use]
@@ -53,12 +53,12 @@ impl Kind {
 
     /// Every gauge of the series.
     pub fn all() -> impl Iterator<Item = Self> {
-        VERSIONS.iter().map(Self)
+        VARIANTS.iter().map(Self)
     }
 
     /// Its tables.
     #[must_use]
-    pub const fn version(self) -> &'static Version {
+    pub const fn variant(self) -> &'static Variant {
         self.0
     }
 }
@@ -71,11 +71,11 @@ const PIRANI_BELOW_PA: f64 = mbar(9.0);
 
 /// What is particular to the series.
 #[derive(Clone, Debug)]
-pub struct Gauge {
-    version: &'static Version,
-    serial: Serial,
+pub struct Pxg55xBehaviour {
+    version: &'static Variant,
+    serial: SerialNumber,
     address_switch: u8,
-    machine: Machine,
+    machine: StateMachine,
     presentation: Presentation,
     /// TTR compatibility mode (49).
     ttr: bool,
@@ -97,13 +97,13 @@ pub struct Gauge {
 /// The manufacturer's command that puts everything back (7.2.2).
 const FACTORY_RESET: u8 = 128;
 
-impl Gauge {
-    fn new(version: &'static Version, serial: Serial) -> Self {
+impl Pxg55xBehaviour {
+    fn new(version: &'static Variant, serial: SerialNumber) -> Self {
         Self {
             version,
             serial,
             address_switch: 0,
-            machine: Machine::power_up(),
+            machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             ttr: false,
             selector: 1,
@@ -156,14 +156,14 @@ impl Gauge {
 
     /// A Device Block State Command. Nothing that a Reset brings back outlives the end of EXECUTING; that the basic device
     /// starts anew with 129 cannot be seen apart.
-    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+    fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         const RESET_ALL: u8 = 129;
         /// What the manufacturer's commands are like.
         const RESET: u8 = 1;
         let like_reset = matches!(number, FACTORY_RESET | RESET_ALL);
-        if like_reset && self.machine.state() == State::CriticalFault {
+        if like_reset && self.machine.state() == DeviceState::CriticalFault {
             // Only Reset itself acts there (22).
-            return Err(Refusal::Conflict);
+            return Err(AccessError::StateConflict);
         }
         self.machine.command(if like_reset { RESET } else { number })?;
         if number == FACTORY_RESET {
@@ -187,13 +187,13 @@ impl Gauge {
     }
 
     /// What the self test would find.
-    fn health(&self) -> Health {
-        Health::found(self.common(), self.has_alarm())
+    fn health(&self) -> SelfTestResult {
+        SelfTestResult::found(self.common(), self.has_alarm())
     }
 
     /// Memory faults, alike in both records (37).
-    fn common(&self) -> Common {
-        Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
+    fn common(&self) -> CommonExceptions {
+        CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
     /// Internal communication exception, alike in both records (37, 73): bit 0 of 7.1.12. Bit 5 of the common detail, the
@@ -214,20 +214,20 @@ impl Gauge {
     }
 
     /// Exception Detail Alarm: instances 1 and 2, on a PSG55x only 1. The atmosphere sensor is not reported (74).
-    fn alarm<const N: usize>(&self) -> Details<N> {
+    fn alarm<const N: usize>(&self) -> ExceptionDetails<N> {
         let mut device = [0; N];
         let alarms = (1..=2).filter(|instance| self.part(*instance).is_some()).flat_map(|it| self.sensor_alarm(it));
         device.iter_mut().zip(alarms).for_each(|(place, octet)| *place = octet);
-        Details { common: self.common(), device, manufacturer: self.manufacturer() }
+        ExceptionDetails { common: self.common(), device, manufacturer: self.manufacturer() }
     }
 
     /// Exception Detail Warning: the status extension of the gauge (71); no sensor warns of anything.
-    fn warning<const N: usize>(&self) -> Details<N> {
+    fn warning<const N: usize>(&self) -> ExceptionDetails<N> {
         let mut device = [0; N];
         if let [first, ..] = &mut device[..] {
             *first = self.one_of_n().bits();
         }
-        Details { common: self.common(), device, manufacturer: self.manufacturer() }
+        ExceptionDetails { common: self.common(), device, manufacturer: self.manufacturer() }
     }
 
     fn exception_status(&self) -> ExceptionStatus {
@@ -240,9 +240,9 @@ impl Gauge {
 
     /// What rules the value of a part: manufacturer alarms and warnings and its own alarm make it invalid (87, 88), alarms
     /// of the whole device make it safe (35).
-    fn condition(&self, part: &MeasuringPart) -> Condition {
+    fn condition(&self, part: &MeasuringPart) -> ReadingCondition {
         let manufacturer = self.manufacturer() != 0;
-        Condition {
+        ReadingCondition {
             executing: self.machine.is_executing(),
             disturbed: manufacturer || part.failed,
             alarmed: manufacturer || !self.common().is_empty(),

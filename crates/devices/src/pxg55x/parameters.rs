@@ -6,25 +6,25 @@ use super::table::{
     OneOfNTransducer, Parameter, PiraniInput, PiraniTransducer, TripPoint as Row,
 };
 use super::trip::{Mode, Side, TripPoint};
-use super::{Gauge, table};
-use crate::instrument::Principle;
-use crate::model::{Address, Block, Counts, Format, Refusal, Value};
-use crate::profile::{At, Blocks, MeasuringPart, SafeState};
+use super::{Pxg55xBehaviour, table};
+use crate::model::{AccessError, Block, Counts, Location, PressureFormat, Value};
+use crate::profile::{MeasuringPart, ParameterAccess, ParameterRef, SafeState};
+use crate::simulation::Principle;
 use crate::store::Key;
 
 /// The slots of the first trip point and of the first relay (95).
 const TRIP_SLOT: u8 = 2;
 const RELAY_SLOT: u8 = 4;
 
-impl Blocks for Gauge {
+impl ParameterAccess for Pxg55xBehaviour {
     type Parameter = Parameter;
 
     /// Slot 1 shows the instance of the Channel Instance Selector (9.1.1).
-    fn shows(&self, address: &Address) -> bool {
+    fn is_visible(&self, address: &Location) -> bool {
         address.instance == 0 || address.instance == self.selector
     }
 
-    fn format(&self, at: &At<Parameter>) -> Format {
+    fn format(&self, at: &ParameterRef<Parameter>) -> PressureFormat {
         self.presentation.format(match at.parameter {
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
                 self.part(at.instance()).map_or(table::COUNTS, |part| part.facts.counts)
@@ -35,7 +35,7 @@ impl Blocks for Gauge {
         })
     }
 
-    fn get(&self, at: &At<Parameter>) -> Value {
+    fn get(&self, at: &ParameterRef<Parameter>) -> Value {
         match at.parameter {
             Parameter::Device(row) => self.get_device(row),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.selector.into(),
@@ -44,12 +44,12 @@ impl Blocks for Gauge {
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
                 let value = |part, row| self.get_input(part, row);
                 self.part(at.instance())
-                    .zip(CdgInput::of(at.row.id))
+                    .zip(CdgInput::of(at.row.index))
                     .map_or(Value::NONE, |(part, row)| value(part, row))
             }
             Parameter::CdgTransducer(_) | Parameter::PiraniTransducer(_) | Parameter::AtmTransducer(_) => {
                 let value = |part, row| self.get_transducer(part, row);
-                let row = PiraniTransducer::of(at.row.id);
+                let row = PiraniTransducer::of(at.row.index);
                 self.part(at.instance()).zip(row).map_or(Value::NONE, |(part, row)| value(part, row))
             }
             Parameter::TripPoint(row) => self.trip(at).map_or(Value::NONE, |trip| self.get_trip(trip, row)),
@@ -59,7 +59,7 @@ impl Blocks for Gauge {
 
     /// Data Unit only in IDLE, Data Type only outside cyclic exchange (84); a trip point that the gauge calculates, never
     /// (101).
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+    fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         let permitted = match at.parameter {
             Parameter::TripPoint(Row::LowTripPoint) => !self.calculates(at, Side::Low),
             Parameter::TripPoint(Row::HighTripPoint) => !self.calculates(at, Side::High),
@@ -67,16 +67,16 @@ impl Blocks for Gauge {
             parameter if is_number(parameter) => !self.machine.is_exchanging(),
             _ => true,
         };
-        if permitted { Ok(()) } else { Err(Refusal::Mode) }
+        if permitted { Ok(()) } else { Err(AccessError::WrongMode) }
     }
 
-    fn resets_to_factory(&self, at: &At<Parameter>, value: &Value) -> bool {
+    fn resets_to_factory(&self, at: &ParameterRef<Parameter>, value: &Value) -> bool {
         matches!(at.parameter, Parameter::Device(DeviceBlock::StateCommand))
             && value.integer() == Ok(super::FACTORY_RESET)
     }
 
     /// Unit and number type are one value, wherever they are written.
-    fn key(&self, at: &At<Parameter>) -> Key {
+    fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         let shared = |row| Key::Parameter { slot: 1, instance: 0, index: row as u8 };
         match at.parameter {
             parameter if is_unit(parameter) => shared(CdgInput::DataUnit),
@@ -85,14 +85,14 @@ impl Blocks for Gauge {
         }
     }
 
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
             parameter if is_unit(parameter) => self.presentation.set_unit(&self.version.model, value),
             parameter if is_number(parameter) => self.presentation.set_number(value),
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
-                let row = CdgInput::of(at.row.id).ok_or(Refusal::Index)?;
+                let row = CdgInput::of(at.row.index).ok_or(AccessError::UnknownIndex)?;
                 self.set_input(at.instance(), row, value)
             }
             Parameter::PiraniTransducer(PiraniTransducer::PiraniOff) => {
@@ -107,15 +107,15 @@ impl Blocks for Gauge {
             | Parameter::CdgTransducer(_)
             | Parameter::PiraniTransducer(_)
             | Parameter::AtmTransducer(_)
-            | Parameter::DiscreteOutput(_) => Err(Refusal::NotWritable),
+            | Parameter::DiscreteOutput(_) => Err(AccessError::NotWritable),
         }
     }
 
-    fn hidden(&self) -> &[f64] {
+    fn internal_values(&self) -> &[f64] {
         &self.kept.values
     }
 
-    fn hidden_mut(&mut self) -> &mut [f64] {
+    fn internal_values_mut(&mut self) -> &mut [f64] {
         &mut self.kept.values
     }
 }
@@ -147,7 +147,7 @@ fn block_type(block: &Block) -> Value {
     Value::octets(&block.type_octets())
 }
 
-impl Gauge {
+impl Pxg55xBehaviour {
     fn get_device(&self, row: DeviceBlock) -> Value {
         match row {
             // A command has been carried out when it can be read (26).
@@ -245,7 +245,7 @@ impl Gauge {
         }
     }
 
-    fn get_relay(&self, at: &At<Parameter>, row: DiscreteOutput) -> Value {
+    fn get_relay(&self, at: &ParameterRef<Parameter>, row: DiscreteOutput) -> Value {
         let trip = index(at, RELAY_SLOT).and_then(|relay| self.trips.get(relay));
         match row {
             DiscreteOutput::BlockType => block_type(&DiscreteOutput::BLOCK),
@@ -256,34 +256,34 @@ impl Gauge {
         }
     }
 
-    fn trip(&self, at: &At<Parameter>) -> Option<&TripPoint> {
+    fn trip(&self, at: &ParameterRef<Parameter>) -> Option<&TripPoint> {
         self.trips.get(index(at, TRIP_SLOT)?)
     }
 
-    fn trip_mut(&mut self, at: &At<Parameter>) -> Result<&mut TripPoint, Refusal> {
-        index(at, TRIP_SLOT).and_then(|trip| self.trips.get_mut(trip)).ok_or(Refusal::Slot)
+    fn trip_mut(&mut self, at: &ParameterRef<Parameter>) -> Result<&mut TripPoint, AccessError> {
+        index(at, TRIP_SLOT).and_then(|trip| self.trips.get_mut(trip)).ok_or(AccessError::UnknownSlot)
     }
 
     /// Whether this trip point calculates this side.
-    fn calculates(&self, at: &At<Parameter>, side: Side) -> bool {
+    fn calculates(&self, at: &ParameterRef<Parameter>, side: Side) -> bool {
         self.trip(at).and_then(|trip| trip.mode.calculated()) == Some(side)
     }
 
     /// The scale of a hysteresis begins at its trip point (32).
-    fn hysteresis_counts(&self, at: &At<Parameter>, side: Side) -> Counts {
+    fn hysteresis_counts(&self, at: &ParameterRef<Parameter>, side: Side) -> Counts {
         let point_pa = self.trip(at).map_or(0.0, |trip| trip.limit(side).point_pa);
         table::distance(point_pa, side == Side::Low)
     }
 
     /// An instance that the gauge has (68).
-    fn select(&mut self, instance: u8) -> Result<(), Refusal> {
-        self.part(instance).ok_or(Refusal::Range)?;
+    fn select(&mut self, instance: u8) -> Result<(), AccessError> {
+        self.part(instance).ok_or(AccessError::OutOfRange)?;
         self.selector = instance;
         Ok(())
     }
 
-    fn set_input(&mut self, instance: u8, row: CdgInput, value: &Value) -> Result<(), Refusal> {
-        let part = self.part_mut(instance).ok_or(Refusal::Index)?;
+    fn set_input(&mut self, instance: u8, row: CdgInput, value: &Value) -> Result<(), AccessError> {
+        let part = self.part_mut(instance).ok_or(AccessError::UnknownIndex)?;
         match row {
             CdgInput::AdjustCommand => self.adjust(instance, value.command()?.0)?,
             CdgInput::SafeState => part.safe_state = SafeState::of(value)?,
@@ -297,12 +297,12 @@ impl Gauge {
             | CdgInput::ReadingValid
             | CdgInput::FullScale
             | CdgInput::Overrange
-            | CdgInput::Underrange => return Err(Refusal::NotWritable),
+            | CdgInput::Underrange => return Err(AccessError::NotWritable),
         }
         Ok(())
     }
 
-    fn set_trip(&mut self, at: &At<Parameter>, row: Row, value: &Value) -> Result<(), Refusal> {
+    fn set_trip(&mut self, at: &ParameterRef<Parameter>, row: Row, value: &Value) -> Result<(), AccessError> {
         let has_atmosphere = self.atm.is_some();
         let trip = self.trip_mut(at)?;
         match row {
@@ -316,27 +316,27 @@ impl Gauge {
             Row::SetpointMode => trip.mode = mode(value, has_atmosphere)?,
             Row::DataUnits => self.presentation.set_unit(&self.version.model, value)?,
             Row::DataType => self.presentation.set_number(value)?,
-            Row::BlockType | Row::Status | Row::DiscreteOutputInstance => return Err(Refusal::NotWritable),
+            Row::BlockType | Row::Status | Row::DiscreteOutputInstance => return Err(AccessError::NotWritable),
         }
         Ok(())
     }
 }
 
 /// How many slots after the first of its kind.
-fn index(at: &At<Parameter>, first: u8) -> Option<usize> {
-    at.address.slot.checked_sub(first).map(usize::from)
+fn index(at: &ParameterRef<Parameter>, first: u8) -> Option<usize> {
+    at.location.slot.checked_sub(first).map(usize::from)
 }
 
 /// free choice: the manual gives no range; a negative factor makes no pressure.
-fn factor(value: &Value) -> Result<f32, Refusal> {
+fn factor(value: &Value) -> Result<f32, AccessError> {
     match value {
         Value::Float(factor) if *factor >= 0.0 => Ok(*factor),
-        _ => Err(Refusal::Range),
+        _ => Err(AccessError::OutOfRange),
     }
 }
 
 /// The modes that calculate need an atmosphere sensor (100).
-fn mode(value: &Value, has_atmosphere: bool) -> Result<Mode, Refusal> {
-    let mode = Mode::of_code(value.integer()?).ok_or(Refusal::Range)?;
-    if mode.calculated().is_some() && !has_atmosphere { Err(Refusal::Range) } else { Ok(mode) }
+fn mode(value: &Value, has_atmosphere: bool) -> Result<Mode, AccessError> {
+    let mode = Mode::of_code(value.integer()?).ok_or(AccessError::OutOfRange)?;
+    if mode.calculated().is_some() && !has_atmosphere { Err(AccessError::OutOfRange) } else { Ok(mode) }
 }

@@ -1,15 +1,16 @@
 //! The tables of tira56e1, row by row: blocks of chapters 7 to 13, telegrams and configurations of 4.4. Names as printed
 //! there. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
 
-use super::bench::Faults;
 use super::codes::{ATM_ADJUST, CDG_ADJUST, PIRANI_ADJUST, PIRANI_OFF, SETPOINT_MODE};
-use crate::instrument::{Part, Principle};
+use super::simulation::Faults;
 use crate::model::block::{block, blocks};
 use crate::model::{
-    Address, Block, Configuration, Counts, Dialect, Facts, FaultList, Field, Gsd, Instruction, Limits, Model,
-    NumberType, Parameters, Place, Refusal, Row, Scale, Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
+    AccessError, Block, ChannelRules, Clipping, Configuration, Counts, FaultList, Field, Gsd, Limits, Location, Model,
+    NumberType, ParameterSet, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm, configuration,
+    mbar, telegram,
 };
 use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
+use crate::simulation::{Part, Principle};
 use profivac_dp::slave::Features;
 use profivac_wire::acyclic::Im0;
 
@@ -239,7 +240,7 @@ const _: () = assert!(all_in(&PsgDeviceBlock::BLOCK, &DeviceBlock::BLOCK));
 const fn all_in(block: &Block, whole: &Block) -> bool {
     let mut rows = block.rows;
     while let [row, rest @ ..] = rows {
-        if !has(whole.rows, row.id) {
+        if !has(whole.rows, row.index) {
             return false;
         }
         rows = rest;
@@ -249,7 +250,7 @@ const fn all_in(block: &Block, whole: &Block) -> bool {
 
 const fn has(mut rows: &[Row], id: u8) -> bool {
     while let [row, rest @ ..] = rows {
-        if row.id == id {
+        if row.index == id {
             return true;
         }
         rows = rest;
@@ -257,44 +258,44 @@ const fn has(mut rows: &[Row], id: u8) -> bool {
     false
 }
 
-const fn at(slot: u8, instance: u8, name: &'static str) -> Address {
-    Address { slot, instance, name }
+const fn at(slot: u8, instance: u8, name: &'static str) -> Location {
+    Location { slot, instance, name }
 }
 
-const ABSENT: &[Address] = &[];
-const TRIP_POINTS: &[Address] = &[at(2, 0, "Trip Point 1"), at(3, 0, "Trip Point 2")];
-const RELAYS: &[Address] = &[at(4, 0, "Relay 1"), at(5, 0, "Relay 2")];
+const ABSENT: &[Location] = &[];
+const TRIP_POINTS: &[Location] = &[at(2, 0, "Trip Point 1"), at(3, 0, "Trip Point 2")];
+const RELAYS: &[Location] = &[at(4, 0, "Relay 1"), at(5, 0, "Relay 2")];
 
 /// A PCG55x without an atmosphere sensor (8.3, 12.3).
 #[rustfmt::skip]
-pub static PCG_PLACES: [Place; 11] = [
-    Place { block: &DeviceBlock::BLOCK,      addresses: &[at(0, 0, "Device")] },
-    Place { block: &OneOfNInput::BLOCK,      addresses: &[at(1, 0, "OneOfN")] },
-    Place { block: &CdgInput::BLOCK,         addresses: &[at(1, 1, "CDG")] },
-    Place { block: &PiraniInput::BLOCK,      addresses: &[at(1, 2, "Pirani")] },
-    Place { block: &AtmInput::BLOCK,         addresses: ABSENT },
-    Place { block: &OneOfNTransducer::BLOCK, addresses: &[at(1, 0, "OneOfN")] },
-    Place { block: &CdgTransducer::BLOCK,    addresses: &[at(1, 1, "CDG")] },
-    Place { block: &PiraniTransducer::BLOCK, addresses: &[at(1, 2, "Pirani")] },
-    Place { block: &AtmTransducer::BLOCK,    addresses: ABSENT },
-    Place { block: &TripPoint::BLOCK,        addresses: TRIP_POINTS },
-    Place { block: &DiscreteOutput::BLOCK,   addresses: RELAYS },
+pub static PCG_PLACES: [PlacedBlock; 11] = [
+    PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[at(0, 0, "Device")] },
+    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[at(1, 0, "OneOfN")] },
+    PlacedBlock { block: &CdgInput::BLOCK,         locations: &[at(1, 1, "CDG")] },
+    PlacedBlock { block: &PiraniInput::BLOCK,      locations: &[at(1, 2, "Pirani")] },
+    PlacedBlock { block: &AtmInput::BLOCK,         locations: ABSENT },
+    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[at(1, 0, "OneOfN")] },
+    PlacedBlock { block: &CdgTransducer::BLOCK,    locations: &[at(1, 1, "CDG")] },
+    PlacedBlock { block: &PiraniTransducer::BLOCK, locations: &[at(1, 2, "Pirani")] },
+    PlacedBlock { block: &AtmTransducer::BLOCK,    locations: ABSENT },
+    PlacedBlock { block: &TripPoint::BLOCK,        locations: TRIP_POINTS },
+    PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: RELAYS },
 ];
 
 /// A PSG55x: the Pirani is instance 1 (8).
 #[rustfmt::skip]
-pub static PSG_PLACES: [Place; 11] = [
-    Place { block: &PsgDeviceBlock::BLOCK,   addresses: &[at(0, 0, "Device")] },
-    Place { block: &OneOfNInput::BLOCK,      addresses: &[at(1, 0, "OneOfN")] },
-    Place { block: &CdgInput::BLOCK,         addresses: ABSENT },
-    Place { block: &PiraniInput::BLOCK,      addresses: &[at(1, 1, "Pirani")] },
-    Place { block: &AtmInput::BLOCK,         addresses: ABSENT },
-    Place { block: &OneOfNTransducer::BLOCK, addresses: &[at(1, 0, "OneOfN")] },
-    Place { block: &CdgTransducer::BLOCK,    addresses: ABSENT },
-    Place { block: &PiraniTransducer::BLOCK, addresses: &[at(1, 1, "Pirani")] },
-    Place { block: &AtmTransducer::BLOCK,    addresses: ABSENT },
-    Place { block: &TripPoint::BLOCK,        addresses: TRIP_POINTS },
-    Place { block: &DiscreteOutput::BLOCK,   addresses: RELAYS },
+pub static PSG_PLACES: [PlacedBlock; 11] = [
+    PlacedBlock { block: &PsgDeviceBlock::BLOCK,   locations: &[at(0, 0, "Device")] },
+    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[at(1, 0, "OneOfN")] },
+    PlacedBlock { block: &CdgInput::BLOCK,         locations: ABSENT },
+    PlacedBlock { block: &PiraniInput::BLOCK,      locations: &[at(1, 1, "Pirani")] },
+    PlacedBlock { block: &AtmInput::BLOCK,         locations: ABSENT },
+    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[at(1, 0, "OneOfN")] },
+    PlacedBlock { block: &CdgTransducer::BLOCK,    locations: ABSENT },
+    PlacedBlock { block: &PiraniTransducer::BLOCK, locations: &[at(1, 1, "Pirani")] },
+    PlacedBlock { block: &AtmTransducer::BLOCK,    locations: ABSENT },
+    PlacedBlock { block: &TripPoint::BLOCK,        locations: TRIP_POINTS },
+    PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: RELAYS },
 ];
 
 // 4.4.1. There is a telegram 2 in each direction (47).
@@ -390,27 +391,27 @@ const ATM_PART: Part = Part { instance: 3, principle: Principle::Atmosphere };
 const PSG_PIRANI_PART: Part = Part { instance: 1, principle: Principle::Pirani };
 
 /// 8.1.8, 8.1.12, 8.1.13: the manual has no numbers (86).
-static CDG: Facts = Facts {
+static CDG: PartSpec = PartSpec {
     part: CDG_PART,
     limits: Limits { under_pa: mbar(1.0), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) },
-    shows: Shows::Everything,
+    clipping: Clipping::Never,
     counts: COUNTS,
 };
 
 /// 8.2.8, 8.2.11, 8.2.12 (86)
 const PIRANI_LIMITS: Limits = Limits { under_pa: mbar(5e-5), over_pa: mbar(1200.0), full_scale_pa: mbar(1000.0) };
 
-static PCG_PIRANI: Facts =
-    Facts { part: PCG_PIRANI_PART, limits: PIRANI_LIMITS, shows: Shows::Everything, counts: COUNTS };
+static PCG_PIRANI: PartSpec =
+    PartSpec { part: PCG_PIRANI_PART, limits: PIRANI_LIMITS, clipping: Clipping::Never, counts: COUNTS };
 
-static PSG_PIRANI: Facts =
-    Facts { part: PSG_PIRANI_PART, limits: PIRANI_LIMITS, shows: Shows::Everything, counts: COUNTS };
+static PSG_PIRANI: PartSpec =
+    PartSpec { part: PSG_PIRANI_PART, limits: PIRANI_LIMITS, clipping: Clipping::Never, counts: COUNTS };
 
 // free choice: nothing says what the atmosphere sensor measures (86); this covers every place people live at.
-static ATM: Facts = Facts {
+static ATM: PartSpec = PartSpec {
     part: ATM_PART,
     limits: Limits { under_pa: mbar(300.0), over_pa: mbar(1200.0), full_scale_pa: mbar(1200.0) },
-    shows: Shows::Everything,
+    clipping: Clipping::Never,
     counts: ATM_COUNTS,
 };
 
@@ -418,16 +419,16 @@ static ATM: Facts = Facts {
 pub const LOWEST_PA: f64 = PIRANI_LIMITS.under_pa;
 
 /// 4.3.1, 4.3.3. Code 13 is there for texts (6).
-static DIALECT: Dialect = Dialect {
-    instructions: &[
-        (1, Instruction::Read),
-        (2, Instruction::Write(&[2])),
+static DIALECT: ChannelRules = ChannelRules {
+    tasks: &[
+        (1, TaskKind::Read),
+        (2, TaskKind::Write(&[2])),
         // Printed without a text (53).
-        (3, Instruction::Write(&[4])),
-        (10, Instruction::Write(&[1])),
+        (3, TaskKind::Write(&[4])),
+        (10, TaskKind::Write(&[1])),
     ],
-    rests_between: true,
-    codes: &[(Refusal::Text, 13)],
+    needs_idle_between: true,
+    error_codes: &[(AccessError::NotInChannel, 13)],
 };
 
 /// Revision of the firmware, of the PROFIBUS adapter and of the gauge: six digits, xxyyzz (59). free choice: the numbers.
@@ -458,13 +459,13 @@ pub struct Family {
     /// The measuring parts, in the order of their instances.
     pub parts: &'static [Part],
     /// The diaphragm.
-    pub cdg: Option<&'static Facts>,
+    pub cdg: Option<&'static PartSpec>,
     /// The Pirani.
-    pub pirani: &'static Facts,
+    pub pirani: &'static PartSpec,
     /// The atmosphere sensor.
-    pub atm: Option<&'static Facts>,
-    ranges: &'static [&'static Facts],
-    places: &'static [Place],
+    pub atm: Option<&'static PartSpec>,
+    ranges: &'static [&'static PartSpec],
+    places: &'static [PlacedBlock],
     faults: FaultList,
 }
 
@@ -510,7 +511,7 @@ const fn faults(count: usize) -> FaultList {
 
 /// One gauge of the series.
 #[derive(Debug)]
-pub struct Version {
+pub struct Variant {
     /// Its tables.
     pub model: Model,
     /// What is in it.
@@ -527,7 +528,7 @@ const fn version(
     title: &'static str,
     number: &'static str,
     configuration: &'static str,
-) -> Version {
+) -> Variant {
     let model = Model {
         name,
         title,
@@ -542,14 +543,14 @@ const fn version(
         user_prm: &USER_PRM,
         // DPV1_Enable, Fail_Safe, WD_Base_1ms: what the slave supports (39).
         dpv1_status: 0xC4,
-        places: family.places,
-        ranges: family.ranges,
-        dialect: &DIALECT,
+        blocks: family.places,
+        parts: family.ranges,
+        channel_rules: &DIALECT,
         faults: &family.faults,
         errata: "errata-pxg55x-img400 1 to 112",
         gsd: Gsd { revision: 1, hardware: HARDWARE, software: FIRMWARE, max_diag_octets: 6, set_slave_add: true },
     };
-    Version { model, family, number, configuration }
+    Variant { model, family, number, configuration }
 }
 
 /// The whole series, a gauge with an atmosphere sensor before the same without.
@@ -557,7 +558,7 @@ const fn version(
 /// The filament tells the models apart: tungsten, nickel, and ceramic coated, which has no abbreviation in 7.1.9. Connector,
 /// relays and analog output are those of the example there, and the part numbers stand for them.
 #[rustfmt::skip]
-pub static VERSIONS: [Version; 9] = [
+pub static VARIANTS: [Variant; 9] = [
     version(&PCG_WITH_ATM, "pcg550", "PCG550", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
     version(&PCG_WITH_ATM, "pcg552", "PCG552", "3PC2-001-3121", "DS9 SP NI ATM PB CDG AO0 PIR"),
     version(&PCG_WITH_ATM, "pcg554", "PCG554", "3PC3-001-3121", "DS9 SP ATM PB CDG AO0 PIR"),

@@ -1,7 +1,7 @@
 //! One measuring channel: the gauge on it, whether it is switched on, and what it shows.
 
 use super::table::{Filter, Switch};
-use crate::instrument::{Principle, Span};
+use crate::simulation::{MeasuringRange, Principle};
 
 /// The controller renews its measured values in this time, in seconds. IF300P/IF301P manual 3.2.1.1.
 pub(super) const REFRESH_S: f64 = 0.1;
@@ -15,14 +15,14 @@ const HIGHEST_PA: f64 = 1e9;
 
 /// The gauge a measuring board reads on a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gauge {
+pub enum TpgGauge {
     /// A Pirani gauge, on from power-up.
     Pirani,
     /// A cold cathode gauge, whose high voltage is switched.
     ColdCathode,
 }
 
-impl Gauge {
+impl TpgGauge {
     /// How it senses.
     #[must_use]
     pub const fn principle(self) -> Principle {
@@ -34,10 +34,10 @@ impl Gauge {
 
     /// The lowest and the highest pressure it measures, in Pa.
     // free choice: the manual leaves them to the gauges; a standard Pirani gauge and a cold cathode gauge
-    pub(super) const fn span(self) -> Span {
+    pub(super) const fn span(self) -> MeasuringRange {
         match self {
-            Self::Pirani => Span { lowest_pa: 8e-2, highest_pa: 1e5 },
-            Self::ColdCathode => Span { lowest_pa: 1e-7, highest_pa: 1.0 },
+            Self::Pirani => MeasuringRange { lowest_pa: 8e-2, highest_pa: 1e5 },
+            Self::ColdCathode => MeasuringRange { lowest_pa: 1e-7, highest_pa: 1.0 },
         }
     }
 }
@@ -58,8 +58,8 @@ pub(super) enum Status {
 
 /// A channel of the controller.
 #[derive(Clone, Debug)]
-pub(super) struct Channel {
-    gauge: Option<Gauge>,
+pub(super) struct TpgChannel {
+    gauge: Option<TpgGauge>,
     /// Gauge, electronics or plug are broken.
     pub failed: bool,
     /// The last command that switched it.
@@ -72,15 +72,15 @@ pub(super) struct Channel {
     steady_s: f64,
 }
 
-impl Channel {
+impl TpgChannel {
     /// After power-up a Pirani gauge is on, a cold cathode gauge waits for its control block or a command.
     // free choice: the manual leaves the state after power-up to the controller
-    pub fn new(gauge: Option<Gauge>) -> Self {
+    pub fn new(gauge: Option<TpgGauge>) -> Self {
         Self {
             gauge,
             failed: false,
             switch: Switch::Automatic,
-            on: gauge == Some(Gauge::Pirani),
+            on: gauge == Some(TpgGauge::Pirani),
             sensed_pa: 1e5,
             filtered_pa: 1e5,
             steady_s: 0.0,
@@ -93,7 +93,7 @@ impl Channel {
         Self { failed, sensed_pa, filtered_pa: sensed_pa, ..Self::new(self.gauge) }
     }
 
-    pub const fn gauge(&self) -> Option<Gauge> {
+    pub const fn gauge(&self) -> Option<TpgGauge> {
         self.gauge
     }
 
@@ -106,7 +106,7 @@ impl Channel {
     }
 
     pub fn is_cold_cathode(&self) -> bool {
-        self.gauge == Some(Gauge::ColdCathode)
+        self.gauge == Some(TpgGauge::ColdCathode)
     }
 
     /// Whether underrange control may trust the reading.
@@ -161,7 +161,7 @@ impl Channel {
         if self.failed {
             return Status::Error;
         }
-        let Span { lowest_pa, highest_pa } = gauge.span();
+        let MeasuringRange { lowest_pa, highest_pa } = gauge.span();
         match self.filtered_pa {
             pa if pa < lowest_pa => Status::Underrange,
             pa if pa > highest_pa => Status::Overrange,
@@ -174,7 +174,7 @@ impl Channel {
     pub fn measured_pa(&self) -> f64 {
         match (self.status(), self.gauge) {
             (Status::Ok | Status::Underrange | Status::Overrange, Some(gauge)) => {
-                let Span { lowest_pa, highest_pa } = gauge.span();
+                let MeasuringRange { lowest_pa, highest_pa } = gauge.span();
                 self.filtered_pa.max(lowest_pa).min(highest_pa)
             }
             _ => 0.0,

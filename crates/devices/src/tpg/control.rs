@@ -1,6 +1,6 @@
 //! Relays and cold cathodes follow their thresholds. IF300P/IF301P manual 3.2.4.2, errata-bpg-bcg-tpg 140 to 144.
 
-use super::Controller;
+use super::TpgBehaviour;
 use super::settings::FIRST_CHANNEL;
 use super::table::Switch;
 use crate::profile::switched;
@@ -10,7 +10,7 @@ use crate::profile::switched;
 pub(super) const RELAYS: core::ops::Range<usize> = 0..4;
 const BOARDS: [(usize, [u8; 2]); 2] = [(4, [1, 2]), (5, [3, 4])];
 
-impl Controller {
+impl TpgBehaviour {
     /// Everything that follows at once from the measured values. Cathodes first: relays may look at them.
     pub(super) fn control(&mut self) {
         for (block, slots) in BOARDS {

@@ -8,27 +8,27 @@
 //! and switches relays and cathodes, `settings` and `threshold` are what a master sets, `parameters` leads every row to
 //! its value, `bench` has bus and people.
 
-mod bench;
 mod channel;
 mod codes;
 mod control;
 mod parameters;
 mod settings;
+mod simulation;
 pub mod table;
 mod threshold;
 
-pub use channel::Gauge;
+pub use channel::TpgGauge;
 
 use crate::model::Model;
-use crate::profile::{BlockDevice, Fitted, Setup};
+use crate::profile::{BlockDevice, FittedChannels, Setup};
 use crate::store::Store;
-use channel::{Channel, Status};
+use channel::{Status, TpgChannel};
 use settings::{FIRST_CHANNEL, Settings, THRESHOLDS};
 use table::{Faults, Switch};
 use threshold::Threshold;
 
 /// A TPG300 or TPG500 with its nonvolatile memory.
-pub type Tpg<S> = BlockDevice<Controller, S>;
+pub type Tpg<S> = BlockDevice<TpgBehaviour, S>;
 
 /// How many channels the controller has: A1, A2, B1, B2.
 pub const CHANNELS: usize = 4;
@@ -37,8 +37,8 @@ impl<S: Store> Tpg<S> {
     /// A controller that has just been switched on: one of [`table::TPG300`] and [`table::TPG500`], with the gauges of
     /// A1, A2, B1 and B2.
     #[must_use]
-    pub fn new(model: &'static Model, store: S, setup: Setup, gauges: [Option<Gauge>; CHANNELS]) -> Self {
-        Self::with(Controller::new(model, gauges), store, &setup)
+    pub fn new(model: &'static Model, store: S, setup: Setup, gauges: [Option<TpgGauge>; CHANNELS]) -> Self {
+        Self::from_behaviour(TpgBehaviour::new(model, gauges), store, &setup)
     }
 }
 
@@ -47,10 +47,10 @@ const FIELDS: [u32; CHANNELS] = [0, 2, 4, 6];
 
 /// The controller with its boards.
 #[derive(Clone, Debug)]
-pub struct Controller {
+pub struct TpgBehaviour {
     model: &'static Model,
-    channels: [Channel; CHANNELS],
-    fitted: Fitted<CHANNELS>,
+    channels: [TpgChannel; CHANNELS],
+    fitted: FittedChannels<CHANNELS>,
     faults: Faults,
     settings: Settings,
     /// What was stored on request.
@@ -68,12 +68,12 @@ pub struct Controller {
     since_refresh_s: f64,
 }
 
-impl Controller {
-    fn new(model: &'static Model, gauges: [Option<Gauge>; CHANNELS]) -> Self {
+impl TpgBehaviour {
+    fn new(model: &'static Model, gauges: [Option<TpgGauge>; CHANNELS]) -> Self {
         Self {
             model,
-            channels: gauges.map(Channel::new),
-            fitted: Fitted::new(gauges.map(|gauge| gauge.map(Gauge::principle))),
+            channels: gauges.map(TpgChannel::new),
+            fitted: FittedChannels::new(gauges.map(|gauge| gauge.map(TpgGauge::principle))),
             faults: Faults::NONE,
             settings: Settings::factory(&gauges),
             kept: Settings::factory(&gauges),
@@ -87,7 +87,7 @@ impl Controller {
     }
 
     /// The channel in this slot.
-    fn channel(&self, slot: u8) -> Option<&Channel> {
+    fn channel(&self, slot: u8) -> Option<&TpgChannel> {
         self.channels.get(usize::from(slot.checked_sub(FIRST_CHANNEL)?))
     }
 

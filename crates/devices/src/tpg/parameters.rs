@@ -1,11 +1,11 @@
 //! Every row of the tables, and what it means. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
-use super::Controller;
+use super::TpgBehaviour;
 use super::settings::{FIRST_CHANNEL, FIRST_THRESHOLD, Settings, flag, of_slot, of_slot_mut};
 use super::table::{self, AnalogInput, DeviceBlock, Parameter, ThresholdControl};
 use super::threshold::Threshold;
-use crate::model::{Address, Format, Refusal, Value};
-use crate::profile::{At, Blocks};
+use crate::model::{AccessError, Location, PressureFormat, Value};
+use crate::profile::{ParameterAccess, ParameterRef};
 use crate::store::Key;
 
 /// What writing Volatility asks for. 3.2.3.2, errata-bpg-bcg-tpg 143.
@@ -13,22 +13,22 @@ const NOTHING: u8 = 0;
 const STORE: u8 = 1;
 const STORE_AND_HOTSTART: u8 = 2;
 
-impl Blocks for Controller {
+impl ParameterAccess for TpgBehaviour {
     type Parameter = Parameter;
 
     /// Every slot is there, whatever boards are fitted (124).
-    fn shows(&self, _address: &Address) -> bool {
+    fn is_visible(&self, _address: &Location) -> bool {
         true
     }
 
-    fn format(&self, _at: &At<Parameter>) -> Format {
+    fn format(&self, _at: &ParameterRef<Parameter>) -> PressureFormat {
         table::format(self.settings.unit)
     }
 
-    fn get(&self, at: &At<Parameter>) -> Value {
+    fn get(&self, at: &ParameterRef<Parameter>) -> Value {
         let value = match at.parameter {
             Parameter::Device(row) => self.get_device(row),
-            Parameter::Channel(row) => self.get_channel(at.address.slot, row),
+            Parameter::Channel(row) => self.get_channel(at.location.slot, row),
             Parameter::Threshold(row) => self.threshold(at).and_then(|threshold| get_threshold(threshold, row)),
         };
         value.or_else(|| self.shown().get(at)).unwrap_or(Value::NONE)
@@ -36,59 +36,61 @@ impl Blocks for Controller {
 
     /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and nothing reaches
     /// a controller whose link is lost (156).
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
+    fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         use ThresholdControl::{LowerThreshold, Source, UpperThreshold};
         let is_valid = || self.threshold(at).is_some_and(|threshold| threshold.open.is_none());
         match at.parameter {
-            _ if self.faults.comm => Err(Refusal::Mode),
+            _ if self.faults.comm => Err(AccessError::WrongMode),
             Parameter::Device(DeviceBlock::AccessCode) if self.settings.access_code_is_fixed() => {
-                Err(Refusal::NotWritable)
+                Err(AccessError::NotWritable)
             }
-            Parameter::Threshold(UpperThreshold | LowerThreshold | Source) if is_valid() => Err(Refusal::Mode),
+            Parameter::Threshold(UpperThreshold | LowerThreshold | Source) if is_valid() => Err(AccessError::WrongMode),
             _ => Ok(()),
         }
     }
 
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
             Parameter::Device(DeviceBlock::Volatility) => self.store(value.integer()?),
             Parameter::Threshold(ThresholdControl::Validation) => self.validate(at, flag(value)?),
-            Parameter::Threshold(row) => self.threshold_mut(at)?.open.as_mut().ok_or(Refusal::Mode)?.set(row, value),
+            Parameter::Threshold(row) => {
+                self.threshold_mut(at)?.open.as_mut().ok_or(AccessError::WrongMode)?.set(row, value)
+            }
             Parameter::Device(_) | Parameter::Channel(_) => self.settings.set(at, value),
         }
     }
 
     /// The value that was stored on request.
-    fn kept(&self, at: &At<Parameter>) -> Value {
+    fn stored_value(&self, at: &ParameterRef<Parameter>) -> Value {
         self.kept.get(at).unwrap_or(Value::NONE)
     }
 
-    fn recall(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn restore(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         self.kept.set(at, value)?;
         self.settings = self.kept;
         Ok(())
     }
 
     /// One unit in all blocks (147).
-    fn key(&self, at: &At<Parameter>) -> Key {
+    fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         match at.parameter {
             Parameter::Channel(AnalogInput::PressureUnit) => {
-                Key::Parameter { slot: FIRST_CHANNEL, instance: 0, index: at.row.id }
+                Key::Parameter { slot: FIRST_CHANNEL, instance: 0, index: at.row.index }
             }
             _ => at.key(),
         }
     }
 
-    fn hidden(&self) -> &[f64] {
+    fn internal_values(&self) -> &[f64] {
         &self.hotstart
     }
 
-    fn hidden_mut(&mut self) -> &mut [f64] {
+    fn internal_values_mut(&mut self) -> &mut [f64] {
         &mut self.hotstart
     }
 }
 
-impl Controller {
+impl TpgBehaviour {
     /// What is no setting, and nothing for a setting.
     fn get_device(&self, row: DeviceBlock) -> Option<Value> {
         Some(match row {
@@ -107,12 +109,12 @@ impl Controller {
         })
     }
 
-    fn threshold(&self, at: &At<Parameter>) -> Option<&Threshold> {
+    fn threshold(&self, at: &ParameterRef<Parameter>) -> Option<&Threshold> {
         of_slot(&self.thresholds, FIRST_THRESHOLD, at)
     }
 
-    fn threshold_mut(&mut self, at: &At<Parameter>) -> Result<&mut Threshold, Refusal> {
-        of_slot_mut(&mut self.thresholds, FIRST_THRESHOLD, at).ok_or(Refusal::Slot)
+    fn threshold_mut(&mut self, at: &ParameterRef<Parameter>) -> Result<&mut Threshold, AccessError> {
+        of_slot_mut(&mut self.thresholds, FIRST_THRESHOLD, at).ok_or(AccessError::UnknownSlot)
     }
 
     /// The settings as the bus sees them: sets in preparation in place of the active ones (139).
@@ -125,9 +127,9 @@ impl Controller {
     }
 
     /// Threshold validation: 0 opens the set for changes, 1 hands it to the controller, once (139).
-    fn validate(&mut self, at: &At<Parameter>, valid: bool) -> Result<(), Refusal> {
-        let active = of_slot_mut(&mut self.settings.limits, FIRST_THRESHOLD, at).ok_or(Refusal::Slot)?;
-        let threshold = of_slot_mut(&mut self.thresholds, FIRST_THRESHOLD, at).ok_or(Refusal::Slot)?;
+    fn validate(&mut self, at: &ParameterRef<Parameter>, valid: bool) -> Result<(), AccessError> {
+        let active = of_slot_mut(&mut self.settings.limits, FIRST_THRESHOLD, at).ok_or(AccessError::UnknownSlot)?;
+        let threshold = of_slot_mut(&mut self.thresholds, FIRST_THRESHOLD, at).ok_or(AccessError::UnknownSlot)?;
         match (valid, threshold.open) {
             (false, None) => threshold.open = Some(*active),
             (true, Some(prepared)) if prepared.are_in_order() => {
@@ -135,19 +137,19 @@ impl Controller {
                 threshold.open = None;
             }
             // 137
-            (true, Some(_)) => return Err(Refusal::Range),
+            (true, Some(_)) => return Err(AccessError::OutOfRange),
             (false, Some(_)) | (true, None) => {}
         }
         Ok(())
     }
 
     /// A request to store. What the controller uses is stored, not what is in preparation.
-    fn store(&mut self, request: u8) -> Result<(), Refusal> {
+    fn store(&mut self, request: u8) -> Result<(), AccessError> {
         self.hotstart = match request {
             NOTHING => return Ok(()),
             STORE => [0.0],
             STORE_AND_HOTSTART => [self.switches().into()],
-            _ => return Err(Refusal::Range),
+            _ => return Err(AccessError::OutOfRange),
         };
         self.kept = self.settings;
         self.volatility = request;

@@ -1,11 +1,11 @@
 //! What a master sets. It is lost with the power unless Volatility asks to store it: IF300P/IF301P manual 3.2.3.2.
 
 use super::CHANNELS;
-use super::channel::Gauge;
+use super::channel::TpgGauge;
 use super::table::{AnalogInput, DeviceBlock, Filter, MBAR, Parameter, ThresholdControl, UNITS};
 use super::threshold::Limits;
-use crate::model::{Refusal, Unit, Value, mbar};
-use crate::profile::At;
+use crate::model::{AccessError, Unit, Value, mbar};
+use crate::profile::ParameterRef;
 
 /// Relays 1 to 4, cold cathodes A and B.
 pub(super) const THRESHOLDS: usize = 6;
@@ -32,8 +32,8 @@ impl Settings {
     /// As delivered with these gauges.
     // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
     // cathodes of both boards are on below 5e-3 mbar on the first Pirani gauge, so that at 1e-3 mbar all channels measure.
-    pub fn factory(gauges: &[Option<Gauge>; CHANNELS]) -> Self {
-        let pirani = (FIRST_CHANNEL..).zip(gauges).find(|(_, gauge)| **gauge == Some(Gauge::Pirani));
+    pub fn factory(gauges: &[Option<TpgGauge>; CHANNELS]) -> Self {
+        let pirani = (FIRST_CHANNEL..).zip(gauges).find(|(_, gauge)| **gauge == Some(TpgGauge::Pirani));
         let cathodes = cold_cathode(pirani.map_or(FIRST_CHANNEL, |(slot, _)| slot));
         Self {
             unit: &MBAR,
@@ -45,7 +45,7 @@ impl Settings {
     }
 
     /// The value of a parameter that is a setting.
-    pub fn get(&self, at: &At<Parameter>) -> Option<Value> {
+    pub fn get(&self, at: &ParameterRef<Parameter>) -> Option<Value> {
         Some(match at.parameter {
             Parameter::Device(DeviceBlock::AccessCode) => self.access_code.into(),
             Parameter::Device(DeviceBlock::UnderrangeControl) => u8::from(self.waits_for_trust).into(),
@@ -62,7 +62,7 @@ impl Settings {
     }
 
     /// Takes over a setting.
-    pub fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    pub fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
             Parameter::Device(DeviceBlock::AccessCode) => self.set_access_code(value.integer()?),
             Parameter::Device(DeviceBlock::UnderrangeControl) => {
@@ -72,27 +72,29 @@ impl Settings {
             // One unit for the controller, whichever block it is written to: errata-bpg-bcg-tpg 147.
             Parameter::Channel(AnalogInput::PressureUnit) => {
                 let code = value.integer()?;
-                self.unit = UNITS.iter().find(|unit| unit.code == code).ok_or(Refusal::Range)?;
+                self.unit = UNITS.iter().find(|unit| unit.code == code).ok_or(AccessError::OutOfRange)?;
                 Ok(())
             }
             Parameter::Channel(AnalogInput::FilterTimeConstant) => {
-                let filter = Filter::of(value.integer()?).ok_or(Refusal::Range)?;
-                of_slot_mut(&mut self.filters, FIRST_CHANNEL, at).map(|place| *place = filter).ok_or(Refusal::Slot)
+                let filter = Filter::of(value.integer()?).ok_or(AccessError::OutOfRange)?;
+                of_slot_mut(&mut self.filters, FIRST_CHANNEL, at)
+                    .map(|place| *place = filter)
+                    .ok_or(AccessError::UnknownSlot)
             }
-            Parameter::Threshold(parameter) => {
-                of_slot_mut(&mut self.limits, FIRST_THRESHOLD, at).ok_or(Refusal::Slot)?.set(parameter, value)
-            }
+            Parameter::Threshold(parameter) => of_slot_mut(&mut self.limits, FIRST_THRESHOLD, at)
+                .ok_or(AccessError::UnknownSlot)?
+                .set(parameter, value),
             Parameter::Device(DeviceBlock::SensorOnOff | DeviceBlock::ProgramVersion | DeviceBlock::Volatility)
             | Parameter::Channel(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => {
-                Err(Refusal::NotWritable)
+                Err(AccessError::NotWritable)
             }
         }
     }
 
     /// 0 to 9999: errata-bpg-bcg-tpg 132.
-    fn set_access_code(&mut self, code: u16) -> Result<(), Refusal> {
+    fn set_access_code(&mut self, code: u16) -> Result<(), AccessError> {
         if code > 9999 {
-            return Err(Refusal::Range);
+            return Err(AccessError::OutOfRange);
         }
         self.access_code = code;
         Ok(())
@@ -116,16 +118,16 @@ impl Limits {
     }
 
     /// Takes over a parameter of the set. Neither threshold is zero (137), the source is the slot of a channel (140).
-    pub fn set(&mut self, parameter: ThresholdControl, value: &Value) -> Result<(), Refusal> {
-        let positive = |pa: f64| if pa > 0.0 { Ok(pa) } else { Err(Refusal::Range) };
+    pub fn set(&mut self, parameter: ThresholdControl, value: &Value) -> Result<(), AccessError> {
+        let positive = |pa: f64| if pa > 0.0 { Ok(pa) } else { Err(AccessError::OutOfRange) };
         match parameter {
             ThresholdControl::UpperThreshold => self.upper_pa = positive(value.pressure()?)?,
             ThresholdControl::LowerThreshold => self.lower_pa = positive(value.pressure()?)?,
             ThresholdControl::Source => match value.integer()? {
                 source @ 1..=4 => self.source = source,
-                _ => return Err(Refusal::Range),
+                _ => return Err(AccessError::OutOfRange),
             },
-            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return Err(Refusal::NotWritable),
+            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return Err(AccessError::NotWritable),
         }
         Ok(())
     }
@@ -140,20 +142,20 @@ const fn cold_cathode(source: u8) -> Limits {
 }
 
 /// 0 or 1.
-pub(super) fn flag(value: &Value) -> Result<bool, Refusal> {
+pub(super) fn flag(value: &Value) -> Result<bool, AccessError> {
     match value.integer()? {
         0u8 => Ok(false),
         1 => Ok(true),
-        _ => Err(Refusal::Range),
+        _ => Err(AccessError::OutOfRange),
     }
 }
 
 /// Of one item per slot from `first` on, the one for the slot of `at`.
-pub(super) fn of_slot<'a, T>(items: &'a [T], first: u8, at: &At<Parameter>) -> Option<&'a T> {
-    items.get(usize::from(at.address.slot.checked_sub(first)?))
+pub(super) fn of_slot<'a, T>(items: &'a [T], first: u8, at: &ParameterRef<Parameter>) -> Option<&'a T> {
+    items.get(usize::from(at.location.slot.checked_sub(first)?))
 }
 
 /// The same, to be changed.
-pub(super) fn of_slot_mut<'a, T>(items: &'a mut [T], first: u8, at: &At<Parameter>) -> Option<&'a mut T> {
-    items.get_mut(usize::from(at.address.slot.checked_sub(first)?))
+pub(super) fn of_slot_mut<'a, T>(items: &'a mut [T], first: u8, at: &ParameterRef<Parameter>) -> Option<&'a mut T> {
+    items.get_mut(usize::from(at.location.slot.checked_sub(first)?))
 }

@@ -8,8 +8,8 @@ use super::codes::{
 };
 use crate::model::block::{block, blocks};
 use crate::model::{
-    Configuration, Counts, Dialect, Field, Format, Gsd, Instruction, Model, NumberType, Parameters, Refusal, Scale,
-    Telegram, Unit, UserPrm, configuration, faults, telegram,
+    AccessError, ChannelRules, Configuration, Counts, Field, Gsd, Model, NumberType, ParameterSet, PressureFormat,
+    Scale, TaskKind, Telegram, Unit, UserPrm, configuration, faults, telegram,
 };
 use crate::profile::codes::UNIT;
 use profivac_dp::slave::Features;
@@ -70,8 +70,8 @@ const PASCAL: Unit = Unit { code: 3, name: "Pascal", alias: "Pa", scale: Scale::
 pub(super) const UNITS: &[Unit] = &[MBAR, TORR, PASCAL];
 
 /// How pressures look in `unit`: always floats, and there are no COUNTS.
-pub(super) const fn format(unit: &'static Unit) -> Format {
-    Format { unit, number: NumberType::Float, counts: Counts::Linear { per_mbar: 1.0 }, highest: u16::MAX }
+pub(super) const fn format(unit: &'static Unit) -> PressureFormat {
+    PressureFormat { unit, number: NumberType::Float, counts: Counts::Linear { per_mbar: 1.0 }, max_integer: u16::MAX }
 }
 
 use crate::model::Field::{ChannelMantissa, ChannelValue, MeasurementStatus, ParameterChannel, SensorOnOff};
@@ -141,16 +141,16 @@ const fn modules(inputs: &'static Telegram, octets: &'static [u8]) -> Configurat
 
 /// 3.2.2.1: a byte is written with AK 2 like a word (133), the error list is short (148), and no rest is asked for
 /// between two instructions (153).
-static DIALECT: Dialect = Dialect {
-    instructions: &[(1, Instruction::Read), (2, Instruction::Write(&[1, 2])), (3, Instruction::Write(&[4]))],
-    rests_between: false,
-    codes: &[
+static DIALECT: ChannelRules = ChannelRules {
+    tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[1, 2])), (3, TaskKind::Write(&[4]))],
+    needs_idle_between: false,
+    error_codes: &[
         // What travels only in the cyclic data has no index here: 127.
-        (Refusal::NotReadable, 3),
-        (Refusal::AlreadyThere, 17),
-        (Refusal::Conflict, 17),
-        (Refusal::Storage, 17),
-        (Refusal::Instruction, 17),
+        (AccessError::NotReadable, 3),
+        (AccessError::AlreadyInState, 17),
+        (AccessError::StateConflict, 17),
+        (AccessError::StorageFailed, 17),
+        (AccessError::UnknownTask, 17),
     ],
 };
 
@@ -207,10 +207,10 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         // 151: no user parameters; the three octets that a DP-V1 master adds are tolerated.
         user_prm: &[UserPrm { name: "none", octets: &[] }, UserPrm { name: "DPV1_Status", octets: &[0, 0, 0] }],
         dpv1_status: 0,
-        places: Parameter::PLACES,
+        blocks: Parameter::PLACES,
         // None in the manual: it leaves them to the gauges.
-        ranges: &[],
-        dialect: &DIALECT,
+        parts: &[],
+        channel_rules: &DIALECT,
         faults: &Faults::LIST,
         errata: "errata-bpg-bcg-tpg 122 to 157",
         gsd: Gsd { revision: 1, hardware: "IF300P", software, max_diag_octets: 6, set_slave_add: true },

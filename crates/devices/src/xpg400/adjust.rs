@@ -1,7 +1,7 @@
 //! The adjustment of the Pirani at atmospheric pressure. tira36e1 3.2.1.1 and 3.3.2.5, errata-bpg-bcg-tpg 103.
 
-use super::Gauge;
-use crate::model::{Refusal, mbar};
+use super::Xpg400Behaviour;
+use crate::model::{AccessError, mbar};
 
 /// free choice: the manual does not say how long the adjustment runs.
 const ADJUST_S: f64 = 10.0;
@@ -10,14 +10,14 @@ const ADJUST_S: f64 = 10.0;
 /// no way back, so that one command in high vacuum would make full scale of the air that is not there.
 const LOWEST_AIR_PA: f64 = mbar(100.0);
 
-impl Gauge {
+impl Xpg400Behaviour {
     /// AI Block Adjust Command: 1 starts the full scale adjustment. That the pressure is right is up to the user, who is not
     /// refused.
-    pub(super) fn adjust(&mut self, command: u8) -> Result<(), Refusal> {
+    pub(super) fn adjust(&mut self, command: u8) -> Result<(), AccessError> {
         match command {
             0 => Ok(()),
             1 => self.start_adjustment(),
-            _ => Err(Refusal::Range),
+            _ => Err(AccessError::OutOfRange),
         }
     }
 
@@ -26,12 +26,12 @@ impl Gauge {
         self.adjusting_s > 0.0
     }
 
-    fn start_adjustment(&mut self) -> Result<(), Refusal> {
+    fn start_adjustment(&mut self) -> Result<(), AccessError> {
         if self.is_adjusting() {
-            return Err(Refusal::AlreadyThere);
+            return Err(AccessError::AlreadyInState);
         }
         if !self.is_adjustable() {
-            return Err(Refusal::Conflict);
+            return Err(AccessError::StateConflict);
         }
         self.adjusting_s = ADJUST_S;
         Ok(())

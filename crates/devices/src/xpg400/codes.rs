@@ -1,7 +1,7 @@
 //! Code tables of tira36e1 that are its own. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::table::{BPG_SWITCHOVER, INSTANCES};
-use crate::model::{Code, Codes, Need, code};
+use crate::model::{Code, Codes, Precondition, code};
 use crate::profile::codes::risky;
 
 /// 3.2.1.1
@@ -10,7 +10,7 @@ pub const ADJUST: Codes = Codes::Commands(&[
     Code {
         number: 1,
         name: "full-scale-adjust",
-        needs: &[Need::Executing],
+        preconditions: &[Precondition::Executing],
         risk: "adjusts the Pirani: the chamber must be at atmospheric pressure",
     },
 ]);
@@ -24,7 +24,7 @@ pub const EMISSION_STATUS: Codes = Codes::Names(&[
     Code {
         number: 1,
         name: "on",
-        needs: &[Need::Executing],
+        preconditions: &[Precondition::Executing],
         risk: "switches the hot cathode: at a pressure that is too high this costs its life",
     },
     code(2, "on-high"),
@@ -38,7 +38,11 @@ pub const HOT_CATHODE_COMMAND: Codes = Codes::Commands(&[
     Code {
         number: 0x0101,
         name: "degas-on",
-        needs: &[Need::Executing, Need::Emission, Need::Below(None, BPG_SWITCHOVER.emission.degas_pa)],
+        preconditions: &[
+            Precondition::Executing,
+            Precondition::EmissionOn,
+            Precondition::PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa),
+        ],
         risk: "heats the electrodes for three minutes: gas is set free, and the pressure rises",
     },
 ]);

@@ -4,44 +4,45 @@
 //! value, `bench` has bus and people. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 mod adjust;
-mod bench;
 mod codes;
 mod parameters;
+mod simulation;
 pub mod table;
 
-use crate::model::Refusal;
+use crate::model::AccessError;
 use crate::profile::{
-    BlockDevice, Cathode, Common, Condition, Conditions, Details, ExceptionStatus, Health, Machine, MeasuringPart,
-    Presentation, Serial, SetPoint, Setup, StatusExtension, exception_status,
+    BlockDevice, Cathode, CathodeConditions, CommonExceptions, ExceptionDetails, ExceptionStatus, MeasuringPart,
+    Presentation, ReadingCondition, SelfTestResult, SerialNumber, SetPoint, Setup, StateMachine, StatusExtension,
+    exception_status,
 };
 use crate::store::Store;
-use bench::Faults;
-use table::{Switchover, Version};
+use simulation::Faults;
+use table::{Switchover, Variant};
 
 /// A BPG400-SP or HPG400-SP with its nonvolatile memory.
-pub type Xpg400<S> = BlockDevice<Gauge, S>;
+pub type Xpg400<S> = BlockDevice<Xpg400Behaviour, S>;
 
 impl<S: Store> Xpg400<S> {
     /// A gauge that has just been switched on.
     #[must_use]
-    pub fn new(store: S, kind: Kind, setup: Setup) -> Self {
-        Self::with(Gauge::new(kind, setup.serial), store, &setup)
+    pub fn new(store: S, kind: Xpg400Model, setup: Setup) -> Self {
+        Self::from_behaviour(Xpg400Behaviour::new(kind, setup.serial), store, &setup)
     }
 }
 
 /// Which of the two gauges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Xpg400Model {
     /// BPG400-SP.
     Bpg,
     /// HPG400-SP.
     Hpg,
 }
 
-impl Kind {
+impl Xpg400Model {
     /// Its tables.
     #[must_use]
-    pub const fn version(self) -> &'static Version {
+    pub const fn variant(self) -> &'static Variant {
         match self {
             Self::Bpg => &table::BPG400,
             Self::Hpg => &table::HPG400,
@@ -59,10 +60,10 @@ impl Kind {
 
 /// What is particular to the two gauges.
 #[derive(Clone, Debug)]
-pub struct Gauge {
-    kind: Kind,
-    serial: Serial,
-    machine: Machine,
+pub struct Xpg400Behaviour {
+    kind: Xpg400Model,
+    serial: SerialNumber,
+    machine: StateMachine,
     presentation: Presentation,
     /// Channel Instance Selector.
     selector: u8,
@@ -77,7 +78,7 @@ pub struct Gauge {
     adjusting_s: f64,
     faults: Faults,
     /// What concerns all readings.
-    condition: Condition,
+    condition: ReadingCondition,
     /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
     one_of_n: StatusExtension,
     seconds: f64,
@@ -106,13 +107,13 @@ impl SideSwitches {
     }
 }
 
-impl Gauge {
-    fn new(kind: Kind, serial: Serial) -> Self {
-        let version = kind.version();
+impl Xpg400Behaviour {
+    fn new(kind: Xpg400Model, serial: SerialNumber) -> Self {
+        let version = kind.variant();
         Self {
             kind,
             serial,
-            machine: Machine::power_up(),
+            machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             selector: 1,
             pirani: MeasuringPart::new(version.pirani),
@@ -123,7 +124,7 @@ impl Gauge {
             side: SideSwitches::FACTORY,
             adjusting_s: 0.0,
             faults: Faults::NONE,
-            condition: Condition { executing: false, disturbed: false, alarmed: false },
+            condition: ReadingCondition { executing: false, disturbed: false, alarmed: false },
             one_of_n: StatusExtension::INVALID,
             seconds: 0.0,
         }
@@ -162,7 +163,7 @@ impl Gauge {
     }
 
     /// A Device Block State Command. Reset brings the volatile values back to what they are after power-up.
-    fn state_command(&mut self, number: u8) -> Result<(), Refusal> {
+    fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         if self.machine.command(number)? {
             self.cathode = Cathode::new(&self.switchover().emission);
         }
@@ -170,24 +171,24 @@ impl Gauge {
     }
 
     /// What the self test would find.
-    fn health(&self) -> Health {
-        Health::found(self.common(), self.exception_status().intersects(ExceptionStatus::ALARM))
+    fn health(&self) -> SelfTestResult {
+        SelfTestResult::found(self.common(), self.exception_status().intersects(ExceptionStatus::ALARM))
     }
 
     /// Memory faults, alike in both records (48, 49).
-    fn common(&self) -> Common {
-        Common::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
+    fn common(&self) -> CommonExceptions {
+        CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
     /// Exception Detail Alarm: Pirani, ionisation (46).
-    fn alarm(&self) -> Details<4> {
+    fn alarm(&self) -> ExceptionDetails<4> {
         let [p0, p1] = self.pirani.sensor_alarm();
         let [i0, i1] = self.ion.sensor_alarm();
-        Details { common: self.common(), device: [p0, p1, i0, i1], manufacturer: self.faults.comm.into() }
+        ExceptionDetails { common: self.common(), device: [p0, p1, i0, i1], manufacturer: self.faults.comm.into() }
     }
 
     /// Exception Detail Warning: the status extension, then Pirani, ionisation.
-    fn warning(&self) -> Details<5> {
+    fn warning(&self) -> ExceptionDetails<5> {
         let mut warning = self.defects();
         let [extension, ..] = &mut warning.device;
         *extension = self.one_of_n.bits();
@@ -196,10 +197,10 @@ impl Gauge {
 
     /// The same without the status extension: what warns of a defect (54). Memory and internal communication as in the alarm
     /// (49).
-    fn defects(&self) -> Details<5> {
+    fn defects(&self) -> ExceptionDetails<5> {
         let [p0, p1] = self.pirani_warning();
         let [i0, i1] = Self::ION_WARNING;
-        Details { common: self.common(), device: [0, p0, p1, i0, i1], manufacturer: self.faults.comm.into() }
+        ExceptionDetails { common: self.common(), device: [0, p0, p1, i0, i1], manufacturer: self.faults.comm.into() }
     }
 
     /// Sensor Warning of the Pirani: badly adjusted (105).
@@ -217,18 +218,18 @@ impl Gauge {
     /// Alarms make every reading invalid, and so do the warnings of defects (54).
     fn judge(&mut self) {
         let alarm = self.alarm();
-        self.condition = Condition {
+        self.condition = ReadingCondition {
             executing: self.machine.is_executing(),
             disturbed: alarm.is_any() || self.defects().is_any(),
             alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
         };
-        let range = self.kind.version().range.judge(self.active().indicated_pa());
+        let range = self.kind.variant().range.status_of(self.active().indicated_pa());
         self.one_of_n = StatusExtension::new(range, self.active().is_valid(&self.condition));
     }
 
     /// What the cathode depends on; the Pirani controls it.
-    fn conditions(&self) -> Conditions {
-        Conditions {
+    fn conditions(&self) -> CathodeConditions {
+        CathodeConditions {
             able: self.machine.is_executing() && !self.pirani.failed && !self.ion.failed,
             control_pa: self.pirani.sensor.indicated_pa(),
             gauge_pa: self.active().indicated_pa(),

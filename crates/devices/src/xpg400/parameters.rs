@@ -4,24 +4,24 @@ use super::table::{
     AnalogInput, Degas, DeviceBlock, HeatTransfer, HotCathode, INSTANCES, OneOfNInput, OneOfNTransducer, Parameter,
     SetPoint, SideSwitches,
 };
-use super::{Gauge, Kind};
-use crate::model::{Address, Counts, Format, Refusal, Value};
-use crate::profile::{At, Blocks, Current, MeasuringPart, SafeState};
+use super::{Xpg400Behaviour, Xpg400Model};
+use crate::model::{AccessError, Counts, Location, PressureFormat, Value};
+use crate::profile::{EmissionCurrent, MeasuringPart, ParameterAccess, ParameterRef, SafeState};
 use crate::store::Key;
 
-impl Blocks for Gauge {
+impl ParameterAccess for Xpg400Behaviour {
     type Parameter = Parameter;
 
     /// Slot 1 shows the instance of the Channel Instance Selector (28).
-    fn shows(&self, address: &Address) -> bool {
+    fn is_visible(&self, address: &Location) -> bool {
         address.instance == 0 || address.instance == self.selector
     }
 
-    fn format(&self, at: &At<Parameter>) -> Format {
+    fn format(&self, at: &ParameterRef<Parameter>) -> PressureFormat {
         self.presentation.format(self.counts(at))
     }
 
-    fn get(&self, at: &At<Parameter>) -> Value {
+    fn get(&self, at: &ParameterRef<Parameter>) -> Value {
         match at.parameter {
             Parameter::Device(row) => self.get_device(row),
             Parameter::SideSwitches(row) => match row {
@@ -60,16 +60,16 @@ impl Blocks for Gauge {
     }
 
     /// Data Type and Data Units are for IDLE outside cyclic exchange (91).
-    fn permits(&self, at: &At<Parameter>) -> Result<(), Refusal> {
-        if is_presentation(at) && !self.machine.is_configurable() { Err(Refusal::Mode) } else { Ok(()) }
+    fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
+        if is_presentation(at) && !self.machine.is_configurable() { Err(AccessError::WrongMode) } else { Ok(()) }
     }
 
     /// Unit and number type are one value, whatever the instance (72).
-    fn key(&self, at: &At<Parameter>) -> Key {
+    fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         if is_presentation(at) { at.shared_key() } else { at.key() }
     }
 
-    fn set(&mut self, at: &At<Parameter>, value: &Value) -> Result<(), Refusal> {
+    fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::AdjustCommand) => self.adjust(value.integer()?),
@@ -78,25 +78,25 @@ impl Blocks for Gauge {
                 self.presentation.set_number(value)
             }
             Parameter::Input(AnalogInput::DataUnits) | Parameter::SetPoint(SetPoint::DataUnits) => {
-                self.presentation.set_unit(&self.kind.version().model, value)
+                self.presentation.set_unit(&self.kind.variant().model, value)
             }
             Parameter::Input(AnalogInput::SafeState) => {
                 let state = SafeState::of(value)?;
-                self.part_mut(at.instance()).ok_or(Refusal::Index)?.safe_state = state;
+                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_state = state;
                 Ok(())
             }
             Parameter::Input(AnalogInput::SafeValue) => {
-                self.part_mut(at.instance()).ok_or(Refusal::Index)?.safe_value_pa = value.pressure()?;
+                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_value_pa = value.pressure()?;
                 Ok(())
             }
             Parameter::HotCathode(HotCathode::EmissionStatus) => self.switch_emission(value.integer()?),
             Parameter::Degas(Degas::StateCommand) => self.hot_cathode_command(value.command()?),
             // The gauge chooses the current: one of the four is accepted and has no effect (98).
-            Parameter::Degas(Degas::EmissionCurrent) => Current::ALL
+            Parameter::Degas(Degas::EmissionCurrent) => EmissionCurrent::ALL
                 .iter()
                 .any(|current| Value::Float(current.milliamperes()) == *value)
                 .then_some(())
-                .ok_or(Refusal::Range),
+                .ok_or(AccessError::OutOfRange),
             // Rows without a write mark: refused before this is asked.
             Parameter::Device(_)
             | Parameter::SideSwitches(_)
@@ -106,22 +106,22 @@ impl Blocks for Gauge {
             | Parameter::SetPoint(_)
             | Parameter::HeatTransfer(_)
             | Parameter::HotCathode(_)
-            | Parameter::Degas(_) => Err(Refusal::NotWritable),
+            | Parameter::Degas(_) => Err(AccessError::NotWritable),
         }
     }
 
     /// The adjustment of the Pirani.
-    fn hidden(&self) -> &[f64] {
+    fn internal_values(&self) -> &[f64] {
         core::slice::from_ref(&self.pirani.sensor.gain)
     }
 
-    fn hidden_mut(&mut self) -> &mut [f64] {
+    fn internal_values_mut(&mut self) -> &mut [f64] {
         core::slice::from_mut(&mut self.pirani.sensor.gain)
     }
 }
 
 /// Data Type or Data Units, of whatever instance.
-const fn is_presentation(at: &At<Parameter>) -> bool {
+const fn is_presentation(at: &ParameterRef<Parameter>) -> bool {
     matches!(
         at.parameter,
         Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
@@ -129,17 +129,17 @@ const fn is_presentation(at: &At<Parameter>) -> bool {
     )
 }
 
-impl Gauge {
+impl Xpg400Behaviour {
     /// The switchover counts as the Pirani does (66).
-    fn counts(&self, at: &At<Parameter>) -> Counts {
+    fn counts(&self, at: &ParameterRef<Parameter>) -> Counts {
         match at.parameter {
-            Parameter::SetPoint(_) => self.kind.version().set_point_counts,
+            Parameter::SetPoint(_) => self.kind.variant().set_point_counts,
             _ => self.part(at.instance()).unwrap_or(&self.pirani).facts.counts,
         }
     }
 
     fn get_device(&self, row: DeviceBlock) -> Value {
-        let version = self.kind.version();
+        let version = self.kind.variant();
         match row {
             // A command has been carried out when it can be read (35).
             DeviceBlock::StateCommand => Value::Integer(0),
@@ -193,32 +193,32 @@ impl Gauge {
     }
 
     /// The HPG400-SP has one current, and its code is 1 (97).
-    pub(super) fn current(&self) -> Current {
+    pub(super) fn current(&self) -> EmissionCurrent {
         match self.kind {
-            Kind::Bpg => self.cathode.current(),
-            Kind::Hpg if self.cathode.is_on() => Current::Low,
-            Kind::Hpg => Current::Off,
+            Xpg400Model::Bpg => self.cathode.current(),
+            Xpg400Model::Hpg if self.cathode.is_on() => EmissionCurrent::Low,
+            Xpg400Model::Hpg => EmissionCurrent::Off,
         }
     }
 
-    fn select(&mut self, instance: u8) -> Result<(), Refusal> {
-        self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(Refusal::Range)?;
+    fn select(&mut self, instance: u8) -> Result<(), AccessError> {
+        self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
     /// A master may switch the emission off, and on where the gauge would (97).
-    fn switch_emission(&mut self, value: u8) -> Result<(), Refusal> {
+    fn switch_emission(&mut self, value: u8) -> Result<(), AccessError> {
         const EMISSION: u8 = 3;
         let conditions = self.conditions();
         self.cathode.command(EMISSION, value, &conditions)
     }
 
     /// 3.3.3.8: nothing but degas.
-    fn hot_cathode_command(&mut self, (command, value): (u8, u8)) -> Result<(), Refusal> {
+    fn hot_cathode_command(&mut self, (command, value): (u8, u8)) -> Result<(), AccessError> {
         let conditions = self.conditions();
         match command {
             0 | 1 => self.cathode.command(command, value, &conditions),
-            _ => Err(Refusal::Range),
+            _ => Err(AccessError::OutOfRange),
         }
     }
 }

@@ -1,16 +1,16 @@
 //! The tables of tira36e1, row by row. Names as printed there; where a row departs from the print, a comment says why.
 //! Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
 
-use super::bench::Faults;
 use super::codes::{ADJUST, DEGAS_STATUS, EMISSION_STATUS, HOT_CATHODE_COMMAND, SELECTOR};
-use crate::instrument::{Part, Principle};
+use super::simulation::Faults;
 use crate::model::block::{block, blocks};
 use crate::model::{
-    Address, Configuration, Counts, Dialect, Facts, Field, Gsd, Instruction, Limits, Model, NumberType, Parameters,
-    Place, Scale, Shows, Telegram, Unit, UserPrm, configuration, mbar, telegram,
+    ChannelRules, Clipping, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType, ParameterSet,
+    PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
 use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
 use crate::profile::{Potentiometer, Thresholds};
+use crate::simulation::{Part, Principle};
 use profivac_dp::slave::Features;
 
 block! {
@@ -139,22 +139,22 @@ blocks! {
     Degas(Degas)                       [1:2 "BA"];
 }
 
-const fn at(slot: u8, instance: u8, name: &'static str) -> Address {
-    Address { slot, instance, name }
+const fn at(slot: u8, instance: u8, name: &'static str) -> Location {
+    Location { slot, instance, name }
 }
 
 /// The same of an HPG400-SP.
 #[rustfmt::skip]
-pub static HPG_PLACES: [Place; 9] = [
-    Place { block: &DeviceBlock::BLOCK,      addresses: &[at(0, 0, "Device")] },
-    Place { block: &SideSwitches::BLOCK,     addresses: &[at(0, 0, "Device")] },
-    Place { block: &OneOfNInput::BLOCK,      addresses: &[at(1, 0, "One Of N")] },
-    Place { block: &AnalogInput::BLOCK,      addresses: &[at(1, 1, "Pirani"), at(1, 2, "HP")] },
-    Place { block: &SetPoint::BLOCK,         addresses: &[at(1, 3, "Setpoint A"), at(1, 4, "Setpoint B")] },
-    Place { block: &OneOfNTransducer::BLOCK, addresses: &[at(1, 0, "One Of N")] },
-    Place { block: &HeatTransfer::BLOCK,     addresses: &[at(1, 1, "Pirani")] },
-    Place { block: &HotCathode::BLOCK,       addresses: &[at(1, 2, "HP")] },
-    Place { block: &Degas::BLOCK,            addresses: &[] },
+pub static HPG_PLACES: [PlacedBlock; 9] = [
+    PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[at(0, 0, "Device")] },
+    PlacedBlock { block: &SideSwitches::BLOCK,     locations: &[at(0, 0, "Device")] },
+    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[at(1, 0, "One Of N")] },
+    PlacedBlock { block: &AnalogInput::BLOCK,      locations: &[at(1, 1, "Pirani"), at(1, 2, "HP")] },
+    PlacedBlock { block: &SetPoint::BLOCK,         locations: &[at(1, 3, "Setpoint A"), at(1, 4, "Setpoint B")] },
+    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[at(1, 0, "One Of N")] },
+    PlacedBlock { block: &HeatTransfer::BLOCK,     locations: &[at(1, 1, "Pirani")] },
+    PlacedBlock { block: &HotCathode::BLOCK,       locations: &[at(1, 2, "HP")] },
+    PlacedBlock { block: &Degas::BLOCK,            locations: &[] },
 ];
 
 /// The instances of slot 1 that the selector can name.
@@ -222,32 +222,32 @@ const ION: Part = Part { instance: 2, principle: Principle::HotCathode };
 pub static PARTS: [Part; 2] = [PIRANI, ION];
 
 /// 3.2.2.6, 3.2.2.9, 3.2.2.10. Above overrange the value goes on (53).
-static BPG_PIRANI: Facts = Facts {
+static BPG_PIRANI: PartSpec = PartSpec {
     part: PIRANI,
     limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    shows: Shows::RangeAndAbove,
+    clipping: Clipping::Below,
     counts: BPG_COUNTS,
 };
 
-static HPG_PIRANI: Facts = Facts {
+static HPG_PIRANI: PartSpec = PartSpec {
     part: PIRANI,
     limits: Limits { under_pa: mbar(1e-2), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    shows: Shows::RangeAndAbove,
+    clipping: Clipping::Below,
     counts: HPG_PIRANI_COUNTS,
 };
 
 /// 3.2.3.6, 3.2.3.9, 3.2.3.10 (61)
-static BA: Facts = Facts {
+static BA: PartSpec = PartSpec {
     part: ION,
     limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
-    shows: Shows::RangeAndBelow,
+    clipping: Clipping::Above,
     counts: BPG_COUNTS,
 };
 
-static HP: Facts = Facts {
+static HP: PartSpec = PartSpec {
     part: ION,
     limits: Limits { under_pa: mbar(1e-6), over_pa: mbar(1.0), full_scale_pa: mbar(1.0) },
-    shows: Shows::RangeAndBelow,
+    clipping: Clipping::Above,
     counts: HP_COUNTS,
 };
 
@@ -301,28 +301,23 @@ static HPG_POTENTIOMETER: Potentiometer =
     Potentiometer { per_volt: 0.9, at_0_v: -6.0, highest_pa: HIGHEST_SET_POINT_PA };
 
 /// 2.2.1.1
-static DIALECT: Dialect = Dialect {
-    instructions: &[
-        (1, Instruction::Read),
-        (2, Instruction::Write(&[2])),
-        (3, Instruction::Write(&[4])),
-        (10, Instruction::Write(&[1])),
-    ],
-    rests_between: true,
-    codes: &[],
+static DIALECT: ChannelRules = ChannelRules {
+    tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[2])), (3, TaskKind::Write(&[4])), (10, TaskKind::Write(&[1]))],
+    needs_idle_between: true,
+    error_codes: &[],
 };
 
 /// All that tells one gauge from the other.
 #[derive(Debug)]
-pub struct Version {
+pub struct Variant {
     /// The tables.
     pub model: Model,
     /// Manufacturer Model Number, with the flange DN 25 ISO-KF (37).
     pub number: &'static str,
     /// The Pirani.
-    pub pirani: &'static Facts,
+    pub pirani: &'static PartSpec,
     /// The ionisation part.
-    pub ion: &'static Facts,
+    pub ion: &'static PartSpec,
     /// The range of the whole gauge (58).
     pub range: Limits,
     /// The potentiometers of the set points (109).
@@ -335,8 +330,8 @@ const fn model(
     name: &'static str,
     title: &'static str,
     ident: u16,
-    places: &'static [Place],
-    ranges: &'static [&'static Facts],
+    places: &'static [PlacedBlock],
+    ranges: &'static [&'static PartSpec],
 ) -> Model {
     Model {
         name,
@@ -351,9 +346,9 @@ const fn model(
         units: &UNITS,
         user_prm: &USER_PRM,
         dpv1_status: 0x80,
-        places,
-        ranges,
-        dialect: &DIALECT,
+        blocks: places,
+        parts: ranges,
+        channel_rules: &DIALECT,
         faults: &Faults::LIST,
         // Revisions as 3.1.1.6 and 3.1.1.7 print them (36).
         errata: "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121",
@@ -362,7 +357,7 @@ const fn model(
 }
 
 /// The BPG400-SP.
-pub static BPG400: Version = Version {
+pub static BPG400: Variant = Variant {
     model: model("bpg400", "BPG400-SP", 0x06A9, Parameter::PLACES, &[&BPG_PIRANI, &BA]),
     number: "353-505",
     pirani: &BPG_PIRANI,
@@ -373,7 +368,7 @@ pub static BPG400: Version = Version {
 };
 
 /// The HPG400-SP.
-pub static HPG400: Version = Version {
+pub static HPG400: Variant = Variant {
     model: model("hpg400", "HPG400-SP", 0x06A8, &HPG_PLACES, &[&HPG_PIRANI, &HP]),
     number: "353-525",
     pirani: &HPG_PIRANI,

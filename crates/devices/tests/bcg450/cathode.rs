@@ -2,7 +2,7 @@
 
 use crate::support::Desk;
 use crate::{COMMANDS, Gauge, exchanging, float, of_instance};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::{Action, SimulatedDevice};
 
 /// Hot Cathode Block State Command.
 fn command(desk: &mut Desk<Gauge>, command: u8, value: u8) -> Result<(), u8> {

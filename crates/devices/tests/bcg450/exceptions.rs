@@ -43,7 +43,7 @@ fn every_fault_sets_its_bits_and_leaves_no_trace() {
 #[test]
 fn the_faults_are_those_of_the_list() {
     let mut desk = exchanging(FLOATS, 1e-3);
-    let mut listed = profivac_devices::Instrument::faults(desk.device()).to_vec();
+    let mut listed = profivac_devices::SimulatedDevice::faults(desk.device()).to_vec();
     let mut tested: Vec<&str> = FAULTS.iter().map(|(fault, ..)| *fault).filter(|fault| !fault.is_empty()).collect();
     listed.sort_unstable();
     tested.sort_unstable();

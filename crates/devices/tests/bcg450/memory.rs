@@ -3,15 +3,16 @@
 use crate::support::{Desk, hex, off, sense_all};
 use crate::{FLOATS, Gauge, MBAR, desk, gauge};
 use profivac_devices::bcg450::{Bcg450, table};
-use profivac_devices::profile::{Serial, Setup};
+use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
-use profivac_devices::{Action, Instrument};
-use profivac_dp::slave::{Device, Refusal, Relation};
+use profivac_devices::{Action, SimulatedDevice};
+use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::address::SetSlaveAdd;
 
 #[test]
 fn the_identity_is_that_of_the_manual() {
-    let mut desk = Desk::new(Gauge::new(RamStore::default(), Setup { serial: Serial::new("4711"), ..Setup::new(5) }));
+    let mut desk =
+        Desk::new(Gauge::new(RamStore::default(), Setup { serial: SerialNumber::new("4711"), ..Setup::new(5) }));
     for (index, text) in [
         (17, "CG      "),
         (18, "E54-0997 "),
@@ -56,8 +57,8 @@ fn a_new_gauge_has_the_values_of_the_factory() {
 fn the_selector_outlives_the_power() {
     let mut desk = desk();
     desk.put(1, 46, &[6]).unwrap();
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!(desk.get(1, 46), [6]);
 }
 
@@ -67,8 +68,8 @@ fn a_unit_given_with_the_device_is_the_stored_one() {
     assert!(unit.is_some());
     let mut desk = Desk::new(Gauge::new(RamStore::default(), Setup { unit, ..Setup::new(5) }));
     assert_eq!(desk.get(1, 22), hex("05 1D"));
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!(desk.get(1, 22), hex("05 1D"));
     for (name, code) in
         [("COUNTS", 1001), ("torr", 1301), ("micron", 1302), ("mtorr", 1302), ("mbar", 1308), ("Pa", 1309)]
@@ -101,8 +102,8 @@ fn behind_a_switch_above_125_the_stored_address_holds() {
         assert_eq!(gauge.set_address(&request(9, 0)), Some(9));
         assert_eq!(gauge.set_address(&request(10, 0xFF)), Some(10));
         assert_eq!(gauge.set_address(&request(11, 0)), None, "No_Add_Chg");
-        gauge.power(false);
-        gauge.power(true);
+        gauge.set_power(false);
+        gauge.set_power(true);
         assert_eq!(gauge.station_address(), 10);
         assert_eq!(gauge.set_address(&request(11, 0)), None, "No_Add_Chg outlives the power");
     }
@@ -114,13 +115,13 @@ fn the_switch_is_read_at_power_up() {
     let mut gauge = gauge();
     gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
     assert_eq!(gauge.station_address(), 5);
-    gauge.power(false);
-    gauge.power(true);
+    gauge.set_power(false);
+    gauge.set_power(true);
     assert_eq!(gauge.station_address(), 17);
     gauge.operate(Action::Switch { name: "address", value: "200" }).unwrap();
     assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, false));
-    gauge.power(false);
-    gauge.power(true);
+    gauge.set_power(false);
+    gauge.set_power(true);
     assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, true));
     assert!(gauge.operate(Action::Switch { name: "address", value: "300" }).is_err());
     assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
@@ -166,7 +167,7 @@ fn a_write_is_stored_once() {
 fn what_cannot_be_stored_is_refused_and_does_not_change() {
     let mut gauge = Bcg450::new(Worn { broken: true, ..Worn::default() }, Setup::new(200));
     gauge.settle();
-    let storage = Err(Refusal { code_1: 0xA1, code_2: 18 });
+    let storage = Err(Dpv1Error { code_1: 0xA1, code_2: 18 });
     let read = |gauge: &mut Bcg450<Worn>, index| {
         let mut record = [0; 240];
         let length = gauge.read(Relation::Ms2(0), 1, index, &mut record).unwrap();
@@ -202,7 +203,7 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
     ] {
         store.save(Key::Parameter { slot: 1, instance, index }, &hex(octets)).unwrap();
     }
-    store.save(Key::Hidden(0), &hex("01")).unwrap();
+    store.save(Key::Internal(0), &hex("01")).unwrap();
     store.save(Key::Address, &hex("09")).unwrap();
     let mut gauge = Gauge::new(store, Setup::new(200));
     sense_all(&mut gauge, 1.0);

@@ -2,7 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{FLOATS, Gauge, exchanging, float, of_instance};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::{Action, SimulatedDevice};
 
 fn turn(desk: &mut Desk<Gauge>, which: char, volts: f64) {
     desk.device().operate(Action::Pot { which, volts }).unwrap();
@@ -155,8 +155,8 @@ fn the_ambient_sensor_is_adjusted_to_the_diaphragm() {
     desk.put(1, 46, &[4]).unwrap();
     desk.put(1, 14, &[128, 0]).unwrap();
     assert_eq!(relays(&mut desk), [true, false], "100 % are 1000 mbar");
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     desk.device().settle();
     desk.unlock();
     desk.pressure_mbar(1.0);

@@ -3,9 +3,9 @@
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
 use crate::{Gauge, gauge};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::table;
-use profivac_devices::model::Address;
+use profivac_devices::model::Location;
 use profivac_dp::slave::{Device, Relation};
 
 const RIG: Rig<Gauge> = Rig {
@@ -25,7 +25,7 @@ fn make() -> Gauge {
 }
 
 /// Channel Instance Selector, where the address has an instance.
-fn select(gauge: &mut Gauge, address: &Address) {
+fn select(gauge: &mut Gauge, address: &Location) {
     if address.instance != 0 {
         gauge.write(Relation::Ms2(0), 1, 46, &[address.instance]).unwrap();
     }

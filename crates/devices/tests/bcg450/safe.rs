@@ -2,7 +2,7 @@
 
 use crate::support::hex;
 use crate::{FLOATS, desk, exchanging, float, of_instance};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 /// The process value of the last cycle.
 fn cyclic(du: &[u8]) -> f32 {
@@ -31,8 +31,8 @@ fn outside_executing_each_mode_shows_its_value() {
         }
         // Before it has measured there is no last value, and without emission no BA (80).
         desk.put(1, 39, &[2]).unwrap();
-        desk.device().power(false);
-        desk.device().power(true);
+        desk.device().set_power(false);
+        desk.device().set_power(true);
         assert_eq!(desk.get(1, 47), [1]);
         assert_eq!(float(&mut desk, 1, 19), 0.0);
     }
@@ -66,8 +66,8 @@ fn the_last_valid_value_of_each_instance_is_held() {
     assert_eq!(float(&mut desk, 3, 19), 7.0);
     assert_eq!(float(&mut desk, 1, 19), 7.0);
     // Power forgets it (76).
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!(float(&mut desk, 3, 19), 0.0);
 }
 

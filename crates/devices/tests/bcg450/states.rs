@@ -2,7 +2,7 @@
 
 use crate::support::{Desk, hex, selftest};
 use crate::{COMMANDS, FLOATS, Gauge, MBAR, desk, exchanging, gauge};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::{Action, SimulatedDevice};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 

@@ -4,7 +4,7 @@
 use crate::support::{Desk, hex};
 use crate::{COMMANDS, Controller, FLOATS, HPA, controller, every_combination, exchanging};
 use profivac_devices::img400::{Gauges, IonGauge};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::{Action, SimulatedDevice};
 
 const CONFLICT: u8 = 202;
 

@@ -3,7 +3,7 @@
 
 use crate::support::Desk;
 use crate::{COMMANDS, Controller, FLOATS, exchanging};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 /// All gauges in their ranges and on: nothing to report.
 fn quiet() -> Desk<Controller> {

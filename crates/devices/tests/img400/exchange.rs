@@ -2,7 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Controller, controller, desk, every_combination};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::{Gauges, IonGauge, OtherGauge};
 
 /// The verified strings of the errata: configuration, outputs, inputs. 9, 10 (113) and 14 (114) are corrected.

@@ -5,13 +5,13 @@ use crate::{COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, flo
 use profivac_devices::img400::{Gauges, Img400, table};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::{Action, Instrument};
+use profivac_devices::{Action, SimulatedDevice};
 use profivac_dp::slave::Device;
 use profivac_wire::address::SetSlaveAdd;
 
 fn power_cycle(desk: &mut Desk<Controller>) {
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     desk.slave.power_up(5);
     desk.device().settle();
 }
@@ -106,8 +106,8 @@ fn the_address_comes_from_the_switch_or_from_set_slave_add() {
         assert_eq!(device.station_address(), 126);
         let request = SetSlaveAdd { address: 17, ident: 0x0947, no_add_chg: 0, rem_slave_data: &[] };
         assert_eq!(device.set_address(&request), Some(17));
-        device.power(false);
-        device.power(true);
+        device.set_power(false);
+        device.set_power(true);
         assert_eq!(device.station_address(), 17);
     }
     let mut device = controller(Gauges::default());

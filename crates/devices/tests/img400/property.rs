@@ -6,7 +6,7 @@ use crate::support::{Desk, sense_all};
 use crate::{Controller, controller, every_combination, float};
 use profivac_devices::img400::table;
 use profivac_devices::model::{DataType, Row};
-use profivac_devices::{Action, Instrument, Report};
+use profivac_devices::{Action, SimulatedDevice, StateReport};
 use profivac_dp::slave::Relation;
 use std::collections::BTreeSet;
 
@@ -14,8 +14,8 @@ const STEPS: usize = 1_000_000;
 
 /// Any row of the tables, with its slot.
 fn any_row(random: &mut Random) -> (u8, &'static Row) {
-    let place = &table::MODEL.places[random.below(table::MODEL.places.len())];
-    let address = &place.addresses[random.below(place.addresses.len())];
+    let place = &table::MODEL.blocks[random.below(table::MODEL.blocks.len())];
+    let address = &place.locations[random.below(place.locations.len())];
     (address.slot, &place.block.rows[random.below(place.block.rows.len())])
 }
 
@@ -42,10 +42,10 @@ fn relation(random: &mut Random) -> Relation {
 /// Every parameter that a master's value is kept of.
 fn kept(desk: &mut Desk<Controller>) -> Vec<Vec<u8>> {
     let mut values = Vec::new();
-    for place in table::MODEL.places {
-        for address in place.addresses {
-            for row in place.block.rows.iter().filter(|row| row.is_kept()) {
-                values.push(desk.get(address.slot, row.id));
+    for place in table::MODEL.blocks {
+        for address in place.locations {
+            for row in place.block.rows.iter().filter(|row| row.is_stored()) {
+                values.push(desk.get(address.slot, row.index));
             }
         }
     }
@@ -57,16 +57,16 @@ fn write(desk: &mut Desk<Controller>, random: &mut Random) {
     let (slot, row) = any_row(random);
     let octets = any_value(random, row);
     let before = random.once_in(100).then(|| kept(desk));
-    let result = desk.write(relation(random), slot, row.id, &octets);
+    let result = desk.write(relation(random), slot, row.index, &octets);
     if let (Some(before), Err(refusal)) = (before, result) {
-        assert_eq!(kept(desk), before, "{slot}/{} refused with {refusal:02X?}", row.id);
+        assert_eq!(kept(desk), before, "{slot}/{} refused with {refusal:02X?}", row.index);
     }
 }
 
 /// A read anywhere, known or not.
 fn read(desk: &mut Desk<Controller>, random: &mut Random) {
     let (slot, row) = any_row(random);
-    let index = if random.once_in(5) { random.octet() } else { row.id };
+    let index = if random.once_in(5) { random.octet() } else { row.index };
     let _ = desk.read(relation(random), slot, index);
 }
 
@@ -82,7 +82,7 @@ fn cycle(desk: &mut Desk<Controller>, random: &mut Random) {
         let (slot, row) = any_row(random);
         let value = any_value(random, row);
         let width = value.len().min(4);
-        outputs[..3].copy_from_slice(&[random.one_of(&[0, 0x10, 0x20, 0x30, 0xA0, 0x70]), slot, row.id]);
+        outputs[..3].copy_from_slice(&[random.one_of(&[0, 0x10, 0x20, 0x30, 0xA0, 0x70]), slot, row.index]);
         outputs[8 - width..8].copy_from_slice(&value[..width]);
     }
     if length == 2 || length == 10 {
@@ -98,9 +98,9 @@ fn cycle(desk: &mut Desk<Controller>, random: &mut Random) {
 /// Power goes and returns: what was nonvolatile is as before.
 fn power(desk: &mut Desk<Controller>, random: &mut Random) {
     let before = kept(desk);
-    desk.device().power(false);
+    desk.device().set_power(false);
     sense_all(desk.device(), 1.0);
-    desk.device().power(true);
+    desk.device().set_power(true);
     desk.slave.power_up(5);
     if random.once_in(2) {
         desk.device().settle();
@@ -136,7 +136,7 @@ struct Seen {
 }
 
 impl Seen {
-    fn note(&mut self, report: &Report) {
+    fn note(&mut self, report: &StateReport) {
         self.states.insert(report.device_state);
         self.exceptions |= report.exception_status;
         self.degas |= report.degas.iter().any(|degas| *degas);
@@ -159,7 +159,7 @@ fn check(desk: &mut Desk<Controller>) {
 }
 
 /// Exception Status and Channel Status follow from what they are made of.
-fn check_exceptions(desk: &mut Desk<Controller>, report: &Report) {
+fn check_exceptions(desk: &mut Desk<Controller>, report: &StateReport) {
     let status = desk.get(0, 26)[0];
     assert_eq!(status, report.exception_status);
     assert_eq!(status & 0x88, 0x80);
@@ -177,7 +177,7 @@ fn check_exceptions(desk: &mut Desk<Controller>, report: &Report) {
 }
 
 /// No degas without emission, no emission with an alarm.
-fn check_cathodes(desk: &mut Desk<Controller>, report: &Report) {
+fn check_cathodes(desk: &mut Desk<Controller>, report: &StateReport) {
     for (on, degas) in report.emission.iter().zip(report.degas.iter()) {
         assert!(*on || !degas, "{report:?}");
     }
@@ -188,7 +188,7 @@ fn check_cathodes(desk: &mut Desk<Controller>, report: &Report) {
     }
 }
 
-fn check_relays(desk: &mut Desk<Controller>, report: &Report) {
+fn check_relays(desk: &mut Desk<Controller>, report: &StateReport) {
     for (slot, relay) in (5..).zip(report.relays.iter()) {
         assert_eq!(desk.get(slot, 21), [u8::from(*relay)]);
         assert!(!relay || desk.get(slot, 20) == [1], "relay in slot {slot} without enable");

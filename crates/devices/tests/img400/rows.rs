@@ -3,9 +3,9 @@
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
 use crate::{Controller, controller};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::{Gauges, table};
-use profivac_devices::model::Address;
+use profivac_devices::model::Location;
 
 const RIG: Rig<Controller> = Rig {
     model: &table::MODEL,
@@ -24,7 +24,7 @@ fn make() -> Controller {
 }
 
 /// Every slot shows what it has.
-fn select(_controller: &mut Controller, _address: &Address) {}
+fn select(_controller: &mut Controller, _address: &Location) {}
 
 const fn value(slot: u8, index: u8, good: &'static [&'static str], bad: &'static [&'static str]) -> Sample {
     Sample { at: (slot, 0, index), good, bad, kind: Kind::Value }

@@ -3,7 +3,7 @@
 
 use crate::support::{Desk, hex, selftest};
 use crate::{CHANNEL, COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::Gauges;
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{Relation, Slave};
@@ -37,8 +37,8 @@ fn without_an_answer_of_the_controller_it_stays_in_init() {
     // 3.2, 4.4.1: "waiting for AYT response from IMG 400"
     let mut desk = desk();
     desk.fault("comm", true);
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     desk.device().settle();
     desk.device().advance(1000.0);
     assert_eq!(desk.state(), INIT);

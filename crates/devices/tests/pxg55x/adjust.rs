@@ -2,7 +2,7 @@
 
 use crate::support::Desk;
 use crate::{FLOATS, Gauge, exchanging, executing, float, of_instance, pcg, psg, restart};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 /// AIBlockAdjust Command; the target value is ignored.
 fn adjust(desk: &mut Desk<Gauge>, instance: u8, command: u8) -> Result<(), u8> {

@@ -2,7 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::pxg55x::Pxg55xModel;
 
 /// A fault; Exception Status in EXECUTING at 100 mbar, ID 27 and ID 28.
 type Row = (&'static str, u8, &'static str, &'static str);
@@ -43,9 +43,9 @@ const PSG: [Row; 7] = [
 ];
 
 /// Every fault of every kind of gauge.
-fn rows() -> Vec<(Kind, Row)> {
+fn rows() -> Vec<(Pxg55xModel, Row)> {
     let pcg_rows = || COMMON.iter().chain(&PCG).copied();
-    let mut rows: Vec<(Kind, Row)> = pcg_rows().chain(ATM).map(|row| (pcg(), row)).collect();
+    let mut rows: Vec<(Pxg55xModel, Row)> = pcg_rows().chain(ATM).map(|row| (pcg(), row)).collect();
     rows.extend(pcg_rows().map(|row| (pcg_without_atm(), row)));
     rows.extend(PSG.map(|row| (psg(), row)));
     rows
@@ -131,7 +131,7 @@ fn an_alarm_invalidates_its_own_instance_only() {
 /// 13.1.1, (36): outside EXECUTING the reading is invalid, and that is a warning.
 #[test]
 fn idle_without_a_fault_is_a0() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         let mut desk = crate::desk(kind);
         desk.pressure_mbar(100.0);
         assert_eq!((desk.get(0, 26), desk.get(1, 120), desk.get(1, 23)), (vec![0xA0], vec![1], vec![0]));

@@ -2,7 +2,7 @@
 
 use crate::support::hex;
 use crate::{COUNTS, MBAR, PASCAL, TORR, TTR, desk};
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_wire::Sap;
 
 /// What a telegram brings, in order.
@@ -77,7 +77,7 @@ fn check(du: &[u8], parts: &[Part], selector: u8, float: f64, integer: u16) {
 
 #[test]
 fn every_gauge_exchanges_in_every_configuration_and_unit() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         for (cfg, outputs, inputs, parts) in CONFIGURATIONS {
             for (user, float, integer) in UNITS {
                 let mut desk = desk(kind);
@@ -93,7 +93,7 @@ fn every_gauge_exchanges_in_every_configuration_and_unit() {
 
 #[test]
 fn every_gauge_exchanges_in_ttr_compatibility() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         let mut desk = desk(kind);
         desk.pressure_mbar(1.0);
         desk.bring_up(&hex(TTR), &hex(TTR_CONFIGURATION));
@@ -105,7 +105,7 @@ fn every_gauge_exchanges_in_ttr_compatibility() {
 #[test]
 fn there_are_nine_gauges_of_six_names() {
     let kinds: Vec<_> =
-        Kind::all().map(|kind| (kind.version().model.name, kind.version().family.atm.is_some())).collect();
+        Pxg55xModel::all().map(|kind| (kind.variant().model.name, kind.variant().family.atm.is_some())).collect();
     let of = |name, atmosphere| kinds.contains(&(name, atmosphere));
     assert_eq!(kinds.len(), 9);
     for name in ["pcg550", "pcg552", "pcg554"] {
@@ -113,19 +113,19 @@ fn there_are_nine_gauges_of_six_names() {
     }
     for name in ["psg550", "psg552", "psg554"] {
         assert!(of(name, false) && !of(name, true), "{name}");
-        assert!(Kind::named(name, Some(true)).is_none(), "{name}");
+        assert!(Pxg55xModel::named(name, Some(true)).is_none(), "{name}");
     }
-    let with_sensor = |kind: Option<Kind>| kind.map(|kind| kind.version().family.atm.is_some());
-    assert_eq!(with_sensor(Kind::named("pcg552", None)), Some(true));
-    assert_eq!(with_sensor(Kind::named("pcg552", Some(false))), Some(false));
-    assert_eq!(with_sensor(Kind::named("psg554", None)), Some(false));
-    assert!(Kind::named("pcg551", None).is_none());
+    let with_sensor = |kind: Option<Pxg55xModel>| kind.map(|kind| kind.variant().family.atm.is_some());
+    assert_eq!(with_sensor(Pxg55xModel::named("pcg552", None)), Some(true));
+    assert_eq!(with_sensor(Pxg55xModel::named("pcg552", Some(false))), Some(false));
+    assert_eq!(with_sensor(Pxg55xModel::named("psg554", None)), Some(false));
+    assert!(Pxg55xModel::named("pcg551", None).is_none());
 }
 
 #[test]
 fn a_string_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
-    let mut desk = desk(Kind::named("pcg550", None).unwrap());
+    let mut desk = desk(Pxg55xModel::named("pcg550", None).unwrap());
     for string in strings.iter().chain([&hex(TTR_CONFIGURATION)]) {
         for position in 0..string.len() {
             for octet in 0..=255 {
@@ -144,7 +144,7 @@ fn a_string_that_is_not_in_the_table_is_refused() {
 #[test]
 fn ttr_compatibility_excludes_all_other_configurations() {
     for (cfg, ..) in CONFIGURATIONS {
-        let mut desk = desk(Kind::named("psg550", None).unwrap());
+        let mut desk = desk(Pxg55xModel::named("psg550", None).unwrap());
         desk.set_prm(&hex(TTR));
         desk.chk_cfg(&hex(cfg));
         assert!(!desk.is_exchanging(), "{cfg}");
@@ -154,7 +154,7 @@ fn ttr_compatibility_excludes_all_other_configurations() {
 
 #[test]
 fn only_the_printed_strings_are_accepted() {
-    let mut desk = desk(Kind::named("pcg554", None).unwrap());
+    let mut desk = desk(Pxg55xModel::named("pcg554", None).unwrap());
     let mut accepts = |user: &[u8]| {
         desk.set_prm(user);
         // Prm_Fault (40)
@@ -177,7 +177,7 @@ fn only_the_printed_strings_are_accepted() {
 
 #[test]
 fn before_the_first_configuration_get_cfg_tells_the_default() {
-    let mut desk = desk(Kind::named("pcg550", None).unwrap());
+    let mut desk = desk(Pxg55xModel::named("pcg550", None).unwrap());
     let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("42 84 05 08"));
     desk.bring_up(&hex(MBAR), &hex("C6 87 8F 0A 0A 05 08 05 0A"));

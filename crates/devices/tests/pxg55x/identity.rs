@@ -2,11 +2,11 @@
 
 use crate::support::Desk;
 use crate::{Gauge, desk, gauge, pcg, pcg_without_atm, psg};
-use profivac_devices::profile::{Serial, Setup};
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::profile::{SerialNumber, Setup};
+use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::store::RamStore;
-use profivac_devices::{Action, Instrument, Unknown};
-use profivac_dp::slave::{Device, Refusal, Relation};
+use profivac_devices::{Action, SimulatedDevice, UnsupportedAction};
+use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{Call, Im0, call};
 use profivac_wire::address::SetSlaveAdd;
@@ -38,7 +38,7 @@ fn the_strings_of_each_family() {
 #[test]
 fn the_models_of_a_family_differ_in_part_number_and_filament() {
     let of = |name| {
-        let mut desk = desk(Kind::named(name, None).unwrap());
+        let mut desk = desk(Pxg55xModel::named(name, None).unwrap());
         (text(&mut desk, 20), text(&mut desk, 24))
     };
     // Filament digit 1, 2, 3 (61); WO and NI, a ceramic coating has no abbreviation (7.1.9).
@@ -75,13 +75,13 @@ fn block_types_are_words_before_two_zeros() {
 #[test]
 fn i_and_m0_has_the_fields_of_chapter_5() {
     let mut setup = Setup::new(5);
-    setup.serial = Serial::new("12345678901234567890");
-    for kind in Kind::all() {
+    setup.serial = SerialNumber::new("12345678901234567890");
+    for kind in Pxg55xModel::all() {
         let gauge = Gauge::new(RamStore::default(), kind, setup);
         let record = gauge.im0().unwrap();
         assert_eq!((&record[..10], &record[10..12]), (&[0; 10][..], &[0x01, 0x7A][..]));
         let im0 = Im0::parse(&record).unwrap();
-        assert_eq!(im0.order_id, kind.version().number.as_bytes());
+        assert_eq!(im0.order_id, kind.variant().number.as_bytes());
         // Longer than the field: cut.
         assert_eq!(im0.serial_number, b"1234567890123456");
         // The revisions of the PROFIBUS board, as ID 21 and ID 22 have them.
@@ -98,11 +98,11 @@ fn i_and_m0_has_the_fields_of_chapter_5() {
 fn i_and_m0_is_no_parameter() {
     let mut gauge = gauge(psg());
     // The call is the slave's business; the device has no such index (111).
-    assert_eq!(gauge.read(Relation::Ms2(0), 0, call::CALL_INDEX, &mut [0; 240]), Err(Refusal::INVALID_INDEX.with(3)));
+    assert_eq!(gauge.read(Relation::Ms2(0), 0, call::CALL_INDEX, &mut [0; 240]), Err(Dpv1Error::INVALID_INDEX.with(3)));
     let mut octets = [0; 240];
     let length = Call::new(call::IM0, &[]).emit(&mut octets).unwrap();
     let refused = gauge.write(Relation::Ms2(0), 0, call::CALL_INDEX, &octets[..length]);
-    assert_eq!(refused, Err(Refusal::INVALID_INDEX.with(3)));
+    assert_eq!(refused, Err(Dpv1Error::INVALID_INDEX.with(3)));
 }
 
 /// 3.3: up to 7D hex the switch is the address.
@@ -113,8 +113,8 @@ fn the_address_switch_is_readable_and_polled_at_power_up() {
     desk.device().operate(Action::Switch { name: "address", value: "125" }).unwrap();
     // The parameter is the switch, the address what was polled.
     assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![125], 5));
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!(desk.device().station_address(), 125);
     for value in ["256", "-1", "7D hex", ""] {
         assert!(desk.device().operate(Action::Switch { name: "address", value }).is_err(), "{value}");
@@ -133,13 +133,13 @@ fn set_slave_add_works_only_above_7d() {
     assert_eq!((desk.device().station_address(), desk.slave.address()), (5, 5));
     // Above, the stored address holds, and is stored.
     desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!(desk.device().station_address(), 5);
     set(&mut desk, 9, 0);
     assert_eq!(desk.device().station_address(), 9);
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!((desk.device().station_address(), desk.get(0, 211)), (9, vec![126]));
 }
 
@@ -154,8 +154,8 @@ fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
     };
     let mut desk = desk(psg());
     desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     desk.device().settle();
     assert_eq!((set(&mut desk, 9), set(&mut desk, 10)), (9, 9));
     // No other Reset is enough.
@@ -168,18 +168,21 @@ fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
     desk.device().settle();
     assert_eq!(desk.device().station_address(), 9);
     // It is stored.
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!((set(&mut desk, 10), set(&mut desk, 11)), (10, 10));
 }
 
 #[test]
 fn a_gauge_has_two_buttons_one_switch_and_no_potentiometer() {
     let mut gauge = gauge(pcg());
-    assert_eq!(gauge.operate(Action::Button(3)), Err(Unknown { expected: &["1", "2"] }));
-    assert_eq!(gauge.operate(Action::Button(0)), Err(Unknown { expected: &["1", "2"] }));
-    assert_eq!(gauge.operate(Action::Switch { name: "degas", value: "on" }), Err(Unknown { expected: &["address"] }));
-    assert_eq!(gauge.operate(Action::Pot { which: 'a', volts: 1.0 }), Err(Unknown { expected: &[] }));
+    assert_eq!(gauge.operate(Action::Button(3)), Err(UnsupportedAction { expected: &["1", "2"] }));
+    assert_eq!(gauge.operate(Action::Button(0)), Err(UnsupportedAction { expected: &["1", "2"] }));
+    assert_eq!(
+        gauge.operate(Action::Switch { name: "degas", value: "on" }),
+        Err(UnsupportedAction { expected: &["address"] })
+    );
+    assert_eq!(gauge.operate(Action::Pot { which: 'a', volts: 1.0 }), Err(UnsupportedAction { expected: &[] }));
 }
 
 #[test]
@@ -194,7 +197,7 @@ fn a_gauge_has_the_faults_of_its_instances() {
         let expected = gauge.faults();
         for name in ["sensor4", "unplugged1", "power", if instances < 3 { "sensor3" } else { "sensor0" }] {
             let result = gauge.operate(Action::Fault { name, present: true });
-            assert_eq!(result, Err(Unknown { expected }), "{name}");
+            assert_eq!(result, Err(UnsupportedAction { expected }), "{name}");
         }
     }
 }

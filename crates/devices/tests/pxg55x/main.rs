@@ -21,32 +21,32 @@ mod ttr;
 mod values;
 
 use profivac_devices::profile::Setup;
-use profivac_devices::pxg55x::{Kind, Pxg55x};
+use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
 use profivac_devices::store::RamStore;
 use support::{Desk, hex};
 
 type Gauge = Pxg55x<RamStore>;
 
 /// A PCG550 with and without its atmosphere sensor, and a PSG550.
-fn pcg() -> Kind {
-    Kind::named("pcg550", Some(true)).unwrap()
+fn pcg() -> Pxg55xModel {
+    Pxg55xModel::named("pcg550", Some(true)).unwrap()
 }
 
-fn pcg_without_atm() -> Kind {
-    Kind::named("pcg550", Some(false)).unwrap()
+fn pcg_without_atm() -> Pxg55xModel {
+    Pxg55xModel::named("pcg550", Some(false)).unwrap()
 }
 
-fn psg() -> Kind {
-    Kind::named("psg550", None).unwrap()
+fn psg() -> Pxg55xModel {
+    Pxg55xModel::named("psg550", None).unwrap()
 }
 
 /// As bought, with the address switch at 5.
-fn gauge(kind: Kind) -> Gauge {
+fn gauge(kind: Pxg55xModel) -> Gauge {
     Gauge::new(RamStore::default(), kind, Setup::new(5))
 }
 
 /// Behind a slave, settled.
-fn desk(kind: Kind) -> Desk<Gauge> {
+fn desk(kind: Pxg55xModel) -> Desk<Gauge> {
     Desk::new(gauge(kind))
 }
 
@@ -63,7 +63,7 @@ const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
 const RELAYS: &str = "44 87 05 08 05 0A";
 
 /// In cyclic exchange in mbar at this pressure, and so in EXECUTING.
-fn exchanging(kind: Kind, cfg: &str, mbar: f64) -> Desk<Gauge> {
+fn exchanging(kind: Pxg55xModel, cfg: &str, mbar: f64) -> Desk<Gauge> {
     let mut desk = desk(kind);
     desk.pressure_mbar(mbar);
     desk.bring_up(&hex(MBAR), &hex(cfg));
@@ -71,7 +71,7 @@ fn exchanging(kind: Kind, cfg: &str, mbar: f64) -> Desk<Gauge> {
 }
 
 /// In EXECUTING without cyclic exchange.
-fn executing(kind: Kind, mbar: f64) -> Desk<Gauge> {
+fn executing(kind: Pxg55xModel, mbar: f64) -> Desk<Gauge> {
     let mut desk = desk(kind);
     desk.pressure_mbar(mbar);
     desk.command(4).unwrap();
@@ -80,9 +80,9 @@ fn executing(kind: Kind, mbar: f64) -> Desk<Gauge> {
 
 /// Switches power off and on again, and lets the gauge start.
 fn restart(desk: &mut Desk<Gauge>) {
-    use profivac_devices::Instrument;
-    desk.device().power(false);
-    desk.device().power(true);
+    use profivac_devices::SimulatedDevice;
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     desk.slave.power_up(5);
     desk.device().settle();
 }

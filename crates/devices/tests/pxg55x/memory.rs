@@ -2,9 +2,9 @@
 
 use crate::support::{Desk, hex, off};
 use crate::{CHANNEL, FLOATS, Gauge, MBAR, desk, exchanging, float, of_instance, pcg, psg, restart};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 use profivac_devices::profile::Setup;
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 
 fn run_hours(desk: &mut Desk<Gauge>) -> (u16, u32) {
@@ -29,9 +29,9 @@ fn run_hours_count_device_time_and_persist() {
     desk.device().advance(1800.0);
     assert_eq!((run_hours(&mut desk), desk.report().run_hours), ((1, 6), 1.5));
     // Neither time on the bench nor settling counts while the power is off.
-    desk.device().power(false);
+    desk.device().set_power(false);
     desk.device().advance(36_000.0);
-    desk.device().power(true);
+    desk.device().set_power(true);
     assert_eq!(run_hours(&mut desk), (1, 6));
     // ID 36 = floor(ID 212 / 4), saturating (76).
     desk.device().advance(3600.0 * 70_000.0);
@@ -77,7 +77,7 @@ fn settings(desk: &mut Desk<Gauge>) -> Vec<Vec<u8>> {
     SETTINGS.iter().map(|(slot, instance, index, _)| read(desk, *slot, *instance, *index)).collect()
 }
 
-fn changed(kind: Kind) -> Desk<Gauge> {
+fn changed(kind: Pxg55xModel) -> Desk<Gauge> {
     let mut desk = desk(kind);
     for (slot, instance, index, value) in SETTINGS {
         if instance != 0 {
@@ -185,7 +185,7 @@ fn a_factory_reset_does_not_pull_the_unit_from_under_a_master() {
 /// `unit=` on the bench: stored when power comes.
 #[test]
 fn a_setup_may_name_the_stored_unit() {
-    for unit in pcg().version().model.units {
+    for unit in pcg().variant().model.units {
         let setup = Setup { unit: Some(unit), ..Setup::new(5) };
         let mut desk = Desk::new(Gauge::new(RamStore::default(), pcg(), setup));
         assert_eq!(desk.get(1, 22), unit.code.to_be_bytes());
@@ -233,7 +233,7 @@ fn the_masters_unit_is_stored() {
 /// Without power nothing moves; the bench sees that.
 #[test]
 fn a_device_without_power_is_off() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         off::shows_nothing(exchanging(kind, FLOATS, 1.0).device());
     }
 }

@@ -5,11 +5,11 @@ use crate::support::Desk;
 use crate::support::walk::{Particular, Walk};
 use crate::{Gauge, TTR, desk, hex, of_instance, pcg, pcg_without_atm, psg};
 use profivac_devices::Action;
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::pxg55x::Pxg55xModel;
 
-fn walk(kind: Kind, seed: u64) -> Walk<Gauge> {
+fn walk(kind: Pxg55xModel, seed: u64) -> Walk<Gauge> {
     let particular = Particular {
-        model: &kind.version().model,
+        model: &kind.variant().model,
         commands: &[1, 2, 3, 3, 4, 4, 4, 4, 4, 5, 6, 128, 129],
         // (49)
         fits: |prm, configuration| (prm.octets == hex(TTR)) == (configuration.octets == [0xA1, 0x91]),
@@ -52,7 +52,7 @@ fn check(desk: &mut Desk<Gauge>) {
     assert!((report.run_hours - f64::from(quarters) / 4.0) < 0.25);
 }
 
-fn a_million_steps(kind: Kind, seed: u64, active: &[u8]) {
+fn a_million_steps(kind: Pxg55xModel, seed: u64, active: &[u8]) {
     let mut walk = walk(kind, seed);
     walk.steps(1_000_000);
     let seen = &walk.seen;
@@ -78,7 +78,7 @@ fn a_million_steps_of_a_psg550() {
 
 #[test]
 fn any_octets_as_parameters_or_outputs_are_survived() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         walk(kind, 55).any_octets(10_000);
     }
 }

@@ -3,13 +3,13 @@
 use crate::support::rows::{Kind as SampleKind, Rig, Sample};
 use crate::support::{golden, sense_all};
 use crate::{Gauge, gauge};
-use profivac_devices::Instrument;
-use profivac_devices::model::Address;
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::model::Location;
+use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_dp::slave::{Device, Relation};
 
 /// Channel Instance Selector, where the address has an instance.
-fn select(gauge: &mut Gauge, address: &Address) {
+fn select(gauge: &mut Gauge, address: &Location) {
     if address.instance != 0 {
         gauge.write(Relation::Ms2(0), 1, 46, &[address.instance]).unwrap();
     }
@@ -17,14 +17,14 @@ fn select(gauge: &mut Gauge, address: &Address) {
 
 /// The gauge with this number, in IDLE.
 fn make<const NUMBER: usize>() -> Gauge {
-    let mut gauge = gauge(Kind::all().nth(NUMBER).unwrap());
+    let mut gauge = gauge(Pxg55xModel::all().nth(NUMBER).unwrap());
     sense_all(&mut gauge, 1e-3);
     gauge.settle();
     gauge
 }
 
 fn rig<const NUMBER: usize>() -> Rig<Gauge> {
-    let version = Kind::all().nth(NUMBER).unwrap().version();
+    let version = Pxg55xModel::all().nth(NUMBER).unwrap().variant();
     let family = version.family;
     Rig {
         model: &version.model,
@@ -175,7 +175,7 @@ rows! {
 
 #[test]
 fn the_tables_are_those_of_the_goldens() {
-    let print = |number| golden::print(&Kind::all().nth(number).unwrap().version().model);
+    let print = |number| golden::print(&Pxg55xModel::all().nth(number).unwrap().variant().model);
     for (first, name) in [(0, "pcg550-with-atm.txt"), (3, "pcg550.txt"), (6, "psg550.txt")] {
         golden::check(name, &print(first));
         // The models of a family differ in their names only.

@@ -2,8 +2,8 @@
 
 use crate::support::{Desk, hex, selftest};
 use crate::{CHANNEL, FLOATS, Gauge, MBAR, RELAYS, desk, exchanging, gauge, pcg, psg};
-use profivac_devices::pxg55x::Kind;
-use profivac_devices::{Action, Instrument};
+use profivac_devices::pxg55x::Pxg55xModel;
+use profivac_devices::{Action, SimulatedDevice};
 
 const INIT: u8 = 0;
 const IDLE: u8 = 2;
@@ -22,7 +22,7 @@ fn led(desk: &mut Desk<Gauge>) -> &'static str {
 
 #[test]
 fn the_manufacturers_resets_are_resets() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         for command in [1, FACTORY_RESET, RESET] {
             let mut desk = desk(kind);
             for (to, commands) in [(IDLE, &[][..]), (EXECUTING, &[4]), (ABORT, &[2])] {
@@ -103,7 +103,7 @@ fn the_manufacturers_resets_do_not_act_in_a_critical_fault() {
 /// 7.2: "As soon as cyclic data interchange is taken up, the gauge automatically changes to the EXECUTING status."
 #[test]
 fn exchange_is_executing_and_its_end_is_idle() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         let mut desk = exchanging(kind, FLOATS, 100.0);
         assert_eq!(desk.state(), EXECUTING);
         desk.unlock();
@@ -170,7 +170,7 @@ fn a_master_overrides_what_was_set_acyclically() {
 /// 3.4 (112)
 #[test]
 fn the_net_led_has_four_faces() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         let mut desk = desk(kind);
         assert_eq!(led(&mut desk), "green flashing");
         desk.pressure_mbar(100.0);
@@ -187,7 +187,7 @@ fn the_net_led_has_four_faces() {
         assert_eq!((desk.get(0, 26)[0], led(&mut desk)), (0xA0, "green"));
         desk.unlock();
         assert_eq!(led(&mut desk), "green flashing");
-        desk.device().power(false);
+        desk.device().set_power(false);
         assert_eq!((led(&mut desk), desk.report().device_state), ("off", "OFF"));
     }
     // The atmosphere sensor is in no exception detail (74).

@@ -2,8 +2,8 @@
 
 use crate::support::{Desk, hex};
 use crate::{COUNTS, Gauge, MBAR, PASCAL, RELAYS, TORR, exchanging, float_of, pcg, pcg_without_atm, psg};
-use profivac_devices::pxg55x::Kind;
-use profivac_devices::{Action, Instrument};
+use profivac_devices::pxg55x::Pxg55xModel;
+use profivac_devices::{Action, SimulatedDevice};
 
 /// Telegram 201: integers.
 const INTEGERS: &str = "44 85 05 03 05 0A";
@@ -64,7 +64,7 @@ fn status(desk: &mut Desk<Gauge>, slot: u8) -> bool {
 }
 
 /// A gauge that exchanges with relays in its telegram; both points of both slots off.
-fn bench(kind: Kind, user: &str, cfg: &str) -> Desk<Gauge> {
+fn bench(kind: Pxg55xModel, user: &str, cfg: &str) -> Desk<Gauge> {
     let mut desk = crate::desk(kind);
     desk.pressure_mbar(500.0);
     desk.bring_up(&hex(user), &hex(cfg));
@@ -349,7 +349,7 @@ fn a_push_button_is_stored_and_needs_a_valid_pressure() {
 /// (94), (104): outside EXECUTING the relay is off, and so is its trip point. No safe value is remembered.
 #[test]
 fn a_relay_works_in_executing_only() {
-    for kind in Kind::all() {
+    for kind in Pxg55xModel::all() {
         let mut desk = exchanging(kind, RELAYS, 10.0);
         put(&mut desk, 2, LOW_POINT, 100.0).unwrap();
         let closed = |desk: &mut Desk<Gauge>| desk.report().relays.iter().copied().collect::<Vec<_>>();
@@ -369,7 +369,7 @@ fn a_relay_works_in_executing_only() {
         desk.command(5).unwrap();
         desk.command(4).unwrap();
         assert_eq!(closed(&mut desk), [true, false]);
-        desk.device().power(false);
+        desk.device().set_power(false);
         assert_eq!(closed(&mut desk), [false, false]);
     }
 }

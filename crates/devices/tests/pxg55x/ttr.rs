@@ -2,9 +2,9 @@
 
 use crate::support::{Desk, hex};
 use crate::{FLOATS, Gauge, MBAR, TTR, desk, float, of_instance, pcg, psg};
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::pxg55x::Pxg55xModel;
 
-fn in_ttr_mode(kind: Kind, mbar: f64) -> Desk<Gauge> {
+fn in_ttr_mode(kind: Pxg55xModel, mbar: f64) -> Desk<Gauge> {
     let mut desk = desk(kind);
     desk.pressure_mbar(mbar);
     desk.bring_up(&hex(TTR), &hex("A1 91"));

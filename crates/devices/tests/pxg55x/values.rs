@@ -3,8 +3,8 @@
 
 use crate::support::{Desk, hex};
 use crate::{COUNTS, FLOATS, Gauge, MBAR, PASCAL, TORR, desk, exchanging, executing, float, of_instance, pcg, psg};
-use profivac_devices::Instrument;
-use profivac_devices::pxg55x::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::pxg55x::Pxg55xModel;
 
 fn set_unit(desk: &mut Desk<Gauge>, user: &str) {
     desk.put(1, 22, &hex(user)[3..]).unwrap();
@@ -22,7 +22,8 @@ const PSG_LIMITS: [(u8, [f64; 3]); 1] = [(1, [1000.0, 1200.0, 5e-5])];
 
 #[test]
 fn the_limits_of_every_instance_in_every_unit_and_type() {
-    let of_kind = |kind: Kind, limits: &[(u8, [f64; 3])]| limits.iter().map(move |it| (kind, it.0, it.1)).collect();
+    let of_kind =
+        |kind: Pxg55xModel, limits: &[(u8, [f64; 3])]| limits.iter().map(move |it| (kind, it.0, it.1)).collect();
     let limits: [Vec<_>; 2] = [of_kind(pcg(), &PCG_LIMITS), of_kind(psg(), &PSG_LIMITS)];
     for (kind, instance, limits) in limits.concat() {
         let is_atm = instance == 3;

@@ -1,6 +1,6 @@
 //! Readable texts beside the tests. `cargo xtask goldens` writes them anew; the diff is part of a review.
 
-use profivac_devices::model::{Configuration, Model, Place, Scale, Telegram};
+use profivac_devices::model::{Configuration, Model, PlacedBlock, Scale, Telegram};
 use std::fmt::Write;
 use std::{env, fs, path::Path};
 
@@ -44,14 +44,14 @@ pub fn print(model: &Model) -> String {
         writeln!(text, "{:>5} {:04X}  {:<8}{scale}", unit.code, unit.code, unit.name).unwrap();
     }
     text += "\nRanges in mbar\n";
-    for facts in model.ranges {
+    for facts in model.parts {
         let limits = facts.limits;
         let [under, over, full] =
             [limits.under_pa, limits.over_pa, limits.full_scale_pa].map(|pa| format!("{:e}", pa / 100.0));
         let part = facts.part;
         writeln!(text, "{} {:?}: {under} to {over}, full scale {full}", part.instance, part.principle).unwrap();
     }
-    let present = model.places.iter().filter(|place| !place.addresses.is_empty());
+    let present = model.blocks.iter().filter(|place| !place.locations.is_empty());
     present.for_each(|place| text += &print_place(place));
     text += "\nFaults\n";
     for (name, effect) in model.faults.names.iter().zip(model.faults.effects) {
@@ -85,11 +85,11 @@ fn telegrams(model: &Model) -> Vec<&'static Telegram> {
     telegrams
 }
 
-fn print_place(place: &Place) -> String {
+fn print_place(place: &PlacedBlock) -> String {
     let block = place.block;
     let block_type = block.block_type.map_or(String::new(), |number| format!(", type {number}"));
     let addresses: Vec<String> = place
-        .addresses
+        .locations
         .iter()
         .map(|address| match address.instance {
             0 => format!("{} \"{}\"", address.slot, address.name),
@@ -100,7 +100,7 @@ fn print_place(place: &Place) -> String {
     for row in block.rows {
         let data_type = row.data_type.to_string();
         let [name, access] = [column(row.name, 43), column(row.access_text, 15)];
-        writeln!(text, "{:>3}  {name}{data_type:<13}{access}{:<3}{}", row.id, row.storage, row.section).unwrap();
+        writeln!(text, "{:>3}  {name}{data_type:<13}{access}{:<3}{}", row.index, row.storage, row.section).unwrap();
     }
     text
 }

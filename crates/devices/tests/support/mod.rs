@@ -9,10 +9,10 @@ pub mod rows;
 pub mod selftest;
 pub mod walk;
 
-use profivac_devices::{Action, Instrument, Principle, Report};
+use profivac_devices::{Action, Principle, SimulatedDevice, StateReport};
 use profivac_dp::link::{Baud, BitTime, Station};
-use profivac_dp::slave::{Refusal, Relation, Slave, State};
-use profivac_wire::{Frame, Sap, Telegram};
+use profivac_dp::slave::{Dpv1Error, Relation, Slave, SlaveState};
+use profivac_wire::{DataTelegram, Sap, Telegram};
 
 /// The address of the master, and of the slave.
 const MASTER: u8 = 2;
@@ -36,7 +36,7 @@ pub struct Desk<D> {
     now: BitTime,
 }
 
-impl<D: Instrument> Desk<D> {
+impl<D: SimulatedDevice> Desk<D> {
     /// A device that has settled after power-up.
     pub fn new(mut device: D) -> Self {
         device.settle();
@@ -62,11 +62,11 @@ impl<D: Instrument> Desk<D> {
     pub fn ask(&mut self, sap: Sap, ssap: u8, du: &[u8]) -> Option<(u8, Vec<u8>)> {
         self.now = self.now + 1000u64;
         let dsap = sap.to_octet();
-        let frame = Frame { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
-        let transmit = self.slave.telegram(self.now, &Telegram::Frame(frame))?;
+        let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
+        let transmit = self.slave.telegram(self.now, &Telegram::Data(frame))?;
         match Telegram::parse(transmit.octets).expect("a slave sends valid telegrams") {
             Telegram::ShortAck => Some((0xE5, Vec::new())),
-            Telegram::Frame(answer) => Some((answer.fc, answer.du.to_vec())),
+            Telegram::Data(answer) => Some((answer.fc, answer.du.to_vec())),
             Telegram::Token { .. } => panic!("a slave has no token"),
         }
     }
@@ -74,8 +74,9 @@ impl<D: Instrument> Desk<D> {
     /// Global_Control to this slave.
     pub fn request_sdn(&mut self, du: &[u8]) {
         self.now = self.now + 1000u64;
-        let frame = Frame { da: SLAVE, sa: MASTER, dsap: Sap::GlobalControl.to_octet(), ssap: Some(62), fc: SDN, du };
-        assert!(self.slave.telegram(self.now, &Telegram::Frame(frame)).is_none());
+        let frame =
+            DataTelegram { da: SLAVE, sa: MASTER, dsap: Sap::GlobalControl.to_octet(), ssap: Some(62), fc: SDN, du };
+        assert!(self.slave.telegram(self.now, &Telegram::Data(frame)).is_none());
     }
 
     /// Slave_Diag: the three octets of Station_Status.
@@ -103,13 +104,13 @@ impl<D: Instrument> Desk<D> {
     }
 
     pub fn is_exchanging(&self) -> bool {
-        matches!(self.slave.state(), State::DataExch(..))
+        matches!(self.slave.state(), SlaveState::DataExch(..))
     }
 
     /// How many octets the master sends, in data exchange.
     pub fn outputs(&self) -> Option<usize> {
         match self.slave.state() {
-            State::DataExch(_, exchange) => Some(exchange.lengths.outputs.into()),
+            SlaveState::DataExch(_, exchange) => Some(exchange.lengths.outputs.into()),
             _ => None,
         }
     }
@@ -126,7 +127,7 @@ impl<D: Instrument> Desk<D> {
 
     /// A class 2 master writes; the code of the parameter channel if it is refused.
     pub fn put(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), u8> {
-        self.write(Relation::Ms2(0), slot, index, octets).map_err(|Refusal { code_2, .. }| code_2)
+        self.write(Relation::Ms2(0), slot, index, octets).map_err(|Dpv1Error { code_2, .. }| code_2)
     }
 
     /// A Device Block State Command.
@@ -143,7 +144,7 @@ impl<D: Instrument> Desk<D> {
         self.device().operate(Action::Fault { name, present }).unwrap();
     }
 
-    pub fn report(&mut self) -> Report {
+    pub fn report(&mut self) -> StateReport {
         self.device().report()
     }
 
@@ -155,7 +156,7 @@ impl<D: Instrument> Desk<D> {
 }
 
 /// Every sensor in a chamber at this pressure; one that measures the ambient air stays there.
-pub fn sense_all(device: &mut impl Instrument, mbar: f64) {
+pub fn sense_all(device: &mut impl SimulatedDevice, mbar: f64) {
     let ambient: Vec<bool> = device.parts().iter().map(|part| part.principle == Principle::Atmosphere).collect();
     for (part, _) in ambient.into_iter().enumerate().filter(|(_, ambient)| !ambient) {
         device.sense(part, mbar * 100.0);

@@ -1,19 +1,19 @@
 //! A device without power, as the bench sees it.
 
-use profivac_devices::{Instrument, Report};
+use profivac_devices::{SimulatedDevice, StateReport};
 
 /// Every place in the lists stays where it was, and nothing is closed, on or valid. Nothing moves either.
-pub fn shows_nothing<D: Instrument>(device: &mut D) {
+pub fn shows_nothing<D: SimulatedDevice>(device: &mut D) {
     let on = device.report();
-    device.power(false);
+    device.set_power(false);
     let off = device.report();
     assert_eq!(off.device_state, "OFF");
     assert_eq!(off.led, if on.led == "none" { "none" } else { "off" });
-    for lists in [|it: &Report| it.relays, |it: &Report| it.emission, |it: &Report| it.degas] {
+    for lists in [|it: &StateReport| it.relays, |it: &StateReport| it.emission, |it: &StateReport| it.degas] {
         assert_eq!(lists(&off).iter().count(), lists(&on).iter().count(), "{off:?}");
         assert!(lists(&off).iter().all(|on| !on), "{off:?}");
     }
-    let instances = |report: &Report| report.indicated.iter().map(|shown| shown.instance).collect::<Vec<_>>();
+    let instances = |report: &StateReport| report.indicated.iter().map(|shown| shown.instance).collect::<Vec<_>>();
     assert_eq!(instances(&off), instances(&on));
     assert!(off.indicated.iter().all(|shown| shown.value_mbar.is_nan() && !shown.valid), "{off:?}");
     assert!(off.outputs_safe, "{off:?}");
@@ -22,6 +22,6 @@ pub fn shows_nothing<D: Instrument>(device: &mut D) {
     device.advance(3600.0);
     device.settle();
     assert_eq!(device.report().run_hours.to_bits(), on.run_hours.to_bits());
-    device.power(true);
+    device.set_power(true);
     assert_ne!(device.report().device_state, "OFF");
 }

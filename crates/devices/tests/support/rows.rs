@@ -1,9 +1,9 @@
 //! Every row of a device's tables, in every way a master can reach it.
 
 use super::{Desk, SLAVE, hex};
-use profivac_devices::Instrument;
-use profivac_devices::model::{self, Access, Address, DataType, Instruction, Model, Row, Storage};
-use profivac_dp::slave::{Refusal, Relation};
+use profivac_devices::SimulatedDevice;
+use profivac_devices::model::{self, Access, DataType, Location, Model, Row, Storage, TaskKind};
+use profivac_dp::slave::{Dpv1Error, Relation};
 
 /// What may be written into a parameter, and what must not. Pressures are floats in the unit of [`Rig::make`].
 pub struct Sample {
@@ -34,7 +34,7 @@ pub struct Rig<D> {
     /// A device that has settled and stands in IDLE.
     pub make: fn() -> D,
     /// Lets a slot show this instance.
-    pub select: fn(&mut D, &Address),
+    pub select: fn(&mut D, &Location),
     /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the device
     /// has both.
     pub user: &'static str,
@@ -76,7 +76,7 @@ fn write_request(ak: u8, slot: u8, index: u8, octets: &[u8]) -> [u8; 8] {
     request
 }
 
-impl<D: Instrument> Desk<D> {
+impl<D: SimulatedDevice> Desk<D> {
     /// One instruction in the parameter channel, after AK 0.
     pub fn channel(&mut self, request: [u8; 8]) -> [u8; 8] {
         let outputs = self.outputs().expect("data exchange");
@@ -87,14 +87,14 @@ impl<D: Instrument> Desk<D> {
     }
 
     /// A read by DP-V1.
-    pub fn read(&mut self, via: Relation, slot: u8, index: u8) -> Result<Vec<u8>, Refusal> {
+    pub fn read(&mut self, via: Relation, slot: u8, index: u8) -> Result<Vec<u8>, Dpv1Error> {
         let mut record = [0; 240];
         let length = self.device().read(via, slot, index, &mut record)?;
         Ok(record[..length].to_vec())
     }
 
     /// A write by DP-V1.
-    pub fn write(&mut self, via: Relation, slot: u8, index: u8, octets: &[u8]) -> Result<(), Refusal> {
+    pub fn write(&mut self, via: Relation, slot: u8, index: u8, octets: &[u8]) -> Result<(), Dpv1Error> {
         self.device().write(via, slot, index, octets)
     }
 }
@@ -104,7 +104,7 @@ fn channel_error(slot: u8, index: u8, code: u8) -> [u8; 8] {
     [0x70, slot, index, 0, 0, 0, 0, code]
 }
 
-impl<D: Instrument> Rig<D> {
+impl<D: SimulatedDevice> Rig<D> {
     fn desk(&self) -> Desk<D> {
         Desk::new((self.make)())
     }
@@ -124,15 +124,15 @@ impl<D: Instrument> Rig<D> {
 
     /// AK of a write of so many octets.
     fn write_ak(&self, length: usize) -> u8 {
-        let writes = |instruction| matches!(instruction, Instruction::Write(lengths) if lengths.contains(&length));
-        let instruction = self.model.dialect.instructions.iter().find(|(_, instruction)| writes(*instruction));
+        let writes = |instruction| matches!(instruction, TaskKind::Write(lengths) if lengths.contains(&length));
+        let instruction = self.model.channel_rules.tasks.iter().find(|(_, instruction)| writes(*instruction));
         instruction.expect("a way to write").0
     }
 
     /// Every row at every address.
-    fn each(&self, mut visit: impl FnMut(&'static Address, &'static Row)) {
-        for place in self.model.places {
-            for address in place.addresses {
+    fn each(&self, mut visit: impl FnMut(&'static Location, &'static Row)) {
+        for place in self.model.blocks {
+            for address in place.locations {
                 place.block.rows.iter().for_each(|row| visit(address, row));
             }
         }
@@ -144,17 +144,17 @@ impl<D: Instrument> Rig<D> {
             let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
                 (self.select)(desk.device(), address);
-                let (slot, id, length) = (address.slot, row.id, length(row, number));
+                let (slot, id, length) = (address.slot, row.index, length(row, number));
                 let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
                 for (relation, read, _) in DPV1 {
                     let result = desk.read(relation, slot, id).map(|octets| octets.len());
-                    let refused = Refusal { code_1: 0xB6, code_2: 18 };
+                    let refused = Dpv1Error { code_1: 0xB6, code_2: 18 };
                     let expected = if row.access.contains(read) { Ok(length) } else { Err(refused) };
                     assert_eq!(result, expected, "{what} by {relation:?}");
                 }
                 let answer = desk.channel([0x10, slot, id, 0, 0, 0, 0, 0]);
                 let readable = row.access.intersects(Access::READ);
-                let unreadable = self.model.dialect.code(model::Refusal::NotReadable);
+                let unreadable = self.model.channel_rules.error_code(model::AccessError::NotReadable);
                 match answer_ak(row, length) {
                     _ if !readable => assert_eq!(answer, channel_error(slot, id, unreadable), "{what}"),
                     None => assert_eq!(answer, channel_error(slot, id, self.unfit_code(row)), "{what}"),
@@ -175,7 +175,11 @@ impl<D: Instrument> Rig<D> {
     /// The code for what the parameter channel cannot carry.
     fn unfit_code(&self, row: &Row) -> u8 {
         let text = matches!(row.data_type, DataType::Visible(_));
-        self.model.dialect.code(if text { model::Refusal::Text } else { model::Refusal::Length })
+        self.model.channel_rules.error_code(if text {
+            model::AccessError::NotInChannel
+        } else {
+            model::AccessError::WrongLength
+        })
     }
 
     /// Writing where no mark allows it, and with another length.
@@ -184,11 +188,11 @@ impl<D: Instrument> Rig<D> {
             let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
                 (self.select)(desk.device(), address);
-                let (slot, id, length) = (address.slot, row.id, length(row, number));
+                let (slot, id, length) = (address.slot, row.index, length(row, number));
                 let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
                 for (relation, _, write) in DPV1 {
-                    let forbidden = Refusal { code_1: 0xB6, code_2: 1 };
-                    let wrong = Refusal { code_1: 0xB1, code_2: 5 };
+                    let forbidden = Dpv1Error { code_1: 0xB6, code_2: 1 };
+                    let wrong = Dpv1Error { code_1: 0xB1, code_2: 5 };
                     let expected = if row.access.contains(write) { wrong } else { forbidden };
                     for octets in [0, length - 1, length + 1, 240] {
                         let result = desk.write(relation, slot, id, &vec![0; octets]);
@@ -214,7 +218,7 @@ impl<D: Instrument> Rig<D> {
     /// Slots and indices that no table has.
     pub fn nothing_else_is_there(&self) {
         let mut desk = self.exchanging(self.cfgs[0]);
-        let addresses: Vec<&Address> = self.model.places.iter().flat_map(|place| place.addresses).collect();
+        let addresses: Vec<&Location> = self.model.blocks.iter().flat_map(|place| place.locations).collect();
         let has_instances = addresses.iter().any(|address| address.instance != 0);
         let selections = addresses.iter().filter(|address| address.instance != 0 || !has_instances);
         for selected in selections.take(if has_instances { usize::MAX } else { 1 }) {
@@ -226,7 +230,7 @@ impl<D: Instrument> Rig<D> {
                         continue;
                     }
                     let expected = if known_slot { (0xB0, 3) } else { (0xB2, 0) };
-                    let expected = Refusal { code_1: expected.0, code_2: expected.1 };
+                    let expected = Dpv1Error { code_1: expected.0, code_2: expected.1 };
                     assert_eq!(desk.read(Relation::Ms2(0), slot, index), Err(expected), "{slot}/{index}");
                     assert_eq!(desk.write(Relation::Ms1, slot, index, &[0]), Err(expected), "{slot}/{index}");
                     if index % 16 == slot % 16 {
@@ -239,11 +243,11 @@ impl<D: Instrument> Rig<D> {
     }
 
     /// Whether slot and index lead to a row while this address is selected.
-    fn shows(&self, selected: &Address, slot: u8, index: u8) -> bool {
-        let visible = |address: &Address| address.instance == 0 || address.instance == selected.instance;
-        self.model.places.iter().any(|place| {
+    fn shows(&self, selected: &Location, slot: u8, index: u8) -> bool {
+        let visible = |address: &Location| address.instance == 0 || address.instance == selected.instance;
+        self.model.blocks.iter().any(|place| {
             place.block.row(index).is_some()
-                && place.addresses.iter().any(|address| address.slot == slot && visible(address))
+                && place.locations.iter().any(|address| address.slot == slot && visible(address))
         })
     }
 
@@ -252,7 +256,7 @@ impl<D: Instrument> Rig<D> {
         let mut writable = Vec::new();
         self.each(|address, row| {
             if row.access.intersects(Access::WRITE) {
-                writable.push((address.slot, address.instance, row.id));
+                writable.push((address.slot, address.instance, row.index));
             }
         });
         let mut sampled: Vec<_> = self.samples.iter().map(|sample| sample.at).collect();
@@ -262,10 +266,10 @@ impl<D: Instrument> Rig<D> {
     }
 
     /// The row and address of a sample.
-    fn find(&self, (slot, instance, index): (u8, u8, u8)) -> (&'static Address, &'static Row) {
+    fn find(&self, (slot, instance, index): (u8, u8, u8)) -> (&'static Location, &'static Row) {
         let mut found = None;
         self.each(|address, row| {
-            if (address.slot, address.instance, row.id) == (slot, instance, index) {
+            if (address.slot, address.instance, row.index) == (slot, instance, index) {
                 found = Some((address, row));
             }
         });
@@ -276,7 +280,7 @@ impl<D: Instrument> Rig<D> {
     pub fn every_value_is_checked_by_dpv1(&self) {
         for sample in self.samples {
             let (address, row) = self.find(sample.at);
-            let (slot, id) = (address.slot, row.id);
+            let (slot, id) = (address.slot, row.index);
             for (relation, read, write) in DPV1 {
                 if !row.access.contains(write) {
                     continue;
@@ -292,7 +296,7 @@ impl<D: Instrument> Rig<D> {
                 }
                 let before = row.access.contains(read).then(|| desk.read(relation, slot, id).unwrap());
                 for bad in sample.bad {
-                    let range = Refusal { code_1: 0xB7, code_2: 2 };
+                    let range = Dpv1Error { code_1: 0xB7, code_2: 2 };
                     assert_eq!(desk.write(relation, slot, id, &hex(bad)), Err(range), "{what}: {bad}");
                     if let Some(before) = &before {
                         assert_eq!(desk.read(relation, slot, id).as_ref(), Ok(before), "{what}: {bad}");
@@ -306,7 +310,7 @@ impl<D: Instrument> Rig<D> {
     pub fn every_value_is_checked_by_the_channel(&self) {
         for sample in self.samples {
             let (address, row) = self.find(sample.at);
-            let (slot, id, length) = (address.slot, row.id, length(row, 4));
+            let (slot, id, length) = (address.slot, row.index, length(row, 4));
             let mut desk = self.exchanging(self.cfgs[1]);
             (self.select)(desk.device(), address);
             let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
@@ -335,24 +339,24 @@ impl<D: Instrument> Rig<D> {
     /// Reads a row in the first way that its marks allow.
     fn read_somehow(&self, desk: &mut Desk<D>, slot: u8, row: &Row) -> Vec<u8> {
         match DPV1.iter().find(|(_, read, _)| row.access.contains(*read)) {
-            Some((relation, ..)) => desk.read(*relation, slot, row.id).unwrap(),
-            None => desk.channel([0x10, slot, row.id, 0, 0, 0, 0, 0])[8 - length(row, 4)..].to_vec(),
+            Some((relation, ..)) => desk.read(*relation, slot, row.index).unwrap(),
+            None => desk.channel([0x10, slot, row.index, 0, 0, 0, 0, 0])[8 - length(row, 4)..].to_vec(),
         }
     }
 
     /// Writes a row in the first way that its marks allow.
     fn write_somehow(&self, desk: &mut Desk<D>, slot: u8, row: &Row, octets: &[u8]) {
         match DPV1.iter().find(|(.., write)| row.access.contains(*write)) {
-            Some((relation, ..)) => desk.write(*relation, slot, row.id, octets).unwrap(),
+            Some((relation, ..)) => desk.write(*relation, slot, row.index, octets).unwrap(),
             None => {
-                let request = write_request(self.write_ak(octets.len()), slot, row.id, octets);
+                let request = write_request(self.write_ak(octets.len()), slot, row.index, octets);
                 assert_ne!(desk.channel(request)[0], 0x70, "{request:02X?}");
             }
         }
     }
 
     /// With a parameter channel if the row has no other way.
-    fn desk_for(&self, address: &Address, row: &Row) -> Desk<D> {
+    fn desk_for(&self, address: &Location, row: &Row) -> Desk<D> {
         let by_channel = row.access.intersects(Access::WRITE_CHANNEL);
         let mut desk = if by_channel { self.exchanging(self.cfgs[1]) } else { self.desk() };
         (self.select)(desk.device(), address);
@@ -367,8 +371,8 @@ impl<D: Instrument> Rig<D> {
             for good in sample.good {
                 let mut desk = self.desk_for(address, row);
                 self.write_somehow(&mut desk, address.slot, row, &hex(good));
-                desk.device().power(false);
-                desk.device().power(true);
+                desk.device().set_power(false);
+                desk.device().set_power(true);
                 desk.device().settle();
                 if desk.is_exchanging() {
                     desk.slave.power_up(SLAVE);
@@ -377,7 +381,7 @@ impl<D: Instrument> Rig<D> {
                 (self.select)(desk.device(), address);
                 let expected = if row.storage == Storage::Nonvolatile { hex(good) } else { factory.clone() };
                 let kept = self.read_somehow(&mut desk, address.slot, row);
-                assert_eq!(kept, expected, "{}:{}/{}: {good}", address.slot, address.instance, row.id);
+                assert_eq!(kept, expected, "{}:{}/{}: {good}", address.slot, address.instance, row.index);
             }
         }
     }

@@ -2,7 +2,7 @@
 //! BG 5530 4.4.1.
 
 use super::{Desk, hex};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 const IDLE: u8 = 2;
 const SELF_TEST_EXCEPTION: u8 = 3;
@@ -27,15 +27,15 @@ const CASES: [(&[&str], u8, &str); 8] = [
 ];
 
 /// Power is lost and returns.
-fn power_cycle<D: Instrument>(desk: &mut Desk<D>) {
-    desk.device().power(false);
+fn power_cycle<D: SimulatedDevice>(desk: &mut Desk<D>) {
+    desk.device().set_power(false);
     assert_eq!(desk.report().device_state, "OFF");
-    desk.device().power(true);
+    desk.device().set_power(true);
 }
 
 /// Every combination of defective memories, found in every way. `user` and `cfg` lead to an exchange with a parameter
 /// channel in front and a float of the process at the end.
-pub fn memories<D: Instrument>(new: impl Fn() -> Desk<D>, user: &str, cfg: &str) {
+pub fn memories<D: SimulatedDevice>(new: impl Fn() -> Desk<D>, user: &str, cfg: &str) {
     // The ways into a self test.
     let ways: [fn(&mut Desk<D>); 3] =
         [power_cycle, |desk| desk.command(RESET).unwrap(), |desk| desk.command(DIAGNOSTIC).unwrap()];
@@ -60,7 +60,7 @@ pub fn memories<D: Instrument>(new: impl Fn() -> Desk<D>, user: &str, cfg: &str)
 }
 
 /// The device is on the bus, with safe values and a parameter channel that tells its state; the state stays.
-fn exchanges_safe_values<D: Instrument>(desk: &mut Desk<D>, state: u8, user: &str, cfg: &str) {
+fn exchanges_safe_values<D: SimulatedDevice>(desk: &mut Desk<D>, state: u8, user: &str, cfg: &str) {
     desk.bring_up(&hex(user), &hex(cfg));
     let mut outputs = vec![0; desk.outputs().unwrap()];
     outputs[..8].copy_from_slice(&[0x10, 0, 25, 0, 0, 0, 0, 0]);
@@ -72,7 +72,7 @@ fn exchanges_safe_values<D: Instrument>(desk: &mut Desk<D>, state: u8, user: &st
 }
 
 /// Commands that are refused, and those that lead to IDLE once the memories are sound again.
-fn leaves<D: Instrument>(desk: &mut Desk<D>, state: u8, faults: &[&str]) {
+fn leaves<D: SimulatedDevice>(desk: &mut Desk<D>, state: u8, faults: &[&str]) {
     for command in 2..=5 {
         assert_eq!(desk.command(command), Err(202), "command {command} in {state}");
     }

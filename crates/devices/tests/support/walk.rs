@@ -4,7 +4,7 @@
 use super::random::Random;
 use super::{Desk, sense_all};
 use profivac_devices::model::{Configuration, DataType, Field, Model, NumberType, Row, Storage, UserPrm};
-use profivac_devices::{Action, Instrument, Report};
+use profivac_devices::{Action, SimulatedDevice, StateReport};
 use profivac_dp::slave::Relation;
 use std::collections::BTreeSet;
 
@@ -35,7 +35,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    fn note(&mut self, report: &Report) {
+    fn note(&mut self, report: &StateReport) {
         self.states.insert(report.device_state);
         self.active.insert(report.active_instance);
         self.degas |= report.degas.iter().eq([&true]);
@@ -55,10 +55,10 @@ pub struct Walk<D> {
     rows: Vec<(u8, u8, &'static Row)>,
 }
 
-impl<D: Instrument> Walk<D> {
+impl<D: SimulatedDevice> Walk<D> {
     pub fn new(desk: Desk<D>, particular: Particular<D>, seed: u64) -> Self {
-        let places = particular.model.places.iter();
-        let at = places.flat_map(|place| place.addresses.iter().map(move |address| (address, place.block)));
+        let places = particular.model.blocks.iter();
+        let at = places.flat_map(|place| place.locations.iter().map(move |address| (address, place.block)));
         let rows = at.flat_map(|(at, block)| block.rows.iter().map(move |row| (at.slot, at.instance, row))).collect();
         Self { desk, random: Random::new(seed), seen: Seen::default(), particular, rows }
     }
@@ -119,7 +119,7 @@ impl<D: Instrument> Walk<D> {
     /// Everything that must be there after any power cut.
     fn kept(&mut self) -> Vec<Vec<u8>> {
         let moving = self.particular.moving;
-        let kept = |(slot, _, row): &(u8, u8, &'static Row)| row.is_kept() && !moving.contains(&(*slot, row.id));
+        let kept = |(slot, _, row): &(u8, u8, &'static Row)| row.is_stored() && !moving.contains(&(*slot, row.index));
         let rows: Vec<_> = self.rows.iter().copied().filter(kept).collect();
         self.peek(|walk| walk.read_all(&rows))
     }
@@ -129,7 +129,7 @@ impl<D: Instrument> Walk<D> {
         let mut selected = 0;
         let read = |(slot, instance, row): &(u8, u8, &'static Row)| {
             let again = std::mem::replace(&mut selected, *instance) == *instance;
-            self.get(*slot, if again { 0 } else { *instance }, row.id)
+            self.get(*slot, if again { 0 } else { *instance }, row.index)
         };
         rows.iter().map(read).collect()
     }
@@ -170,16 +170,16 @@ impl<D: Instrument> Walk<D> {
             self.desk.put(1, 46, &[instance]).unwrap();
         }
         let before = self.random.once_in(50).then(|| self.kept());
-        let result = self.desk.write(relation, slot, row.id, &octets);
+        let result = self.desk.write(relation, slot, row.index, &octets);
         if let (Some(before), Err(refusal)) = (before, result) {
-            assert_eq!(self.kept(), before, "{slot}/{} refused with {refusal:02X?}", row.id);
+            assert_eq!(self.kept(), before, "{slot}/{} refused with {refusal:02X?}", row.index);
         }
     }
 
     /// A read anywhere, known or not.
     fn read(&mut self) {
         let (slot, _, row) = self.any_row();
-        let index = if self.random.once_in(5) { self.random.octet() } else { row.id };
+        let index = if self.random.once_in(5) { self.random.octet() } else { row.index };
         let relation = self.relation();
         let _ = self.desk.read(relation, slot, index);
     }
@@ -223,7 +223,7 @@ impl<D: Instrument> Walk<D> {
         }
         let (slot, _, row) = self.any_row();
         let value = self.any_value(row);
-        let mut octets = vec![self.random.one_of(&[0, 0x10, 0x20, 0x30, 0xA0, 0x70]), slot, row.id, 0, 0, 0, 0, 0];
+        let mut octets = vec![self.random.one_of(&[0, 0x10, 0x20, 0x30, 0xA0, 0x70]), slot, row.index, 0, 0, 0, 0, 0];
         let width = value.len().min(4);
         octets[8 - width..].copy_from_slice(&value[..width]);
         octets
@@ -232,9 +232,9 @@ impl<D: Instrument> Walk<D> {
     /// Power goes and returns: what was nonvolatile is as before.
     fn power(&mut self) {
         let before = (self.desk.get(1, 46), self.kept());
-        self.desk.device().power(false);
+        self.desk.device().set_power(false);
         sense_all(self.desk.device(), 1.0);
-        self.desk.device().power(true);
+        self.desk.device().set_power(true);
         self.desk.slave.power_up(5);
         if self.random.once_in(2) {
             self.desk.device().settle();
@@ -282,7 +282,7 @@ impl<D: Instrument> Walk<D> {
     }
 
     /// Every field of the inputs that is a parameter.
-    fn check_inputs(&mut self, report: &Report) {
+    fn check_inputs(&mut self, report: &StateReport) {
         let Some(outputs) = self.desk.outputs() else { return };
         let inputs = self.desk.exchange(&vec![0; outputs]);
         let telegram = self.configuration().inputs.unwrap();

@@ -5,8 +5,8 @@ use crate::support::{Desk, hex};
 use crate::{COLD, Controller, PIRANI, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::tpg::{Gauge, Tpg, table};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::tpg::{Tpg, TpgGauge, table};
+use profivac_devices::{Action, SimulatedDevice};
 
 /// errata-bpg-bcg-tpg 122 and 125: configuration, inputs. The outputs are always nine octets.
 const CONFIGURATIONS: [(&str, usize); 9] = [
@@ -21,7 +21,7 @@ const CONFIGURATIONS: [(&str, usize); 9] = [
     ("97 A7 93 93 93 93 A0", 24),
 ];
 
-fn desk(boards: [Option<Gauge>; 4]) -> Desk<Controller> {
+fn desk(boards: [Option<TpgGauge>; 4]) -> Desk<Controller> {
     Desk::new(controller(boards))
 }
 
@@ -131,8 +131,8 @@ fn every_board_combination_shows_its_channels_and_no_hardware() {
         let du = desk.exchange(&outputs(0xFF));
         let expected = gauges.map(|gauge| match gauge {
             None => 5,
-            Some(Gauge::Pirani) => 1,
-            Some(Gauge::ColdCathode) => 0,
+            Some(TpgGauge::Pirani) => 1,
+            Some(TpgGauge::ColdCathode) => 0,
         });
         assert_eq!(statuses(&du), expected, "{gauges:?}");
         assert_eq!(desk.device().parts().len(), gauges.iter().flatten().count());

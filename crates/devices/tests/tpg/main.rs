@@ -14,18 +14,18 @@ mod thresholds;
 
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::tpg::{Gauge, Tpg, table};
+use profivac_devices::tpg::{Tpg, TpgGauge, table};
 
 type Controller = Tpg<RamStore>;
 
 /// What is plugged into a channel.
-const PIRANI: Option<Gauge> = Some(Gauge::Pirani);
-const COLD: Option<Gauge> = Some(Gauge::ColdCathode);
+const PIRANI: Option<TpgGauge> = Some(TpgGauge::Pirani);
+const COLD: Option<TpgGauge> = Some(TpgGauge::ColdCathode);
 
 /// The default of the command line.
-const BOARDS: [Option<Gauge>; 4] = [PIRANI, PIRANI, COLD, COLD];
+const BOARDS: [Option<TpgGauge>; 4] = [PIRANI, PIRANI, COLD, COLD];
 
 /// A TPG500 as bought, with the address switch at 5.
-fn controller(boards: [Option<Gauge>; 4]) -> Controller {
+fn controller(boards: [Option<TpgGauge>; 4]) -> Controller {
     Tpg::new(&table::TPG500, RamStore::default(), Setup::new(5), boards)
 }

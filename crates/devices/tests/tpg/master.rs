@@ -2,8 +2,8 @@
 
 use crate::support::{Desk, hex};
 use crate::{Controller, controller};
-use profivac_devices::tpg::Gauge;
-use profivac_devices::{Action, Instrument};
+use profivac_devices::tpg::TpgGauge;
+use profivac_devices::{Action, SimulatedDevice};
 
 /// Slots. IF300P/IF301P manual 3.2.4.1 and 3.2.4.2.
 pub const A1: u8 = 1;
@@ -38,7 +38,7 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    pub fn new(boards: [Option<Gauge>; 4]) -> Self {
+    pub fn new(boards: [Option<TpgGauge>; 4]) -> Self {
         Self::with(controller(boards))
     }
 
@@ -126,8 +126,8 @@ impl Exchange {
 
     /// Power is lost, returns, and the master begins anew.
     pub fn power_cycle(&mut self) {
-        self.desk.device().power(false);
-        self.desk.device().power(true);
+        self.desk.device().set_power(false);
+        self.desk.device().set_power(true);
         self.desk.slave.power_up(5);
         self.sensor_on_off = 0;
         self.bring_up();

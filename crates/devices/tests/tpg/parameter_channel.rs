@@ -3,7 +3,7 @@
 
 use crate::BOARDS;
 use crate::master::Exchange;
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 fn exchange() -> Exchange {
     Exchange::new(BOARDS)

@@ -7,8 +7,8 @@ use crate::master::{
 use crate::support::random::Random;
 use crate::{COLD, PIRANI, controller};
 use profivac_devices::model::{DataType, Row};
-use profivac_devices::tpg::{Gauge, table};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::tpg::{TpgGauge, table};
+use profivac_devices::{Action, SimulatedDevice};
 
 const STEPS: usize = 1_000_000;
 
@@ -16,7 +16,7 @@ const STEPS: usize = 1_000_000;
 struct Walk {
     master: Exchange,
     random: Random,
-    boards: [Option<Gauge>; 4],
+    boards: [Option<TpgGauge>; 4],
     /// Everything in range of a request to store, in the order of [`settings`].
     stored: Vec<u32>,
 }
@@ -30,7 +30,7 @@ fn settings() -> impl Iterator<Item = (u8, u8)> {
 }
 
 /// Boards at random.
-fn any_boards(random: &mut Random) -> [Option<Gauge>; 4] {
+fn any_boards(random: &mut Random) -> [Option<TpgGauge>; 4] {
     [(); 4].map(|()| random.one_of(&[None, PIRANI, PIRANI, COLD, COLD]))
 }
 
@@ -44,8 +44,8 @@ impl Walk {
 
     /// Any row, with its slot.
     fn any_row(&mut self) -> (u8, &'static Row) {
-        let place = &table::TPG500.places[self.random.below(table::TPG500.places.len())];
-        let address = &place.addresses[self.random.below(place.addresses.len())];
+        let place = &table::TPG500.blocks[self.random.below(table::TPG500.blocks.len())];
+        let address = &place.locations[self.random.below(place.locations.len())];
         (address.slot, &place.block.rows[self.random.below(place.block.rows.len())])
     }
 
@@ -62,9 +62,9 @@ impl Walk {
             _ => vec![0, 0, 0, self.random.octet() % 6],
         };
         let ak = self.random.one_of(&[0, 0x10, 0x20, 0x20, 0x30, 0x30, 0xA0]);
-        let request: [u8; 8] = [&[ak, slot, row.id, 0], &value[..]].concat().try_into().unwrap();
+        let request: [u8; 8] = [&[ak, slot, row.index, 0], &value[..]].concat().try_into().unwrap();
         let answer = self.master.cycle(request);
-        assert_eq!(answer[1..4], [slot, row.id, 0][..], "{request:02X?}");
+        assert_eq!(answer[1..4], [slot, row.index, 0][..], "{request:02X?}");
         assert!([0x00, 0x10, 0x20, 0x70, 0xB0].contains(&answer[0]), "{answer:02X?}");
         if answer[0] == 0x70 {
             // 148

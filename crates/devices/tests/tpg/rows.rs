@@ -4,8 +4,8 @@
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
 use crate::{BOARDS, Controller, controller};
-use profivac_devices::Instrument;
-use profivac_devices::model::Address;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::model::Location;
 use profivac_devices::tpg::table;
 use profivac_dp::slave::{Device, Outputs};
 
@@ -26,7 +26,7 @@ fn make() -> Controller {
 }
 
 /// Threshold validation 0, so that the set of a block can be written.
-fn select(controller: &mut Controller, address: &Address) {
+fn select(controller: &mut Controller, address: &Location) {
     if address.slot >= 5 {
         controller.outputs(Outputs::Data(&[0x20, address.slot, 20, 0, 0, 0, 0, 0, 0]));
         controller.outputs(Outputs::Data(&[0; 9]));

@@ -10,7 +10,7 @@ use crate::{BOARDS, Controller, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};
-use profivac_devices::{Action, Instrument};
+use profivac_devices::{Action, SimulatedDevice};
 use profivac_dp::slave::Device;
 use profivac_wire::address::SetSlaveAdd;
 
@@ -188,12 +188,12 @@ fn the_address_comes_from_the_switch_or_from_set_slave_add() {
     assert_eq!(device.station_address(), 126);
     let request = SetSlaveAdd { address: 17, ident: 0x05D9, no_add_chg: 0, rem_slave_data: &[] };
     assert_eq!(device.set_address(&request), Some(17));
-    device.power(false);
-    device.power(true);
+    device.set_power(false);
+    device.set_power(true);
     assert_eq!(device.station_address(), 17);
     device.operate(Action::Switch { name: "address", value: "9" }).unwrap();
-    device.power(false);
-    device.power(true);
+    device.set_power(false);
+    device.set_power(true);
     assert_eq!(device.station_address(), 9);
     assert!(!device.address_is_settable());
 }

@@ -4,7 +4,7 @@ use crate::master::{
     A1, B1, COLD_CATHODE_B, Exchange, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
 };
 use crate::{BOARDS, COLD, PIRANI};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 /// Channel B1 in Sensor On_Off.
 const B1_OFF: u8 = 0x10;

@@ -2,7 +2,7 @@
 
 use crate::support::Desk;
 use crate::{FLOATS, Gauge, KINDS, desk, exchanging, float, of_instance, restart};
-use profivac_devices::Instrument;
+use profivac_devices::SimulatedDevice;
 
 /// AI Block Adjust Command.
 fn adjust(desk: &mut Desk<Gauge>, value: u8) -> Result<(), u8> {

@@ -2,8 +2,8 @@
 
 use crate::support::Desk;
 use crate::{FLOATS, Gauge, exchanging, float, of_instance, switch};
-use profivac_devices::Instrument;
-use profivac_devices::xpg400::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::xpg400::Xpg400Model;
 
 /// Hot Cathode Block State Command.
 fn command(desk: &mut Desk<Gauge>, command: u8, value: u8) -> Result<(), u8> {
@@ -24,7 +24,7 @@ const DEGAS: (u8, f32, u8) = (3, 20.0, 3);
 
 #[test]
 fn the_emission_of_a_bpg_has_two_thresholds_and_two_currents() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 1000.0);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1000.0);
     for (mbar, expected) in [
         (1000.0, OFF),
         (2.41e-2, OFF),
@@ -46,7 +46,7 @@ fn the_emission_of_a_bpg_has_two_thresholds_and_two_currents() {
 /// 3.2.1.4, (82): on at the switchover of position 0, off a third above it; one current (97).
 #[test]
 fn the_emission_of_an_hpg_is_on_or_off() {
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 1000.0);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1000.0);
     for (mbar, expected) in [(1000.0, 0), (1.01, 0), (0.99, 1), (1e-7, 1), (1.33, 1), (1.34, 0), (1.01, 0), (0.99, 1)] {
         desk.pressure_mbar(mbar);
         assert_eq!(of_instance(&mut desk, 2, 105), [expected], "{mbar} mbar");
@@ -58,7 +58,7 @@ fn the_emission_of_an_hpg_is_on_or_off() {
 /// (97): off at any time, on where the gauge itself would switch it on.
 #[test]
 fn emission_status_switches_the_emission() {
-    for (kind, too_high) in [(Kind::Bpg, 2.4e-2), (Kind::Hpg, 1.0)] {
+    for (kind, too_high) in [(Xpg400Model::Bpg, 2.4e-2), (Xpg400Model::Hpg, 1.0)] {
         let mut desk = exchanging(kind, FLOATS, 1e-4);
         let emission = |desk: &mut Desk<Gauge>| of_instance(desk, 2, 105)[0];
         desk.put(1, 46, &[2]).unwrap();
@@ -95,7 +95,7 @@ fn a_failed_sensor_has_no_emission() {
 /// (98)
 #[test]
 fn the_gauge_chooses_the_current() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 1e-4);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-4);
     desk.put(1, 46, &[2]).unwrap();
     desk.put(1, 106, &5.0f32.to_be_bytes()).unwrap();
     assert_eq!(status(&mut desk), LOW);
@@ -105,7 +105,7 @@ fn the_gauge_chooses_the_current() {
 /// 3.3.3.8, (95)
 #[test]
 fn degas_runs_three_minutes_below_its_limit() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 7.1e-6);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 7.1e-6);
     command(&mut desk, 1, 1).unwrap();
     assert_eq!(status(&mut desk), DEGAS);
     assert!(desk.report().degas.iter().eq([&true]));
@@ -123,7 +123,7 @@ fn degas_runs_three_minutes_below_its_limit() {
 /// (95): at 7.2e-6 mbar and above, without emission, outside EXECUTING. Off is always accepted.
 #[test]
 fn degas_is_refused_where_it_would_harm() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 7.2e-6);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 7.2e-6);
     assert_eq!(command(&mut desk, 1, 1), Err(202));
     assert_eq!(command(&mut desk, 1, 0), Ok(()));
     // The sensor warning of these gauges has no bit for it (96).
@@ -150,7 +150,7 @@ fn degas_is_refused_where_it_would_harm() {
 /// Appendix C, pin 7: connected in the BPG400-SP only.
 #[test]
 fn the_degas_input_is_a_command_too() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 1e-7);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-7);
     switch(&mut desk, "degas", "on").unwrap();
     assert_eq!(status(&mut desk), DEGAS);
     switch(&mut desk, "degas", "off").unwrap();
@@ -159,14 +159,14 @@ fn the_degas_input_is_a_command_too() {
     switch(&mut desk, "degas", "on").unwrap();
     assert_eq!(status(&mut desk), LOW);
     assert_eq!(switch(&mut desk, "degas", "24V").unwrap_err().expected, ["on", "off"]);
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-7);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-7);
     assert_eq!(switch(&mut desk, "degas", "on").unwrap_err().expected, ["address", "low-high", "cal-adj"]);
 }
 
 /// (94)
 #[test]
 fn the_hpg_has_no_degas() {
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-5);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-5);
     assert_eq!(command(&mut desk, 1, 1), Err(3));
     assert_eq!(desk.put(1, 106, &5.0f32.to_be_bytes()), Err(3));
 }

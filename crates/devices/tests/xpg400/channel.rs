@@ -2,7 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Gauge, KINDS, exchanging, switch};
-use profivac_devices::xpg400::Kind;
+use profivac_devices::xpg400::Xpg400Model;
 
 const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
@@ -86,7 +86,7 @@ fn every_code_has_its_situation() {
 /// (19), (20), (21)
 #[test]
 fn arrays_and_command_records_are_right_aligned() {
-    let mut desk = exchanging(Kind::Bpg, CHANNEL, 1e-6);
+    let mut desk = exchanging(Xpg400Model::Bpg, CHANNEL, 1e-6);
     desk.fault("pirani-adjust", true);
     for (request, answer) in [
         ("10 00 CD 00 00 00 00 00", "20 00 CD 00 00 00 00 00"),
@@ -109,7 +109,7 @@ fn arrays_and_command_records_are_right_aligned() {
 /// (38): the switchover is a float or a word, as the configuration says.
 #[test]
 fn the_side_switches_are_read_through_the_channel() {
-    let mut desk = exchanging(Kind::Hpg, CHANNEL, 1e-3);
+    let mut desk = exchanging(Xpg400Model::Hpg, CHANNEL, 1e-3);
     switch(&mut desk, "low-high", "3").unwrap();
     switch(&mut desk, "cal-adj", "8").unwrap();
     assert_eq!(ask(&mut desk, "10 00 CA 00 00 00 00 00"), hex("20 00 CA 00 3F 00 00 00"));

@@ -2,8 +2,8 @@
 
 use crate::support::{Desk, hex};
 use crate::{FLOATS, Gauge, KINDS, exchanging, of_instance};
-use profivac_devices::Instrument;
-use profivac_devices::xpg400::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::xpg400::Xpg400Model;
 
 /// A fault; Exception Status in EXECUTING at 1e-3 mbar, ID 27 and ID 28.
 const FAULTS: [(&str, u8, &str, &str); 10] = [
@@ -94,9 +94,9 @@ fn outside_executing_the_reading_is_invalid() {
 }
 
 /// A pressure; Reading Valid and Status Extension of both instances in EXECUTING (55, 58, 81).
-fn ranges(kind: Kind) -> &'static [(f64, [u8; 2], [u8; 2])] {
+fn ranges(kind: Xpg400Model) -> &'static [(f64, [u8; 2], [u8; 2])] {
     match kind {
-        Kind::Bpg => &[
+        Xpg400Model::Bpg => &[
             (4e-10, [0, 0], [5, 5]),
             (5e-10, [0, 1], [5, 0]),
             (5.4e-3, [0, 1], [5, 0]),
@@ -106,7 +106,7 @@ fn ranges(kind: Kind) -> &'static [(f64, [u8; 2], [u8; 2])] {
             (1000.0, [1, 0], [0, 3]),
             (1001.0, [0, 0], [3, 3]),
         ],
-        Kind::Hpg => &[
+        Xpg400Model::Hpg => &[
             (9e-7, [0, 0], [5, 5]),
             (1e-6, [0, 1], [5, 0]),
             (9.9e-3, [0, 1], [5, 0]),

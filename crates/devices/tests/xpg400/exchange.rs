@@ -2,7 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Gauge, KINDS, MBAR, desk};
-use profivac_devices::xpg400::Kind;
+use profivac_devices::xpg400::Xpg400Model;
 use profivac_dp::slave::Device;
 use profivac_wire::Sap;
 
@@ -23,7 +23,8 @@ const UNITS: [(&str, f64, u16); 4] = [
 ];
 
 /// At 0.012 mbar the Pirani of a BPG400-SP measures, and the ionisation part of an HPG400-SP.
-const AT_0_012_MBAR: [(Kind, u8, f64, u16); 2] = [(Kind::Bpg, 1, 21158.362, 21158), (Kind::Hpg, 2, 19211.15, 19211)];
+const AT_0_012_MBAR: [(Xpg400Model, u8, f64, u16); 2] =
+    [(Xpg400Model::Bpg, 1, 21158.362, 21158), (Xpg400Model::Hpg, 2, 19211.15, 19211)];
 
 #[test]
 fn the_ident_numbers_are_those_of_the_manual() {
@@ -56,9 +57,9 @@ fn every_configuration_brings_the_pressure_in_every_unit() {
 }
 
 /// Exception Status, status extension and PV selector at a pressure. Ambient air is overrange (53).
-fn statuses(kind: Kind) -> &'static [(f64, [u8; 3])] {
+fn statuses(kind: Xpg400Model) -> &'static [(f64, [u8; 3])] {
     match kind {
-        Kind::Bpg => &[
+        Xpg400Model::Bpg => &[
             (1e-11, [0xA0, 0x05, 2]),
             (5e-10, [0x80, 0x00, 2]),
             (1e-7, [0x80, 0x00, 2]),
@@ -68,7 +69,7 @@ fn statuses(kind: Kind) -> &'static [(f64, [u8; 3])] {
             (1000.0, [0x80, 0x00, 1]),
             (1013.25, [0xA0, 0x03, 1]),
         ],
-        Kind::Hpg => &[
+        Xpg400Model::Hpg => &[
             (9e-7, [0xA0, 0x05, 2]),
             (1e-6, [0x80, 0x00, 2]),
             (5e-3, [0x80, 0x00, 2]),
@@ -110,18 +111,18 @@ fn a_string_that_is_not_in_the_table_is_refused() {
             for octet in 0..=255 {
                 let mut other = string.clone();
                 other[position] = octet;
-                assert_eq!(refused(&mut desk(Kind::Bpg), &other), !strings.contains(&other), "{other:02X?}");
+                assert_eq!(refused(&mut desk(Xpg400Model::Bpg), &other), !strings.contains(&other), "{other:02X?}");
             }
         }
-        assert!(refused(&mut desk(Kind::Hpg), &string[..string.len() - 1]));
+        assert!(refused(&mut desk(Xpg400Model::Hpg), &string[..string.len() - 1]));
     }
     // Those of the BCG450-SP with a transition command.
-    assert!(refused(&mut desk(Kind::Bpg), &hex("C6 81 86 05 05 05 05 05 08")));
+    assert!(refused(&mut desk(Xpg400Model::Bpg), &hex("C6 81 86 05 05 05 05 05 08")));
 }
 
 #[test]
 fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
-    let mut desk = desk(Kind::Hpg);
+    let mut desk = desk(Xpg400Model::Hpg);
     let mut accepts = |user: &[u8]| {
         desk.set_prm(user);
         // Prm_Fault (6)
@@ -143,7 +144,7 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
 
 #[test]
 fn before_the_first_configuration_get_cfg_tells_the_default() {
-    let mut desk = desk(Kind::Bpg);
+    let mut desk = desk(Xpg400Model::Bpg);
     let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("44 86 05 05 05 08"));
     desk.bring_up(&hex(MBAR), &hex("C6 87 8E 0A 0A 05 05 05 08"));

@@ -3,7 +3,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Gauge, KINDS, desk, float, of_instance};
-use profivac_devices::xpg400::Kind;
+use profivac_devices::xpg400::Xpg400Model;
 
 /// COUNTS, Torr, Micron, mbar, Pascal
 const UNITS: [&str; 5] = ["03 E9", "05 15", "05 16", "05 1C", "05 1D"];
@@ -33,10 +33,10 @@ const HPG: [Limit; 6] = [
     (2, 45, [8333.3333, 7.5006168e-7, 7.5006168e-4, 1e-6, 1e-4], [8333.0, 7.5006168e-7, 7.5006168e-4, 1e-6, 1e-4]),
 ];
 
-const fn limits(kind: Kind) -> &'static [Limit; 6] {
+const fn limits(kind: Xpg400Model) -> &'static [Limit; 6] {
     match kind {
-        Kind::Bpg => &BPG,
-        Kind::Hpg => &HPG,
+        Xpg400Model::Bpg => &BPG,
+        Xpg400Model::Hpg => &HPG,
     }
 }
 
@@ -75,19 +75,19 @@ fn as_integers_they_are_cut_and_saturated() {
 }
 
 /// The exponent of ten in mbar that COUNTS of an instance stand for.
-type Formula = (Kind, u8, fn(f64) -> f64);
+type Formula = (Xpg400Model, u8, fn(f64) -> f64);
 
 /// 3.2.2.1, 3.2.3.1, 3.2.4.1: what COUNTS mean on each scale (59, 64).
 #[test]
 fn counts_mean_the_pressure_of_the_printed_formulas() {
     let bpg: fn(f64) -> f64 = |counts| counts / 2000.0 - 12.5;
     let formulas: [Formula; 6] = [
-        (Kind::Bpg, 1, bpg),
-        (Kind::Bpg, 2, bpg),
-        (Kind::Bpg, 3, bpg),
-        (Kind::Hpg, 1, |counts| 6.0 * counts / 4000.0 - 42.5),
-        (Kind::Hpg, 2, |counts| 6.0 * counts / 16000.0 - 9.125),
-        (Kind::Hpg, 3, |counts| (counts - 22999.0) / 2444.0),
+        (Xpg400Model::Bpg, 1, bpg),
+        (Xpg400Model::Bpg, 2, bpg),
+        (Xpg400Model::Bpg, 3, bpg),
+        (Xpg400Model::Hpg, 1, |counts| 6.0 * counts / 4000.0 - 42.5),
+        (Xpg400Model::Hpg, 2, |counts| 6.0 * counts / 16000.0 - 9.125),
+        (Xpg400Model::Hpg, 3, |counts| (counts - 22999.0) / 2444.0),
     ];
     for (kind, instance, exponent) in formulas {
         let mut desk = crate::exchanging(kind, crate::FLOATS, 1.3e-2);
@@ -119,7 +119,7 @@ fn unit_and_type_are_those_of_the_device() {
 /// Unit and type of the last exchange stay when it ends: 3.2.2.3, 3.2.2.4.
 #[test]
 fn the_exchange_overwrites_unit_and_type() {
-    let mut desk = desk(Kind::Hpg);
+    let mut desk = desk(Xpg400Model::Hpg);
     desk.bring_up(&hex("00 00 00 05 15"), &hex("44 84 05 05 05 03"));
     desk.unlock();
     assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 15"), vec![3]));
@@ -128,7 +128,7 @@ fn the_exchange_overwrites_unit_and_type() {
 /// (91): both conditions hold.
 #[test]
 fn unit_and_type_change_in_idle_outside_the_exchange_only() {
-    let mut desk = desk(Kind::Bpg);
+    let mut desk = desk(Xpg400Model::Bpg);
     let refused = |desk: &mut Desk<Gauge>| {
         assert_eq!(desk.put(1, 21, &[3]), Err(17));
         assert_eq!(desk.put(1, 22, &hex("05 15")), Err(17));

@@ -21,21 +21,21 @@ mod switchover;
 
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::xpg400::{Kind, Xpg400};
-use profivac_devices::{Action, Instrument, Unknown};
+use profivac_devices::xpg400::{Xpg400, Xpg400Model};
+use profivac_devices::{Action, SimulatedDevice, UnsupportedAction};
 use support::{Desk, hex};
 
 type Gauge = Xpg400<RamStore>;
 
-const KINDS: [Kind; 2] = [Kind::Bpg, Kind::Hpg];
+const KINDS: [Xpg400Model; 2] = [Xpg400Model::Bpg, Xpg400Model::Hpg];
 
 /// As bought, with the address switch at 5.
-fn gauge(kind: Kind) -> Gauge {
+fn gauge(kind: Xpg400Model) -> Gauge {
     Gauge::new(RamStore::default(), kind, Setup::new(5))
 }
 
 /// Behind a slave, settled.
-fn desk(kind: Kind) -> Desk<Gauge> {
+fn desk(kind: Xpg400Model) -> Desk<Gauge> {
     Desk::new(gauge(kind))
 }
 
@@ -44,7 +44,7 @@ const MBAR: &str = "00 00 00 05 1C";
 const FLOATS: &str = "44 86 05 05 05 08";
 
 /// In cyclic exchange at this pressure, and so in EXECUTING.
-fn exchanging(kind: Kind, cfg: &str, mbar: f64) -> Desk<Gauge> {
+fn exchanging(kind: Xpg400Model, cfg: &str, mbar: f64) -> Desk<Gauge> {
     let mut desk = desk(kind);
     desk.pressure_mbar(mbar);
     desk.bring_up(&hex(MBAR), &hex(cfg));
@@ -53,8 +53,8 @@ fn exchanging(kind: Kind, cfg: &str, mbar: f64) -> Desk<Gauge> {
 
 /// Switches power off and on again, and lets the gauge start.
 fn restart(desk: &mut Desk<Gauge>) {
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     desk.slave.power_up(5);
     desk.device().settle();
 }
@@ -74,6 +74,6 @@ fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
     float_of(&of_instance(desk, instance, index))
 }
 
-fn switch(desk: &mut Desk<Gauge>, name: &str, value: &str) -> Result<(), Unknown> {
+fn switch(desk: &mut Desk<Gauge>, name: &str, value: &str) -> Result<(), UnsupportedAction> {
     desk.device().operate(Action::Switch { name, value })
 }

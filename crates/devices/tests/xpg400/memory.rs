@@ -2,19 +2,20 @@
 
 use crate::support::{Desk, hex, off};
 use crate::{FLOATS, Gauge, KINDS, desk, exchanging, gauge, of_instance, restart};
-use profivac_devices::profile::{Serial, Setup};
+use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
-use profivac_devices::xpg400::{Kind, Xpg400};
-use profivac_devices::{Action, Instrument};
-use profivac_dp::slave::{Device, Refusal, Relation};
+use profivac_devices::xpg400::{Xpg400, Xpg400Model};
+use profivac_devices::{Action, SimulatedDevice};
+use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::address::SetSlaveAdd;
 
 #[test]
 fn the_identity_is_that_of_the_manual() {
-    for (kind, number, title) in
-        [(Kind::Bpg, "353-505             ", "BPG400-SP"), (Kind::Hpg, "353-525             ", "HPG400-SP")]
-    {
-        let setup = Setup { serial: Serial::new("4711"), ..Setup::new(5) };
+    for (kind, number, title) in [
+        (Xpg400Model::Bpg, "353-505             ", "BPG400-SP"),
+        (Xpg400Model::Hpg, "353-525             ", "HPG400-SP"),
+    ] {
+        let setup = Setup { serial: SerialNumber::new("4711"), ..Setup::new(5) };
         let mut desk = Desk::new(Gauge::new(RamStore::default(), kind, setup));
         for (index, text) in [
             (17, "CG      "),
@@ -53,7 +54,7 @@ fn a_new_gauge_has_the_values_of_the_factory() {
 
 #[test]
 fn the_selector_outlives_the_power() {
-    let mut desk = desk(Kind::Hpg);
+    let mut desk = desk(Xpg400Model::Hpg);
     desk.put(1, 46, &[4]).unwrap();
     restart(&mut desk);
     assert_eq!(desk.get(1, 46), [4]);
@@ -67,23 +68,23 @@ const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
 #[test]
 fn the_address_comes_from_the_switch_or_from_memory() {
     for switch in [0, 5, 125] {
-        let mut gauge = Gauge::new(RamStore::default(), Kind::Hpg, Setup::new(switch));
+        let mut gauge = Gauge::new(RamStore::default(), Xpg400Model::Hpg, Setup::new(switch));
         assert_eq!((gauge.station_address(), gauge.address_is_settable()), (switch, false));
         assert_eq!(gauge.set_address(&request(7, 0)), None);
     }
     for switch in [126, 127, 255] {
-        let mut gauge = Gauge::new(RamStore::default(), Kind::Hpg, Setup::new(switch));
+        let mut gauge = Gauge::new(RamStore::default(), Xpg400Model::Hpg, Setup::new(switch));
         assert_eq!((gauge.station_address(), gauge.address_is_settable()), (126, true));
         assert_eq!(gauge.set_address(&request(9, 0)), Some(9));
-        gauge.power(false);
-        gauge.power(true);
+        gauge.set_power(false);
+        gauge.set_power(true);
         assert_eq!(gauge.station_address(), 9);
     }
-    let mut gauge = gauge(Kind::Bpg);
+    let mut gauge = gauge(Xpg400Model::Bpg);
     gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
     assert_eq!(gauge.station_address(), 5, "it is read at power-up");
-    gauge.power(false);
-    gauge.power(true);
+    gauge.set_power(false);
+    gauge.set_power(true);
     assert_eq!(gauge.station_address(), 17);
     assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
 }
@@ -110,7 +111,7 @@ impl Store for Worn {
 /// One value in one place, so that a power cut leaves the old or the new one; nothing for what is there already.
 #[test]
 fn a_write_is_stored_once() {
-    let mut gauge = Xpg400::new(Worn::default(), Kind::Bpg, Setup::new(200));
+    let mut gauge = Xpg400::new(Worn::default(), Xpg400Model::Bpg, Setup::new(200));
     gauge.settle();
     let mut saved = |index, value| {
         let before = gauge.store().saved;
@@ -125,7 +126,7 @@ fn a_write_is_stored_once() {
 /// A positive answer means stored, a failed save changes nothing.
 #[test]
 fn what_cannot_be_stored_is_refused_and_does_not_change() {
-    let mut gauge = Xpg400::new(Worn { broken: true, ..Worn::default() }, Kind::Hpg, Setup::new(200));
+    let mut gauge = Xpg400::new(Worn { broken: true, ..Worn::default() }, Xpg400Model::Hpg, Setup::new(200));
     gauge.settle();
     let read = |gauge: &mut Xpg400<Worn>, index| {
         let mut record = [0; 240];
@@ -135,7 +136,7 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
     for (index, value) in [(46, "03"), (39, "01"), (40, "3F 80 00 00"), (21, "03"), (22, "05 15")] {
         let before = read(&mut gauge, index);
         let result = gauge.write(Relation::Ms2(0), 1, index, &hex(value));
-        assert_eq!(result, Err(Refusal { code_1: 0xA1, code_2: 18 }), "{index}");
+        assert_eq!(result, Err(Dpv1Error { code_1: 0xA1, code_2: 18 }), "{index}");
         assert_eq!(read(&mut gauge, index), before, "{index}");
     }
     // What is volatile goes on.
@@ -150,8 +151,8 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
     {
         store.save(Key::Parameter { slot: 1, instance, index }, &hex(octets)).unwrap();
     }
-    store.save(Key::Hidden(0), &hex("7F F0 00 00 00 00 00 00")).unwrap();
-    let mut desk = Desk::new(Gauge::new(store, Kind::Bpg, Setup::new(5)));
+    store.save(Key::Internal(0), &hex("7F F0 00 00 00 00 00 00")).unwrap();
+    let mut desk = Desk::new(Gauge::new(store, Xpg400Model::Bpg, Setup::new(5)));
     desk.pressure_mbar(1.0);
     desk.command(4).unwrap();
     assert_eq!(desk.get(1, 46), [1]);

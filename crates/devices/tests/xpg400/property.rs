@@ -6,7 +6,7 @@ use crate::support::random::Random;
 use crate::support::walk::{Particular, Walk};
 use crate::{Gauge, KINDS, desk, of_instance};
 use profivac_devices::Action;
-use profivac_devices::xpg400::Kind;
+use profivac_devices::xpg400::Xpg400Model;
 
 fn pot(random: &mut Random) -> Action<'static> {
     Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 }
@@ -29,14 +29,14 @@ fn hpg_action(random: &mut Random) -> Action<'static> {
     }
 }
 
-fn walk(kind: Kind, seed: u64) -> Walk<Gauge> {
+fn walk(kind: Xpg400Model, seed: u64) -> Walk<Gauge> {
     let particular = Particular {
-        model: &kind.version().model,
+        model: &kind.variant().model,
         commands: &[1, 2, 3, 3, 4, 4, 4, 5, 6],
         fits: |_, _| true,
         action: match kind {
-            Kind::Bpg => bpg_action,
-            Kind::Hpg => hpg_action,
+            Xpg400Model::Bpg => bpg_action,
+            Xpg400Model::Hpg => hpg_action,
         },
         moving: &[],
         check,
@@ -62,24 +62,24 @@ fn check(desk: &mut Desk<Gauge>) {
     assert!(of_instance(desk, 1, 140) == [0] || executing, "{report:?}");
 }
 
-fn a_million_steps(kind: Kind, seed: u64) {
+fn a_million_steps(kind: Xpg400Model, seed: u64) {
     let mut walk = walk(kind, seed);
     walk.steps(1_000_000);
     let seen = &walk.seen;
     assert_eq!(seen.states.len(), 7, "{:?}", seen.states);
     assert_eq!(seen.active.len(), 2, "{:?}", seen.active);
-    assert_eq!(seen.degas, kind == Kind::Bpg);
+    assert_eq!(seen.degas, kind == Xpg400Model::Bpg);
     assert!(seen.relays == [true; 2] && seen.units > 100, "{} units", seen.units);
 }
 
 #[test]
 fn a_million_steps_of_a_bpg400() {
-    a_million_steps(Kind::Bpg, 4001);
+    a_million_steps(Xpg400Model::Bpg, 4001);
 }
 
 #[test]
 fn a_million_steps_of_an_hpg400() {
-    a_million_steps(Kind::Hpg, 4002);
+    a_million_steps(Xpg400Model::Hpg, 4002);
 }
 
 #[test]

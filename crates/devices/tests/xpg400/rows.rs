@@ -3,22 +3,22 @@
 use crate::support::rows::{Kind::Command, Kind::Presentation, Kind::Value, Rig, Sample};
 use crate::support::{golden, rows, sense_all};
 use crate::{Gauge, KINDS, gauge};
-use profivac_devices::Instrument;
-use profivac_devices::model::Address;
-use profivac_devices::xpg400::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::model::Location;
+use profivac_devices::xpg400::Xpg400Model;
 use profivac_dp::slave::{Device, Relation};
 
 fn rigs() -> [Rig<Gauge>; 2] {
     [
-        rig(Kind::Bpg, || settled(Kind::Bpg), &SAMPLES),
+        rig(Xpg400Model::Bpg, || settled(Xpg400Model::Bpg), &SAMPLES),
         // The HPG400-SP has neither degas command nor emission current (94).
-        rig(Kind::Hpg, || settled(Kind::Hpg), &SAMPLES[2..]),
+        rig(Xpg400Model::Hpg, || settled(Xpg400Model::Hpg), &SAMPLES[2..]),
     ]
 }
 
-fn rig(kind: Kind, make: fn() -> Gauge, samples: &'static [Sample]) -> Rig<Gauge> {
+fn rig(kind: Xpg400Model, make: fn() -> Gauge, samples: &'static [Sample]) -> Rig<Gauge> {
     Rig {
-        model: &kind.version().model,
+        model: &kind.variant().model,
         make,
         select,
         user: "00 00 00 05 1C",
@@ -27,7 +27,7 @@ fn rig(kind: Kind, make: fn() -> Gauge, samples: &'static [Sample]) -> Rig<Gauge
     }
 }
 
-fn settled(kind: Kind) -> Gauge {
+fn settled(kind: Xpg400Model) -> Gauge {
     let mut gauge = gauge(kind);
     sense_all(&mut gauge, 1e-3);
     gauge.settle();
@@ -35,7 +35,7 @@ fn settled(kind: Kind) -> Gauge {
 }
 
 /// Channel Instance Selector, where the address has an instance.
-fn select(gauge: &mut Gauge, address: &Address) {
+fn select(gauge: &mut Gauge, address: &Location) {
     if address.instance != 0 {
         gauge.write(Relation::Ms2(0), 1, 46, &[address.instance]).unwrap();
     }
@@ -92,7 +92,7 @@ const SAMPLES: [Sample; 18] = [
 #[test]
 fn the_tables_are_those_of_the_goldens() {
     for kind in KINDS {
-        let model = &kind.version().model;
+        let model = &kind.variant().model;
         golden::check(&format!("{}.txt", model.name), &golden::print(model));
     }
 }

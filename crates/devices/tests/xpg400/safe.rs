@@ -2,13 +2,13 @@
 
 use crate::support::hex;
 use crate::{FLOATS, KINDS, desk, exchanging, float, float_of, of_instance};
-use profivac_devices::Instrument;
-use profivac_devices::xpg400::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::xpg400::Xpg400Model;
 
 /// 3.2.1.4, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data (74).
 #[test]
 fn outside_executing_each_mode_shows_its_value() {
-    for (kind, full_scale) in [(Kind::Bpg, 2e-2), (Kind::Hpg, 1.0)] {
+    for (kind, full_scale) in [(Xpg400Model::Bpg, 2e-2), (Xpg400Model::Hpg, 1.0)] {
         let mut desk = exchanging(kind, FLOATS, 2e-3);
         assert_eq!(float_of(&desk.exchange(&[])[3..]), 2e-3);
         desk.put(1, 46, &[2]).unwrap();
@@ -26,8 +26,8 @@ fn outside_executing_each_mode_shows_its_value() {
             }
         }
         // Before it has measured there is no last value, and without emission no part but the Pirani (80).
-        desk.device().power(false);
-        desk.device().power(true);
+        desk.device().set_power(false);
+        desk.device().set_power(true);
         assert_eq!(desk.get(1, 47), [1]);
         assert_eq!(float(&mut desk, 1, 19), 0.0);
     }
@@ -35,7 +35,7 @@ fn outside_executing_each_mode_shows_its_value() {
 
 #[test]
 fn every_instance_has_its_own_mode_and_value() {
-    for (kind, full_scale) in [(Kind::Bpg, 2e-2), (Kind::Hpg, 1.0)] {
+    for (kind, full_scale) in [(Xpg400Model::Bpg, 2e-2), (Xpg400Model::Hpg, 1.0)] {
         let mut desk = desk(kind);
         for (instance, value) in [(1, "3F 80 00 00"), (2, "40 00 00 00")] {
             desk.put(1, 46, &[instance]).unwrap();
@@ -51,7 +51,7 @@ fn every_instance_has_its_own_mode_and_value() {
 
 #[test]
 fn the_last_valid_value_is_held_until_power_goes() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 7.0);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 7.0);
     desk.put(1, 46, &[1]).unwrap();
     desk.put(1, 39, &[2]).unwrap();
     // Not valid, and so not remembered.
@@ -59,8 +59,8 @@ fn the_last_valid_value_is_held_until_power_goes() {
     desk.command(2).unwrap();
     desk.pressure_mbar(500.0);
     assert_eq!(float(&mut desk, 1, 19), 7.0);
-    desk.device().power(false);
-    desk.device().power(true);
+    desk.device().set_power(false);
+    desk.device().set_power(true);
     assert_eq!(float(&mut desk, 1, 19), 0.0);
 }
 
@@ -88,7 +88,7 @@ fn a_sensor_alarm_concerns_its_own_part_a_common_one_all() {
 
 #[test]
 fn a_safe_value_follows_the_unit_of_its_scale_and_zero_stays_zero() {
-    for (kind, counts) in [(Kind::Bpg, 27000.0), (Kind::Hpg, 29000.0)] {
+    for (kind, counts) in [(Xpg400Model::Bpg, 27000.0), (Xpg400Model::Hpg, 29000.0)] {
         let mut desk = desk(kind);
         desk.put(1, 46, &[1]).unwrap();
         desk.put(1, 40, &hex("41 20 00 00")).unwrap();

@@ -2,18 +2,18 @@
 
 use crate::support::{Desk, hex};
 use crate::{FLOATS, Gauge, KINDS, exchanging, float, of_instance};
-use profivac_devices::xpg400::Kind;
-use profivac_devices::{Action, Instrument};
+use profivac_devices::xpg400::Xpg400Model;
+use profivac_devices::{Action, SimulatedDevice};
 
 pub fn turn(desk: &mut Desk<Gauge>, which: char, volts: f64) {
     desk.device().operate(Action::Pot { which, volts }).unwrap();
 }
 
 /// The voltage of a threshold in mbar: 3.2.4.1, solved for U (109).
-fn volts(kind: Kind, mbar: f64) -> f64 {
+fn volts(kind: Xpg400Model, mbar: f64) -> f64 {
     match kind {
-        Kind::Bpg => (mbar.log10() + 9.301_029_99) / 1.23011,
-        Kind::Hpg => (mbar.log10() + 6.0) / 0.9,
+        Xpg400Model::Bpg => (mbar.log10() + 9.301_029_99) / 1.23011,
+        Xpg400Model::Hpg => (mbar.log10() + 6.0) / 0.9,
     }
 }
 
@@ -22,13 +22,13 @@ fn relays(desk: &mut Desk<Gauge>) -> Vec<bool> {
 }
 
 /// U and the threshold in mbar and COUNTS, computed from the printed formulas.
-const THRESHOLDS: [(Kind, f64, f64, f64); 6] = [
-    (Kind::Bpg, 0.0, 5.0e-10, 6397.94),
-    (Kind::Bpg, 5.0, 7.0715e-4, 18699.04),
-    (Kind::Bpg, 10.0, 1000.16, 31000.14),
-    (Kind::Hpg, 0.0, 1e-6, 8335.0),
-    (Kind::Hpg, 5.0, 3.16228e-2, 19333.0),
-    (Kind::Hpg, 10.0, 1000.0, 30331.0),
+const THRESHOLDS: [(Xpg400Model, f64, f64, f64); 6] = [
+    (Xpg400Model::Bpg, 0.0, 5.0e-10, 6397.94),
+    (Xpg400Model::Bpg, 5.0, 7.0715e-4, 18699.04),
+    (Xpg400Model::Bpg, 10.0, 1000.16, 31000.14),
+    (Xpg400Model::Hpg, 0.0, 1e-6, 8335.0),
+    (Xpg400Model::Hpg, 5.0, 3.16228e-2, 19333.0),
+    (Xpg400Model::Hpg, 10.0, 1000.0, 30331.0),
 ];
 
 #[test]

@@ -2,8 +2,8 @@
 
 use crate::support::{Desk, hex, selftest};
 use crate::{FLOATS, Gauge, KINDS, MBAR, desk, exchanging, of_instance};
-use profivac_devices::Instrument;
-use profivac_devices::xpg400::Kind;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::xpg400::Xpg400Model;
 
 const UNDEFINED: u8 = 0;
 const SELF_TESTING: u8 = 1;
@@ -23,7 +23,7 @@ const DIAGNOSTIC: u8 = 6;
 const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
 /// A gauge in the state, and nobody exchanging.
-fn in_state(kind: Kind, state: u8) -> Desk<Gauge> {
+fn in_state(kind: Xpg400Model, state: u8) -> Desk<Gauge> {
     let mut desk = desk(kind);
     let (fault, command) = match state {
         UNDEFINED => ("", RESET),
@@ -73,7 +73,7 @@ fn every_command_in_every_state() {
 #[test]
 fn a_self_test_ends_in_idle_or_in_exception() {
     for fault in ["eeprom", "ram", "eprom", "comm", "sensor1", "sensor2", "electronics1", "electronics2"] {
-        let mut desk = in_state(Kind::Hpg, EXECUTING);
+        let mut desk = in_state(Xpg400Model::Hpg, EXECUTING);
         desk.fault(fault, true);
         assert_eq!(desk.state(), EXECUTING, "{fault} is found by a test only");
         desk.command(DIAGNOSTIC).unwrap();
@@ -86,7 +86,7 @@ fn a_self_test_ends_in_idle_or_in_exception() {
         assert_eq!(desk.state(), IDLE, "{fault} gone and tested");
     }
     // A warning is no fault.
-    let mut desk = in_state(Kind::Bpg, IDLE);
+    let mut desk = in_state(Xpg400Model::Bpg, IDLE);
     desk.fault("pirani-adjust", true);
     desk.command(DIAGNOSTIC).unwrap();
     desk.device().settle();
@@ -95,7 +95,7 @@ fn a_self_test_ends_in_idle_or_in_exception() {
 
 #[test]
 fn only_reset_leads_out_of_a_critical_fault() {
-    let mut desk = in_state(Kind::Bpg, CRITICAL_FAULT);
+    let mut desk = in_state(Xpg400Model::Bpg, CRITICAL_FAULT);
     desk.command(RESET).unwrap();
     desk.device().settle();
     assert_eq!(desk.state(), CRITICAL_FAULT, "the fault is still there");
@@ -120,7 +120,7 @@ fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are
 /// (90)
 #[test]
 fn the_exchange_forces_executing_once_and_its_end_leads_to_idle() {
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-3);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-3);
     assert_eq!(desk.state(), EXECUTING);
     desk.command(STOP).unwrap();
     desk.exchange(&[]);
@@ -135,14 +135,14 @@ fn the_exchange_forces_executing_once_and_its_end_leads_to_idle() {
 #[test]
 fn exchange_acts_from_idle_only() {
     for state in [SELF_TEST_EXCEPTION, ABORT, CRITICAL_FAULT] {
-        let mut desk = in_state(Kind::Bpg, state);
+        let mut desk = in_state(Xpg400Model::Bpg, state);
         desk.pressure_mbar(1e-3);
         desk.bring_up(&hex(MBAR), &hex(FLOATS));
         assert_eq!(desk.state(), state);
         // Safe State Zero.
         assert_eq!(desk.exchange(&[])[3..], [0; 4]);
     }
-    let mut desk = in_state(Kind::Bpg, ABORT);
+    let mut desk = in_state(Xpg400Model::Bpg, ABORT);
     desk.bring_up(&hex(MBAR), &hex(FLOATS));
     desk.command(RECOVER).unwrap();
     assert_eq!(desk.state(), IDLE, "the start of the exchange is over");
@@ -151,7 +151,7 @@ fn exchange_acts_from_idle_only() {
 /// (92)
 #[test]
 fn reset_during_the_exchange_rests_in_idle_and_keeps_what_is_nonvolatile() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 1e-3);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
     desk.put(1, 46, &[2]).unwrap();
     desk.put(1, 39, &[1]).unwrap();
     desk.put(1, 105, &[0]).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::support::hex;
 use crate::{FLOATS, desk, exchanging, float_of, of_instance, restart, switch};
-use profivac_devices::xpg400::Kind;
+use profivac_devices::xpg400::Xpg400Model;
 
 /// 3.1.1.13: the position, mbar and COUNTS as the errata have them.
 const POSITIONS: [(&str, f64, u16); 10] = [
@@ -20,7 +20,7 @@ const POSITIONS: [(&str, f64, u16); 10] = [
 
 #[test]
 fn the_switchover_is_read_in_unit_and_type_of_the_device() {
-    let mut desk = desk(Kind::Hpg);
+    let mut desk = desk(Xpg400Model::Hpg);
     for (position, mbar, counts) in POSITIONS {
         switch(&mut desk, "low-high", position).unwrap();
         for (number, unit, factor) in [(8, "05 1C", 1.0), (8, "05 15", 0.75006168), (8, "05 1D", 100.0)] {
@@ -40,7 +40,7 @@ fn the_switchover_is_read_in_unit_and_type_of_the_device() {
 
 #[test]
 fn the_hpg_switches_over_there() {
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 1000.0);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1000.0);
     for (position, mbar, _) in POSITIONS {
         switch(&mut desk, "low-high", position).unwrap();
         for (factor, active) in [(2.0, 1), (1.0, 1), (0.99, 2), (0.1, 2), (1.01, 1)] {
@@ -54,7 +54,7 @@ fn the_hpg_switches_over_there() {
 /// (82): the emission goes on there too.
 #[test]
 fn the_emission_follows_the_switch() {
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 0.3);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 0.3);
     for (position, emission) in [("0", 1), ("9", 0), ("4", 0), ("2", 1)] {
         switch(&mut desk, "low-high", position).unwrap();
         assert_eq!(of_instance(&mut desk, 2, 105), [emission], "position {position}");
@@ -63,7 +63,7 @@ fn the_emission_follows_the_switch() {
 
 #[test]
 fn cal_adj_reads_as_its_marking_and_moves_the_ionisation_part() {
-    let mut desk = exchanging(Kind::Hpg, FLOATS, 1e-3);
+    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-3);
     assert_eq!(desk.get(0, 203), [0]);
     let factors = [1.0f32, 1.05, 1.1, 1.15, 1.2, 1.25, 0.8, 0.85, 0.9, 0.95];
     for (position, factor) in (0..=9u8).zip(factors) {
@@ -83,7 +83,7 @@ fn cal_adj_reads_as_its_marking_and_moves_the_ionisation_part() {
 /// Switches stay where they are when power goes.
 #[test]
 fn switches_are_no_memory() {
-    let mut desk = desk(Kind::Hpg);
+    let mut desk = desk(Xpg400Model::Hpg);
     switch(&mut desk, "low-high", "6").unwrap();
     switch(&mut desk, "cal-adj", "7").unwrap();
     restart(&mut desk);
@@ -92,21 +92,21 @@ fn switches_are_no_memory() {
 
 #[test]
 fn what_a_switch_has_not_is_refused() {
-    let mut desk = desk(Kind::Hpg);
+    let mut desk = desk(Xpg400Model::Hpg);
     for name in ["low-high", "cal-adj"] {
         for value in ["10", "-1", "", "LOW", "255", "256"] {
             assert_eq!(switch(&mut desk, name, value).unwrap_err().expected, ["0 ... 9"], "{name} {value}");
         }
     }
     assert_eq!((float_of(&desk.get(0, 202)), desk.get(0, 203)), (1.0, vec![0]));
-    let mut desk = crate::desk(Kind::Bpg);
+    let mut desk = crate::desk(Xpg400Model::Bpg);
     assert_eq!(switch(&mut desk, "low-high", "1").unwrap_err().expected, ["address", "degas"]);
 }
 
 /// The BPG400-SP has its switchover at 5.5e-3 mbar, and the Pirani has it (77).
 #[test]
 fn the_pirani_decides() {
-    let mut desk = exchanging(Kind::Bpg, FLOATS, 1e-3);
+    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
     for (pirani, ion, active, value) in [
         (5.4e-3, 6e-3, 2, 6e-3f32),
         (5.5e-3, 5e-3, 1, 5.5e-3),
@@ -114,8 +114,8 @@ fn the_pirani_decides() {
         // Emission off: nothing else measures.
         (1e-1, 1e-8, 1, 1e-1),
     ] {
-        profivac_devices::Instrument::sense(desk.device(), 0, pirani * 100.0);
-        profivac_devices::Instrument::sense(desk.device(), 1, ion * 100.0);
+        profivac_devices::SimulatedDevice::sense(desk.device(), 0, pirani * 100.0);
+        profivac_devices::SimulatedDevice::sense(desk.device(), 1, ion * 100.0);
         let du = desk.exchange(&[]);
         assert_eq!(du[2], active, "{pirani} and {ion} mbar");
         assert!((float_of(&du[3..]) / value - 1.0).abs() < 1e-6, "{pirani} and {ion} mbar");

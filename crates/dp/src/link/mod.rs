@@ -7,7 +7,7 @@ mod responder;
 mod time;
 
 pub use rate::{Rate, RateControl};
-pub use receiver::{Heard, Receiver};
+pub use receiver::{Received, Receiver};
 pub use responder::{Accepted, Indication, Reply, Responder};
 pub use time::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 

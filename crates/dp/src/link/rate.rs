@@ -81,8 +81,8 @@ impl RateControl {
     /// to the station one that was found. Tokens and short acknowledgements prove nothing: noise has them too.
     ///
     /// Returns whether this found the rate.
-    pub fn heard(&mut self, end: BitTime, telegram: &Telegram<'_>, address: u8) -> bool {
-        let Telegram::Frame(frame) = telegram else { return false };
+    pub fn telegram_received(&mut self, end: BitTime, telegram: &Telegram<'_>, address: u8) -> bool {
+        let Telegram::Data(frame) = telegram else { return false };
         match (self.rate, self.until) {
             (Rate::Searching(baud), _) => {
                 *self = Self::found(baud, end);
@@ -129,11 +129,12 @@ fn slower(baud: Baud) -> Baud {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_wire::Frame;
+    use profivac_wire::DataTelegram;
 
     const OTHERS: Telegram<'static> =
-        Telegram::Frame(Frame { da: 9, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] });
-    const OURS: Telegram<'static> = Telegram::Frame(Frame { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] });
+        Telegram::Data(DataTelegram { da: 9, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] });
+    const OURS: Telegram<'static> =
+        Telegram::Data(DataTelegram { da: 8, sa: 2, dsap: None, ssap: None, fc: 0x49, du: &[] });
 
     fn found(baud: Baud) -> RateControl {
         let mut control = RateControl::automatic(BitTime(0));
@@ -142,7 +143,7 @@ mod tests {
             assert!(!control.elapse(BitTime(until.0.saturating_sub(1)), false));
             assert!(control.elapse(until, false));
         }
-        assert!(control.heard(BitTime(100), &OTHERS, 8));
+        assert!(control.telegram_received(BitTime(100), &OTHERS, 8));
         control
     }
 
@@ -173,8 +174,8 @@ mod tests {
     #[test]
     fn tokens_and_short_acknowledgements_prove_nothing() {
         let mut control = RateControl::automatic(BitTime(0));
-        assert!(!control.heard(BitTime(100), &Telegram::ShortAck, 8));
-        assert!(!control.heard(BitTime(200), &Telegram::Token { da: 8, sa: 2 }, 8));
+        assert!(!control.telegram_received(BitTime(100), &Telegram::ShortAck, 8));
+        assert!(!control.telegram_received(BitTime(200), &Telegram::Token { da: 8, sa: 2 }, 8));
         assert_eq!(control.rate(), Rate::Searching(Baud::B12000000));
     }
 
@@ -183,9 +184,9 @@ mod tests {
         let mut control = found(Baud::B19200);
         let lost = |from: u64| BitTime(from + 19_200 * 51 / 10);
         assert_eq!(control.wake_at(), Some(lost(100)));
-        assert!(!control.heard(BitTime(5000), &OTHERS, 8));
+        assert!(!control.telegram_received(BitTime(5000), &OTHERS, 8));
         assert_eq!(control.wake_at(), Some(lost(100)));
-        assert!(!control.heard(BitTime(5000), &OURS, 8));
+        assert!(!control.telegram_received(BitTime(5000), &OURS, 8));
         assert_eq!(control.wake_at(), Some(lost(5000)));
         assert!(!control.elapse(BitTime(lost(5000).0 - 1), false));
         assert!(control.elapse(lost(5000), false));
@@ -205,7 +206,7 @@ mod tests {
     fn a_fixed_rate_is_never_given_up() {
         let mut control = RateControl::fixed(Baud::B500000);
         assert!(!control.elapse(BitTime(u64::MAX), false));
-        assert!(!control.heard(BitTime(u64::MAX), &OURS, 8));
+        assert!(!control.telegram_received(BitTime(u64::MAX), &OURS, 8));
         assert_eq!((control.rate(), control.wake_at()), (Rate::Found(Baud::B500000), None));
     }
 }

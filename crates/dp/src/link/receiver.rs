@@ -4,28 +4,28 @@
 //! is never taken for the beginning of another. After a valid telegram the next may follow at once.
 
 use super::time::{BitTime, CHARACTER_TBIT, T_SYN_TBIT};
-use profivac_wire::{Extent, MAX_TELEGRAM, Malformed, Telegram};
+use profivac_wire::{MAX_TELEGRAM, Telegram, TelegramError, TelegramLength};
 
 /// What a character completed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard<'a> {
+pub enum Received<'a> {
     /// Nothing yet, or nothing the receiver listens to.
     Nothing,
     /// A telegram.
     Telegram(Telegram<'a>),
     /// A telegram broke; the receiver hunts for an idle line.
-    Damaged(Malformed),
+    Damaged(TelegramError),
 }
 
 /// What became of an octet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     /// It is kept, or passed over while hunting.
-    Kept,
+    Stored,
     /// It is the last of a telegram.
     Complete,
     /// With it the octets are no telegram.
-    Broken(Malformed),
+    Broken(TelegramError),
 }
 
 /// What an octet decides that is not only kept.
@@ -50,10 +50,10 @@ pub struct Receiver {
     /// How many octets of a telegram are there; 0 while none is being received.
     length: u8,
     /// As long as there are fewer octets than this, another one is only kept; the one after them decides something.
-    quiet: u8,
+    buffer_until: u8,
     /// What it decides.
     next: Decision,
-    hunting: bool,
+    waiting_for_idle: bool,
     /// When the last character ended.
     last: BitTime,
     /// From the end of a character to the end of the next, if the line was just idle between them.
@@ -76,9 +76,9 @@ impl Receiver {
         Self {
             octets: [0; MAX_TELEGRAM + 1],
             length: 0,
-            quiet: 0,
+            buffer_until: 0,
             next: Decision::Beginning,
-            hunting: true,
+            waiting_for_idle: true,
             last: now,
             gap_tbit,
             damaged: 0,
@@ -87,21 +87,21 @@ impl Receiver {
 
     /// A character without error ended at `end`.
     #[inline]
-    pub fn octet(&mut self, end: BitTime, octet: u8) -> Heard<'_> {
+    pub fn octet(&mut self, end: BitTime, octet: u8) -> Received<'_> {
         match self.step(end, octet) {
-            Step::Kept => Heard::Nothing,
+            Step::Stored => Received::Nothing,
             Step::Complete => self.complete(),
-            Step::Broken(defect) => Heard::Damaged(defect),
+            Step::Broken(defect) => Received::Damaged(defect),
         }
     }
 
     /// Characters without error and without gaps between them, the first of which ended at `end`: the same as one after the
     /// other, but cheaper. Takes them up to the one with which a telegram is complete or broken, and says how many that were.
-    pub fn octets<'a>(&'a mut self, end: BitTime, octets: &'a [u8]) -> (usize, Heard<'a>) {
-        if let Some((taken, telegram)) = self.whole(end, octets) {
-            self.hunting = false;
+    pub fn octets<'a>(&'a mut self, end: BitTime, octets: &'a [u8]) -> (usize, Received<'a>) {
+        if let Some((taken, telegram)) = self.whole_telegram(end, octets) {
+            self.waiting_for_idle = false;
             self.last = end + characters_tbit(taken.saturating_sub(1));
-            return (taken, Heard::Telegram(telegram));
+            return (taken, Received::Telegram(telegram));
         }
         let mut taken = 0_usize;
         while let Some((octet, rest)) = octets.get(taken..).and_then(<[u8]>::split_first) {
@@ -109,20 +109,20 @@ impl Receiver {
             let step = self.step(at, *octet);
             taken = taken.saturating_add(1);
             match step {
-                Step::Kept => taken = taken.saturating_add(self.keep_quiet(at, rest)),
+                Step::Stored => taken = taken.saturating_add(self.buffer_plain(at, rest)),
                 Step::Complete => return (taken, self.complete()),
-                Step::Broken(defect) => return (taken, Heard::Damaged(defect)),
+                Step::Broken(defect) => return (taken, Received::Damaged(defect)),
             }
         }
-        (taken, Heard::Nothing)
+        (taken, Received::Nothing)
     }
 
     /// A valid telegram at the front of `octets`, read where it lies, if one may begin there.
-    fn whole<'a>(&self, end: BitTime, octets: &'a [u8]) -> Option<(usize, Telegram<'a>)> {
-        if self.length > 0 || (self.hunting && end - self.last < self.gap_tbit) {
+    fn whole_telegram<'a>(&self, end: BitTime, octets: &'a [u8]) -> Option<(usize, Telegram<'a>)> {
+        if self.length > 0 || (self.waiting_for_idle && end - self.last < self.gap_tbit) {
             return None;
         }
-        let Extent::Total(total) = Extent::of(octets) else { return None };
+        let TelegramLength::Known(total) = TelegramLength::of(octets) else { return None };
         let total = usize::from(total);
         Some((total, Telegram::parse(octets.get(..total)?).ok()?))
     }
@@ -130,7 +130,7 @@ impl Receiver {
     /// A character with a parity, framing or overrun error ended at `end`.
     pub fn character_error(&mut self, end: BitTime) {
         self.last = end;
-        self.hunt();
+        self.wait_for_idle();
     }
 
     /// How many telegrams broke, character errors and long gaps included.
@@ -149,16 +149,16 @@ impl Receiver {
     fn step(&mut self, end: BitTime, octet: u8) -> Step {
         // Time that runs backwards looks like a long gap here, and like none where it is decided.
         let since_last = end.0.wrapping_sub(self.last.0);
-        if since_last >= self.gap_tbit || self.length >= self.quiet {
+        if since_last >= self.gap_tbit || self.length >= self.buffer_until {
             return self.decide(end, octet);
         }
         self.last = end;
-        self.keep(octet);
-        Step::Kept
+        self.store(octet);
+        Step::Stored
     }
 
     #[inline]
-    fn keep(&mut self, octet: u8) {
+    fn store(&mut self, octet: u8) {
         if let Some(place) = self.octets.get_mut(usize::from(self.length)) {
             *place = octet;
         }
@@ -167,8 +167,8 @@ impl Receiver {
 
     /// Keeps those at the front of `octets` that decide nothing, the character before which ended at `last`, and says how
     /// many they are.
-    fn keep_quiet(&mut self, last: BitTime, octets: &[u8]) -> usize {
-        let count = usize::from(self.quiet.saturating_sub(self.length)).min(octets.len());
+    fn buffer_plain(&mut self, last: BitTime, octets: &[u8]) -> usize {
+        let count = usize::from(self.buffer_until.saturating_sub(self.length)).min(octets.len());
         let place = self.octets.get_mut(usize::from(self.length)..).and_then(|free| free.get_mut(..count));
         if let (Some(place), Some(octets), Ok(more)) = (place, octets.get(..count), u8::try_from(count)) {
             place.copy_from_slice(octets);
@@ -183,67 +183,69 @@ impl Receiver {
         let since_last = end - self.last;
         self.last = end;
         if since_last >= self.gap_tbit {
-            self.pause(since_last);
+            self.after_gap(since_last);
         }
-        if self.hunting {
-            return Step::Kept;
+        if self.waiting_for_idle {
+            return Step::Stored;
         }
-        self.keep(octet);
+        self.store(octet);
         match self.next {
-            _ if self.length <= self.quiet => Step::Kept,
-            Decision::Beginning => self.foresee(Extent::begun(octet)),
+            _ if self.length <= self.buffer_until => Step::Stored,
+            Decision::Beginning => self.set_expected_length(TelegramLength::from_start_delimiter(octet)),
             Decision::Length => {
                 let [sd, le, ler, repeated, ..] = self.octets;
-                self.foresee(Extent::headed([sd, le, ler, repeated]))
+                self.set_expected_length(TelegramLength::from_sd2_header([sd, le, ler, repeated]))
             }
             Decision::End => Step::Complete,
         }
     }
 
     /// The line was idle. Inside a telegram it may be so for just the gap.
-    fn pause(&mut self, since_last: u64) {
+    fn after_gap(&mut self, since_last: u64) {
         if self.length > 0 && since_last > self.gap_tbit {
-            self.hunt();
+            self.wait_for_idle();
         }
-        self.hunting = false;
+        self.waiting_for_idle = false;
     }
 
     /// The octets so far tell how many there will be.
-    fn foresee(&mut self, extent: Extent) -> Step {
+    fn set_expected_length(&mut self, extent: TelegramLength) -> Step {
         match extent {
-            Extent::Open => (self.quiet, self.next) = (Extent::TELLING.saturating_sub(1), Decision::Length),
-            Extent::Total(1) => return Step::Complete,
-            Extent::Total(total) => (self.quiet, self.next) = (total.saturating_sub(1), Decision::End),
-            Extent::Broken(defect) => {
-                self.hunt();
+            TelegramLength::Incomplete => {
+                (self.buffer_until, self.next) = (TelegramLength::HEADER_LENGTH.saturating_sub(1), Decision::Length)
+            }
+            TelegramLength::Known(1) => return Step::Complete,
+            TelegramLength::Known(total) => (self.buffer_until, self.next) = (total.saturating_sub(1), Decision::End),
+            TelegramLength::Invalid(defect) => {
+                self.wait_for_idle();
                 return Step::Broken(defect);
             }
         }
-        Step::Kept
+        Step::Stored
     }
 
-    fn complete(&mut self) -> Heard<'_> {
+    fn complete(&mut self) -> Received<'_> {
         let length = usize::from(self.length);
         self.clear();
         match Telegram::parse(self.octets.get(..length).unwrap_or_default()) {
-            Ok(telegram) => Heard::Telegram(telegram),
+            Ok(telegram) => Received::Telegram(telegram),
             Err(defect) => {
-                self.hunting = true;
+                self.waiting_for_idle = true;
                 self.damaged = self.damaged.saturating_add(1);
-                Heard::Damaged(defect)
+                Received::Damaged(defect)
             }
         }
     }
 
-    fn hunt(&mut self) {
-        self.hunting = true;
+    fn wait_for_idle(&mut self) {
+        self.waiting_for_idle = true;
         self.clear();
         self.damaged = self.damaged.saturating_add(1);
     }
 
     fn clear(&mut self) {
         self.length = 0;
-        self.quiet = 0;
+        self.buffer_until = 0;
         self.next = Decision::Beginning;
     }
 }
@@ -267,7 +269,7 @@ mod tests {
         receiver: Receiver,
         now: BitTime,
         heard: Vec<Vec<u8>>,
-        damaged: Vec<Malformed>,
+        damaged: Vec<TelegramError>,
     }
 
     impl Line {
@@ -284,9 +286,9 @@ mod tests {
             for octet in octets {
                 self.now = self.now + CHARACTER_TBIT;
                 match self.receiver.octet(self.now, *octet) {
-                    Heard::Nothing => {}
-                    Heard::Damaged(defect) => self.damaged.push(defect),
-                    Heard::Telegram(telegram) => {
+                    Received::Nothing => {}
+                    Received::Damaged(defect) => self.damaged.push(defect),
+                    Received::Telegram(telegram) => {
                         let mut out = [0; MAX_TELEGRAM];
                         let length = telegram.emit(&mut out).unwrap();
                         self.heard.push(out[..length].to_vec());
@@ -329,7 +331,7 @@ mod tests {
         outer.extend_from_slice(&FDL_STATUS);
         let line = Line::new().idle(33).octets(&outer);
         assert!(line.heard.is_empty());
-        assert_eq!(line.damaged, [Malformed::Length]);
+        assert_eq!(line.damaged, [TelegramError::Length]);
         assert_eq!(line.idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
     }
 
@@ -368,7 +370,7 @@ mod tests {
     fn noise_before_a_telegram_hides_it_until_the_line_is_idle() {
         let line = Line::new().idle(33).octets(&[0x00]).octets(&FDL_STATUS);
         assert!(line.heard.is_empty());
-        assert_eq!(line.damaged, [Malformed::Start(0)]);
+        assert_eq!(line.damaged, [TelegramError::Start(0)]);
         assert_eq!(line.idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
     }
 }

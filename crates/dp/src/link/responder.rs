@@ -6,10 +6,10 @@
 use super::Transmit;
 use super::time::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{BROADCAST, Frame, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
+use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
 
 /// The requester that no station is: nobody has asked yet.
-const NOBODY: u8 = 0xFF;
+const NO_STATION: u8 = 0xFF;
 
 /// FC of the counted request that data exchange consists of.
 const SRD_HIGH: u8 = srd_high(false);
@@ -56,7 +56,7 @@ pub enum Accepted<'a> {
     /// The counted request of before: the same answer again.
     Repetition,
     /// A request that the link layer answers by itself.
-    Own(Status),
+    LinkLayer(Status),
     /// Request identification with reply.
     Ident,
     /// To be executed and answered.
@@ -71,7 +71,7 @@ pub struct Responder {
     requester: u8,
     fcb: bool,
     /// The request accepted last counts: its answer is to be stored.
-    counts: bool,
+    is_counted: bool,
     /// The answer to it; nothing stored while 0.
     length: usize,
     answer: [u8; MAX_TELEGRAM],
@@ -85,9 +85,9 @@ impl Responder {
     pub const fn new(address: u8) -> Self {
         Self {
             address,
-            requester: NOBODY,
+            requester: NO_STATION,
             fcb: false,
-            counts: false,
+            is_counted: false,
             length: 0,
             answer: [0; MAX_TELEGRAM],
             uncounted: [0; MAX_TELEGRAM],
@@ -103,7 +103,7 @@ impl Responder {
     /// Takes another address and forgets every requester.
     pub const fn set_address(&mut self, address: u8) {
         self.address = address;
-        self.requester = NOBODY;
+        self.requester = NO_STATION;
         self.length = 0;
     }
 
@@ -115,26 +115,26 @@ impl Responder {
 
     /// Decides what a frame is for this station and, if it is a new counted request, remembers it.
     #[inline]
-    pub fn accept<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {
+    pub fn accept<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
         if self.is_next(frame) {
             self.remember(frame.sa, !self.fcb);
             return Accepted::Confirmed(indication(frame));
         }
-        self.judge(frame)
+        self.accept_any(frame)
     }
 
     /// Whether the station that was accepted last goes on with another request to this one, as in every data exchange.
     /// Then nothing is left of what [`judge`](Self::judge) asks.
     #[inline]
-    fn is_next(&self, frame: &Frame<'_>) -> bool {
+    fn is_next(&self, frame: &DataTelegram<'_>) -> bool {
         let fc = if self.fcb { SRD_HIGH } else { SRD_HIGH_FCB };
         frame.fc == fc && frame.sa == self.requester && frame.da == self.address
     }
 
     /// Any frame. profibus-wire 1.8.
-    fn judge<'a>(&mut self, frame: &Frame<'a>) -> Accepted<'a> {
+    fn accept_any<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
         let Control::Request { function, count } = frame.control() else { return Accepted::Ignored };
-        self.counts = false;
+        self.is_counted = false;
         if frame.sa == self.address || frame.sa == BROADCAST {
             return Accepted::Ignored;
         }
@@ -149,20 +149,20 @@ impl Responder {
         match function {
             Function::SrdLow | Function::SrdHigh => self.counted(frame, count, Accepted::Confirmed(indication(frame))),
             Function::SdaLow | Function::SdaHigh => {
-                self.counted(frame, count, Accepted::Own(Status::ServiceNotActivated))
+                self.counted(frame, count, Accepted::LinkLayer(Status::ServiceNotActivated))
             }
             Function::SdnLow | Function::SdnHigh => Accepted::Unconfirmed(indication(frame)),
-            Function::FdlStatus => Accepted::Own(Status::Ok),
+            Function::FdlStatus => Accepted::LinkLayer(Status::Ok),
             Function::Ident => Accepted::Ident,
             // profibus-wire 10, point 2: the service is withdrawn.
-            Function::LsapStatus => Accepted::Own(Status::ServiceNotActivated),
+            Function::LsapStatus => Accepted::LinkLayer(Status::ServiceNotActivated),
             // profibus-wire 10, point 4
             Function::Other(_) => Accepted::Ignored,
         }
     }
 
     /// The table of profibus-wire 1.9.
-    fn counted<'a>(&mut self, frame: &Frame<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
+    fn counted<'a>(&mut self, frame: &DataTelegram<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
         match count {
             FrameCount::Uncounted => return new,
             FrameCount::Counted(fcb) if frame.sa == self.requester && fcb == self.fcb && self.length > 0 => {
@@ -180,7 +180,7 @@ impl Responder {
         self.requester = requester;
         self.fcb = fcb;
         self.length = 0;
-        self.counts = true;
+        self.is_counted = true;
     }
 
     /// The stored answer once more, for a request that ended at `end`.
@@ -192,11 +192,17 @@ impl Responder {
     /// Makes the answer to the frame accepted last, and stores it if the request counts. `du` holds the data the reply
     /// speaks of.
     #[inline]
-    pub fn answer(&mut self, frame: &Frame<'_>, reply: Reply, du: &[u8], not_before: BitTime) -> Option<Transmit<'_>> {
+    pub fn answer(
+        &mut self,
+        frame: &DataTelegram<'_>,
+        reply: Reply,
+        du: &[u8],
+        not_before: BitTime,
+    ) -> Option<Transmit<'_>> {
         let telegram = respond(frame, self.address, reply, du);
-        let place = if self.counts { &mut self.answer } else { &mut self.uncounted };
+        let place = if self.is_counted { &mut self.answer } else { &mut self.uncounted };
         let length = telegram.emit(place).ok()?;
-        if self.counts {
+        if self.is_counted {
             self.length = length;
         }
         Some(Transmit { not_before, octets: place.get(..length)? })
@@ -205,14 +211,14 @@ impl Responder {
 
 /// A response swaps everything: addresses and access points. SD1 and SC carry none of the latter.
 #[inline]
-fn respond<'a>(frame: &Frame<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Telegram<'a> {
+fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Telegram<'a> {
     let (status, length) = match reply {
         Reply::ShortAck => return Telegram::ShortAck,
-        Reply::Status(status) => return Telegram::Frame(Frame::short(frame.sa, address, Control::slave(status))),
+        Reply::Status(status) => return Telegram::Data(DataTelegram::short(frame.sa, address, Control::slave(status))),
         Reply::Low(length) => (Status::DataLow, length),
         Reply::High(length) => (Status::DataHigh, length),
     };
-    Telegram::Frame(Frame {
+    Telegram::Data(DataTelegram {
         da: frame.sa,
         sa: address,
         dsap: frame.ssap,
@@ -224,11 +230,11 @@ fn respond<'a>(frame: &Frame<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Te
 
 /// DP uses both extensions or none; one alone, or one that is no access point, addresses nothing. profibus-wire 1.3.
 #[inline]
-fn indication<'a>(frame: &Frame<'a>) -> Indication<'a> {
+fn indication<'a>(frame: &DataTelegram<'a>) -> Indication<'a> {
     let sap = match (frame.dsap, frame.ssap) {
         (None, None) => Sap::Default,
         (Some(dsap), Some(0..=62)) => Sap::from_octet(Some(dsap)),
-        (dsap, _) => Sap::Other(dsap.unwrap_or(NOBODY)),
+        (dsap, _) => Sap::Other(dsap.unwrap_or(NO_STATION)),
     };
     Indication { sa: frame.sa, sap, ssap: frame.ssap, du: frame.du }
 }

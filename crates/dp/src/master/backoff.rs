@@ -16,12 +16,12 @@ pub(super) struct BackOff {
     /// How long to pause next time something goes wrong.
     pause_tbit: u64,
     /// Data exchange began, and nothing went wrong since.
-    well_since: Option<BitTime>,
+    exchanging_since: Option<BitTime>,
 }
 
 impl BackOff {
     pub(super) const fn new() -> Self {
-        Self { resume_at: BitTime(0), pause_tbit: 0, well_since: None }
+        Self { resume_at: BitTime(0), pause_tbit: 0, exchanging_since: None }
     }
 
     /// Whether it may be asked.
@@ -31,14 +31,14 @@ impl BackOff {
     }
 
     /// Data exchange begins.
-    pub(super) const fn well(&mut self, now: BitTime) {
-        self.well_since = Some(now);
+    pub(super) const fn exchange_began(&mut self, now: BitTime) {
+        self.exchanging_since = Some(now);
     }
 
     /// Something went wrong.
     pub(super) fn failed(&mut self, now: BitTime, settings: &Settings) {
         let Settings { pause_min_tbit, pause_max_tbit, .. } = *settings;
-        if self.well_since.take().is_some_and(|since| now >= since + pause_max_tbit) {
+        if self.exchanging_since.take().is_some_and(|since| now >= since + pause_max_tbit) {
             self.pause_tbit = 0;
         }
         self.resume_at = now + self.pause_tbit;
@@ -46,12 +46,12 @@ impl BackOff {
     }
 
     /// Another state may begin at once.
-    pub(super) const fn end(&mut self, now: BitTime) {
+    pub(super) const fn clear_pause(&mut self, now: BitTime) {
         self.resume_at = now;
     }
 
     /// What went wrong is forgotten, and there is no pause after `at`.
-    pub(super) const fn begin_anew(&mut self, at: BitTime) {
+    pub(super) const fn reset(&mut self, at: BitTime) {
         *self = Self { resume_at: at, ..Self::new() };
     }
 
@@ -88,9 +88,9 @@ mod tests {
     fn only_exchange_that_lasted_begins_anew() {
         let mut back_off = BackOff::new();
         (0..3).for_each(|now| back_off.failed(BitTime(now), &SETTINGS));
-        back_off.well(BitTime(100));
+        back_off.exchange_began(BitTime(100));
         assert_eq!(pause(&mut back_off, 164), 40, "well for 64 bit times");
-        back_off.well(BitTime(300));
+        back_off.exchange_began(BitTime(300));
         assert_eq!(pause(&mut back_off, 365), 0, "well for 65");
         assert_eq!(pause(&mut back_off, 1_000_000), 10, "and that counts once");
     }

@@ -15,36 +15,36 @@ use profivac_wire::sap::MASTER_MS0;
 use profivac_wire::{BROADCAST, Sap};
 
 /// So many commands can wait.
-pub const COMMANDS: usize = 8;
+pub const MAX_PENDING_COMMANDS: usize = 8;
 
 /// Why a command was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotSent {
+pub enum ControlError {
     /// [`COMMANDS`] are waiting already.
     Full,
     /// No slave exchanges data, so none would listen.
-    NobodyListens,
+    NoSlaveExchanging,
     /// It has other bits than Sync, Unsync, Freeze and Unfreeze, or none.
-    NoCommand(ControlCommand),
+    InvalidCommand(ControlCommand),
 }
 
-impl fmt::Display for NotSent {
+impl fmt::Display for ControlError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Full => write!(f, "{COMMANDS} commands are waiting to be sent already"),
-            Self::NobodyListens => f.write_str("no slave exchanges data, so none would listen"),
-            Self::NoCommand(command) => {
+            Self::Full => write!(f, "{MAX_PENDING_COMMANDS} commands are waiting to be sent already"),
+            Self::NoSlaveExchanging => f.write_str("no slave exchanges data, so none would listen"),
+            Self::InvalidCommand(command) => {
                 write!(f, "control command {:02X} is not made of Sync, Unsync, Freeze and Unfreeze", command.bits())
             }
         }
     }
 }
 
-impl core::error::Error for NotSent {}
+impl core::error::Error for ControlError {}
 
 /// What is to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Tell {
+pub(super) enum ControlMessage {
     /// The mode, to everybody.
     Mode,
     /// Clear, to the groups that are kept in it.
@@ -55,7 +55,7 @@ pub(super) enum Tell {
 
 /// A command on its way.
 #[derive(Clone, Copy, Debug)]
-struct Waiting {
+struct PendingCommand {
     control: GlobalControl,
     /// When the first cycle after the call began. Sent once every slave concerned has exchanged data since.
     since: Option<BitTime>,
@@ -69,7 +69,7 @@ pub(super) struct Controls {
     cleared_due: bool,
     /// How many commands may be sent now.
     ready: usize,
-    commands: Deque<Waiting, COMMANDS>,
+    commands: Deque<PendingCommand, MAX_PENDING_COMMANDS>,
     /// The groups that are kept in Clear.
     cleared: u8,
 }
@@ -87,37 +87,39 @@ impl Controls {
 
     /// What to tell next.
     #[inline]
-    pub(super) fn next(&mut self) -> Option<Tell> {
+    pub(super) fn next(&mut self) -> Option<ControlMessage> {
         if core::mem::take(&mut self.mode_due) {
             self.cleared_due = self.cleared != 0;
-            Some(Tell::Mode)
+            Some(ControlMessage::Mode)
         } else if core::mem::take(&mut self.cleared_due) {
-            Some(Tell::Cleared)
+            Some(ControlMessage::Cleared)
         } else {
-            (self.ready > 0).then_some(Tell::Command)
+            (self.ready > 0).then_some(ControlMessage::Command)
         }
     }
 
     /// What became of it: nobody answers, so all that counts is that it has left.
-    pub(super) fn told(&mut self, tell: Tell, sent: bool) {
+    pub(super) fn confirmed(&mut self, tell: ControlMessage, sent: bool) {
         match (tell, sent) {
-            (Tell::Command, true) => {
+            (ControlMessage::Command, true) => {
                 self.ready = self.ready.saturating_sub(1);
                 self.commands.pop_front();
             }
-            (Tell::Mode, false) => self.mode_due = true,
-            (Tell::Cleared, false) => self.cleared_due = true,
-            (Tell::Command, false) | (Tell::Mode | Tell::Cleared, true) => {}
+            (ControlMessage::Mode, false) => self.mode_due = true,
+            (ControlMessage::Cleared, false) => self.cleared_due = true,
+            (ControlMessage::Command, false) | (ControlMessage::Mode | ControlMessage::Cleared, true) => {}
         }
     }
 
     /// The data unit.
-    fn message(&self, tell: Tell, mode: Mode) -> Option<GlobalControl> {
+    fn message(&self, tell: ControlMessage, mode: Mode) -> Option<GlobalControl> {
         Some(match (tell, mode) {
-            (Tell::Mode, Mode::Operate) => GlobalControl { command: ControlCommand::empty(), group: 0 },
-            (Tell::Mode, Mode::Clear | Mode::Stop) => GlobalControl { command: ControlCommand::CLEAR_DATA, group: 0 },
-            (Tell::Cleared, _) => GlobalControl { command: ControlCommand::CLEAR_DATA, group: self.cleared },
-            (Tell::Command, _) => self.commands.front()?.control,
+            (ControlMessage::Mode, Mode::Operate) => GlobalControl { command: ControlCommand::empty(), group: 0 },
+            (ControlMessage::Mode, Mode::Clear | Mode::Stop) => {
+                GlobalControl { command: ControlCommand::CLEAR_DATA, group: 0 }
+            }
+            (ControlMessage::Cleared, _) => GlobalControl { command: ControlCommand::CLEAR_DATA, group: self.cleared },
+            (ControlMessage::Command, _) => self.commands.front()?.control,
         })
     }
 
@@ -139,20 +141,20 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`NotSent`], and nothing is sent.
-    pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), NotSent> {
+    pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), ControlError> {
         let pairs = ControlCommand::SYNC | ControlCommand::UNSYNC | ControlCommand::FREEZE | ControlCommand::UNFREEZE;
         if command.is_empty() || !pairs.contains(command) {
-            return Err(NotSent::NoCommand(command));
+            return Err(ControlError::InvalidCommand(command));
         }
         if self.mode == Mode::Stop || self.exchanging == 0 {
-            return Err(NotSent::NobodyListens);
+            return Err(ControlError::NoSlaveExchanging);
         }
-        let waiting = Waiting { control: GlobalControl { command, group }, since: None };
-        self.controls.commands.push_back(waiting).map_err(|_| NotSent::Full)
+        let waiting = PendingCommand { control: GlobalControl { command, group }, since: None };
+        self.controls.commands.push_back(waiting).map_err(|_| ControlError::Full)
     }
 
     /// How many commands were taken and not sent yet. They are dropped when no slave exchanges data any more.
-    pub fn controls_waiting(&self) -> usize {
+    pub fn pending_commands(&self) -> usize {
         self.controls.commands.len()
     }
 
@@ -173,7 +175,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         if self.exchanging == 0 {
             self.controls.forget();
         }
-        let waiting = |waiting: &Waiting| {
+        let waiting = |waiting: &PendingCommand| {
             waiting.since.is_some_and(|since| self.all_exchanged_since(since, Some(waiting.control)))
         };
         self.controls.ready = self.controls.commands.iter().take_while(|command| waiting(command)).count();
@@ -184,7 +186,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// Whether every slave that exchanges data, and that `control` concerns, has done so since.
     pub(super) fn all_exchanged_since(&self, since: BitTime, control: Option<GlobalControl>) -> bool {
-        let concerned = |group| control.is_none_or(|control| control.concerns(group));
+        let concerned = |group| control.is_none_or(|control| control.selects(group));
         self.slaves.iter().filter(|slave| slave.is_exchanging() && concerned(slave.group)).all(|slave| {
             let at = slave.exchanged_at();
             at.is_some_and(|at| at > since)
@@ -201,7 +203,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// Global_Control goes to everybody; whom it concerns stands in it.
-    pub(super) fn global_control(&mut self, tell: Tell) -> Option<Request<'_>> {
+    pub(super) fn global_control(&mut self, tell: ControlMessage) -> Option<Request<'_>> {
         let length = self.controls.message(tell, self.mode)?.emit(&mut self.du).ok()?;
         Some(Request {
             da: BROADCAST,

@@ -1,20 +1,20 @@
 //! What a diagnosis means for the slave it comes from. profibus-wire 2.3, 3.9 and 3.10.
 
-use super::event::{Trouble, What};
-use super::slave::{Context, Handler};
-use super::state::State;
+use super::event::{EventKind, ExchangeError};
+use super::handler::{Context, Handler};
+use super::state::HandlerState;
 use crate::link::active::Answer;
 use heapless::Vec;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 
 /// What a diagnosis says about a slave that was parameterised.
-enum Verdict {
+enum Assessment {
     Ready,
     /// To be read again.
     NotReady,
     Static,
-    Fault(Trouble),
+    Fault(ExchangeError),
 }
 
 /// The last diagnosis.
@@ -36,79 +36,81 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     pub(super) fn diagnosed(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
         self.count_retries(answer);
         if !matches!(answer.status, Status::DataLow | Status::DataHigh) {
-            return self.restart(Trouble::Refused(answer.status), context);
+            return self.restart(ExchangeError::Refused(answer.status), context);
         }
         let Ok(diag) = SlaveDiag::parse(answer.du) else {
-            return self.restart(Trouble::Length { expected: 6, received: answer.du.len() }, context);
+            return self.restart(ExchangeError::Length { expected: 6, received: answer.du.len() }, context);
         };
         self.misses = 0;
         self.counters.diagnoses = self.counters.diagnoses.wrapping_add(1);
-        self.keep(&diag, context);
+        self.store(&diag, context);
         match self.state {
-            State::Diag1 => match self.stranger(&diag, context.address) {
+            HandlerState::Diag1 => match self.foreign_reason(&diag, context.address) {
                 Some(trouble) => self.restart(trouble, context),
-                None => self.enter(State::Prm, context),
+                None => self.enter(HandlerState::Prm, context),
             },
-            _ => self.judge(&diag, context),
+            _ => self.evaluate(&diag, context),
         }
     }
 
     /// What the diagnosis of a slave that was parameterised leads to.
-    fn judge(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
+    fn evaluate(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
         let waiting = match self.state {
-            State::Diag2 { since, prm_reqs } => Some((since, prm_reqs)),
+            HandlerState::Diag2 { since, prm_reqs } => Some((since, prm_reqs)),
             _ => None,
         };
-        match (self.verdict(diag, context.address), waiting) {
-            (Verdict::Ready, None) => self.state = State::Data { diag: false },
-            (Verdict::Ready, Some(_)) => {
+        match (self.assess(diag, context.address), waiting) {
+            (Assessment::Ready, None) => self.state = HandlerState::Data { diag: false },
+            (Assessment::Ready, Some(_)) => {
                 self.counters.starts = self.counters.starts.wrapping_add(1);
-                self.enter(State::Data { diag: false }, context);
+                self.enter(HandlerState::Data { diag: false }, context);
             }
-            (Verdict::Fault(Trouble::PrmReq), Some((since, prm_reqs))) if prm_reqs < self.diag_update_delay => {
-                self.state = State::Diag2 { since, prm_reqs: prm_reqs.saturating_add(1) };
+            (Assessment::Fault(ExchangeError::PrmReq), Some((since, prm_reqs)))
+                if prm_reqs < self.diag_update_delay =>
+            {
+                self.state = HandlerState::Diag2 { since, prm_reqs: prm_reqs.saturating_add(1) };
             }
-            (Verdict::Fault(trouble), _) => self.restart(trouble, context),
-            (Verdict::NotReady, Some((since, _))) if context.now < since + context.settings.ready_tbit => {}
-            (Verdict::NotReady, _) => self.restart(Trouble::NotReady, context),
-            (Verdict::Static, Some(_)) => self.report(Trouble::StaticDiag, context),
+            (Assessment::Fault(trouble), _) => self.restart(trouble, context),
+            (Assessment::NotReady, Some((since, _))) if context.now < since + context.settings.ready_tbit => {}
+            (Assessment::NotReady, _) => self.restart(ExchangeError::NotReady, context),
+            (Assessment::Static, Some(_)) => self.report(ExchangeError::StaticDiag, context),
             // The inputs are not valid as long as it stays: profibus-wire 3.3.
-            (Verdict::Static, None) => {
-                self.report(Trouble::StaticDiag, context);
-                self.enter(State::Diag2 { since: context.now, prm_reqs: 0 }, context);
+            (Assessment::Static, None) => {
+                self.report(ExchangeError::StaticDiag, context);
+                self.enter(HandlerState::Diag2 { since: context.now, prm_reqs: 0 }, context);
             }
         }
     }
 
     /// profibus-wire 3.9 and 3.10
-    fn verdict(&self, diag: &SlaveDiag<'_>, address: u8) -> Verdict {
+    fn assess(&self, diag: &SlaveDiag<'_>, address: u8) -> Assessment {
         let status = diag.status;
-        match self.stranger(diag, address) {
-            Some(trouble) => Verdict::Fault(trouble),
-            None if status.contains(StationStatus::PRM_FAULT) => Verdict::Fault(Trouble::PrmFault),
-            None if status.contains(StationStatus::CFG_FAULT) => Verdict::Fault(Trouble::CfgFault),
+        match self.foreign_reason(diag, address) {
+            Some(trouble) => Assessment::Fault(trouble),
+            None if status.contains(StationStatus::PRM_FAULT) => Assessment::Fault(ExchangeError::PrmFault),
+            None if status.contains(StationStatus::CFG_FAULT) => Assessment::Fault(ExchangeError::CfgFault),
             None if status.contains(StationStatus::PRM_REQ) || diag.master_add == NO_MASTER => {
-                Verdict::Fault(Trouble::PrmReq)
+                Assessment::Fault(ExchangeError::PrmReq)
             }
-            None if status.contains(StationStatus::STATION_NOT_READY) => Verdict::NotReady,
-            None if status.contains(StationStatus::STAT_DIAG) => Verdict::Static,
-            None => Verdict::Ready,
+            None if status.contains(StationStatus::STATION_NOT_READY) => Assessment::NotReady,
+            None if status.contains(StationStatus::STAT_DIAG) => Assessment::Static,
+            None => Assessment::Ready,
         }
     }
 
     /// Why the slave must not be parameterised by us: another master owns it, or it is another device.
     ///
     /// free choice: a wrong ident number is not tried. The slave would refuse it, but only after its outputs went safe.
-    fn stranger(&self, diag: &SlaveDiag<'_>, address: u8) -> Option<Trouble> {
+    fn foreign_reason(&self, diag: &SlaveDiag<'_>, address: u8) -> Option<ExchangeError> {
         match (diag.master_add, diag.ident) {
-            (master, _) if master != NO_MASTER && master != address => Some(Trouble::Owned { master }),
-            (_, received) if received != self.ident => Some(Trouble::Ident { expected: self.ident, received }),
+            (master, _) if master != NO_MASTER && master != address => Some(ExchangeError::Owned { master }),
+            (_, received) if received != self.ident => Some(ExchangeError::Ident { expected: self.ident, received }),
             _ => None,
         }
     }
 
     /// Keeps the diagnosis, as much of it as there is room for, and tells if it is a new one.
-    fn keep(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
+    fn store(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
         let room = diag.ext_diag.len().min(OCTETS);
         let mut status = diag.status;
         if room < diag.ext_diag.len() {
@@ -121,6 +123,6 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         let ext_diag = Vec::from_slice(kept.ext_diag).unwrap_or_default();
         let SlaveDiag { master_add, ident, .. } = kept;
         self.diagnosis = Some(Diagnosis { status, master_add, ident, ext_diag });
-        self.note(What::Diagnosis, context);
+        self.push_event(EventKind::Diagnosis, context);
     }
 }

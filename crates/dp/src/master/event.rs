@@ -1,7 +1,7 @@
 //! What a master has to tell about its slaves: one bounded queue.
 
-use super::acyclic::{Handle, Notice};
-use super::state::State;
+use super::acyclic::{AcyclicEvent, Handle};
+use super::state::HandlerState;
 use crate::link::BitTime;
 use crate::link::active::Failure;
 use core::fmt;
@@ -16,37 +16,39 @@ pub struct Event {
     /// To which slave.
     pub address: u8,
     /// What.
-    pub what: What,
+    pub kind: EventKind,
 }
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum EventKind {
     /// The handler has entered this state.
-    Entered(State),
+    Entered(HandlerState),
     /// Something keeps the slave from exchanging data. Told once, until it exchanges or something else does.
-    Trouble(Trouble),
+    Trouble(ExchangeError),
     /// The diagnosis says something new.
     Diagnosis,
     /// It has answered twice, or late. Told for the first time since the slave was called, then counted:
     /// [`Counters::strays`](super::Counters::strays).
     Stray,
     /// Something became of an acyclic request.
-    Acyclic(Handle, Notice),
+    Acyclic(Handle, AcyclicEvent),
     /// The slave has fallen out of data exchange, and [`Settings::auto_clear`](super::Settings::auto_clear) has taken the
     /// master to Clear.
     AutoClear,
 }
 
-impl fmt::Display for What {
+impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Entered(state) => state.fmt(f),
             Self::Trouble(trouble) => trouble.fmt(f),
             Self::Diagnosis => f.write_str("new diagnosis"),
             Self::Stray => f.write_str("it answered twice or late: is there another station at its address?"),
-            Self::Acyclic(handle, Notice::Done) => write!(f, "there is an outcome of {}", handle.service()),
-            Self::Acyclic(_, Notice::Ended(end)) => end.fmt(f),
+            Self::Acyclic(handle, AcyclicEvent::OutcomeReady) => {
+                write!(f, "there is an outcome of {}", handle.service())
+            }
+            Self::Acyclic(_, AcyclicEvent::Ended(end)) => end.fmt(f),
             Self::AutoClear => f.write_str("it fell out of data exchange, and the master went to CLEAR"),
         }
     }
@@ -54,9 +56,9 @@ impl fmt::Display for What {
 
 /// What keeps a slave from exchanging data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trouble {
+pub enum ExchangeError {
     /// No answer, or none that is one.
-    Lost(Failure),
+    NoAnswer(Failure),
     /// Another master owns it.
     Owned {
         /// Diag_Master_Add.
@@ -92,10 +94,10 @@ pub enum Trouble {
     },
 }
 
-impl fmt::Display for Trouble {
+impl fmt::Display for ExchangeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Lost(failure) => failure.fmt(f),
+            Self::NoAnswer(failure) => failure.fmt(f),
             Self::Owned { master } => write!(f, "it belongs to master {master}"),
             Self::Ident { expected, received } => {
                 write!(f, "it is another device: ident number {received:04X} instead of {expected:04X}")
@@ -166,7 +168,7 @@ mod tests {
     #[test]
     fn a_full_queue_keeps_the_oldest_and_says_so() {
         let mut events = Events::<2>::new();
-        let event = |address| Event { at: BitTime(0), address, what: What::Diagnosis };
+        let event = |address| Event { at: BitTime(0), address, kind: EventKind::Diagnosis };
         (1..=3).for_each(|address| events.sink().push(event(address)));
         assert_eq!(events.pop(), Some(event(1)));
         assert_eq!(events.pop(), Some(event(2)));

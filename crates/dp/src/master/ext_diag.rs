@@ -6,21 +6,21 @@ use profivac_wire::ext_diag::{Block, Blocks, Message};
 
 /// One entry of the extended diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Entry<'a> {
+pub enum ExtDiagEntry<'a> {
     /// A device-related block of a DP-V1 slave: an alarm or a status.
     Message(Message<'a>),
     /// Any other block: identifier-related, channel-related, a revision, or what only the manual of the device explains.
     Block(Block<'a>),
     /// What follows is no block: its length is 0, or runs past the end. The last entry.
-    Broken,
+    Malformed,
 }
 
-impl fmt::Display for Entry<'_> {
+impl fmt::Display for ExtDiagEntry<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Message(message) => message.fmt(f),
             Self::Block(block) => block.fmt(f),
-            Self::Broken => f.write_str("the rest is no block"),
+            Self::Malformed => f.write_str("the rest is no block"),
         }
     }
 }
@@ -42,15 +42,15 @@ impl<'a> ExtDiag<'a> {
 }
 
 impl<'a> Iterator for ExtDiag<'a> {
-    type Item = Entry<'a>;
+    type Item = ExtDiagEntry<'a>;
 
     fn next(&mut self) -> Option<Self::Item> {
         Some(match self.blocks.next()? {
             Ok(Block::Device(content)) if self.dpv1 => {
-                Message::parse(content).map_or(Entry::Block(Block::Device(content)), Entry::Message)
+                Message::parse(content).map_or(ExtDiagEntry::Block(Block::Device(content)), ExtDiagEntry::Message)
             }
-            Ok(block) => Entry::Block(block),
-            Err(_) => Entry::Broken,
+            Ok(block) => ExtDiagEntry::Block(block),
+            Err(_) => ExtDiagEntry::Malformed,
         })
     }
 }

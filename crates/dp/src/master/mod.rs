@@ -30,46 +30,46 @@ mod control;
 mod diagnosis;
 mod event;
 mod ext_diag;
-mod job;
+mod handler;
 mod ms1;
 mod ms2;
 mod parameters;
 pub mod pkw;
+mod raw_request;
 mod requests;
-mod roster;
 pub mod services;
-mod slave;
+mod slave_list;
 mod state;
 
-pub use acyclic::{Cause, End, Handle, NotTaken, Notice, Outcome, Service, Wrong};
-pub use control::{COMMANDS, NotSent};
-pub use event::{Event, Trouble, What};
-pub use ext_diag::{Entry, ExtDiag};
-pub use job::Busy;
+pub use acyclic::{AcyclicEvent, Cause, ConnectionEnd, Handle, Outcome, ResponseMismatch, Service, SubmitError};
+pub use control::{ControlError, MAX_PENDING_COMMANDS};
+pub use event::{Event, EventKind, ExchangeError};
+pub use ext_diag::{ExtDiag, ExtDiagEntry};
 pub use ms1::Ms1Parameters;
 pub use ms2::{Ms2Parameters, Opened, Phase};
-pub use parameters::{Rejected, Settings, SlaveParameters, watchdog_factors};
+pub use parameters::{Settings, SlaveListError, SlaveParameters, watchdog_factors};
 pub use pkw::PkwParameters;
-pub use state::{Counters, State};
+pub use raw_request::Busy;
+pub use state::{Counters, HandlerState};
 
 use crate::link::BitTime;
-use crate::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests};
-use acyclic::{Acyclic, Turn};
-use control::{Controls, Tell};
+use crate::link::active::{Active, BusParameters, Confirmation, FdlUser, Priority, Request};
+use acyclic::{Acyclic, QueueIndex};
+use control::{ControlMessage, Controls};
 use core::fmt;
 use event::Events;
+use handler::{Change, Context, Handler};
 use heapless::Vec;
-use job::Job;
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::{MAX_DU, Sap};
-use slave::{Change, Context, Handler};
-use state::Ask;
+use raw_request::RawRequest;
+use state::CyclicRequest;
 
 /// The highest address of a slave that can be parameterised.
 const MAX_ADDRESS: u8 = 125;
 
 /// No slave has this address.
-const NOBODY: u8 = u8::MAX;
+const NO_SLAVE: u8 = u8::MAX;
 
 /// What Clear sends.
 const ZEROS: [u8; MAX_DU] = [0; MAX_DU];
@@ -99,10 +99,10 @@ impl fmt::Display for Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pending {
     Nothing,
-    Control(Tell),
-    Slave(usize, Ask),
-    Job,
-    Acyclic(Turn),
+    Control(ControlMessage),
+    Slave(usize, CyclicRequest),
+    RawRequest,
+    Acyclic(QueueIndex),
 }
 
 /// A class 1 master with room for `SLAVES` slaves. Of each of these a slave can have `OCTETS`: inputs, outputs,
@@ -115,11 +115,11 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
     mode: Mode,
     slaves: Vec<Handler<OCTETS>, SLAVES>,
     /// Where in `slaves` an address is.
-    places: [u8; MAX_ADDRESS as usize + 1],
+    index_by_address: [u8; MAX_ADDRESS as usize + 1],
     exchanging: usize,
     pending: Pending,
     /// Whose turn it is; nothing between two cycles.
-    turn: Option<usize>,
+    next_in_list: Option<usize>,
     cycles: u32,
     /// When the present cycle began, and how long the one before took from begin to begin.
     began: BitTime,
@@ -128,16 +128,16 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
     /// When the request to a slave was handed out.
     asked_at: BitTime,
     /// The master stops, and its slaves are told to be safe before: since the cycle that began then.
-    farewell: Option<Option<BitTime>>,
+    shutdown: Option<Option<BitTime>>,
     /// Slaves that are not there are called one per cycle, so that they do not slow down the others: the next is this one
     /// or a later one.
-    call_from: usize,
-    called: bool,
+    offline_from: usize,
+    offline_polled: bool,
     events: Events<EVENTS>,
-    job: Job,
+    raw_request: RawRequest,
     acyclic: Acyclic<ACYCLIC>,
     /// The raw request had the last turn.
-    job_was_last: bool,
+    raw_request_was_last: bool,
     du: [u8; MAX_DU],
     now: BitTime,
 }
@@ -156,22 +156,22 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             settings,
             mode: Mode::Stop,
             slaves: Vec::new(),
-            places: [NOBODY; MAX_ADDRESS as usize + 1],
+            index_by_address: [NO_SLAVE; MAX_ADDRESS as usize + 1],
             exchanging: 0,
             pending: Pending::Nothing,
-            turn: None,
+            next_in_list: None,
             cycles: 0,
             began: now,
             cycle_tbit: 0,
             controls: Controls::new(),
             asked_at: now,
-            farewell: None,
-            call_from: 0,
-            called: false,
+            shutdown: None,
+            offline_from: 0,
+            offline_polled: false,
             events: Events::new(),
-            job: Job::new(),
+            raw_request: RawRequest::new(),
             acyclic: Acyclic::new(),
-            job_was_last: false,
+            raw_request_was_last: false,
             du: [0; MAX_DU],
             now,
         }
@@ -181,17 +181,17 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`Rejected`] when there is no room for it or its parameters are impossible.
-    pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), Rejected> {
+    pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let address = parameters.address;
-        let full = Rejected::Full { capacity: SLAVES };
+        let full = SlaveListError::Full { capacity: SLAVES };
         let place = u8::try_from(self.slaves.len()).map_err(|_| full)?;
         let entry = self
-            .places
+            .index_by_address
             .get_mut(usize::from(address))
             .filter(|_| address != self.address)
-            .ok_or(Rejected::Address(address))?;
-        if *entry != NOBODY {
-            return Err(Rejected::Taken(address));
+            .ok_or(SlaveListError::Address(address))?;
+        if *entry != NO_SLAVE {
+            return Err(SlaveListError::Taken(address));
         }
         self.slaves.push(Handler::new(parameters)?).map_err(|_| full)?;
         *entry = place;
@@ -219,12 +219,12 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// On the way to [`Mode::Stop`] every slave that exchanges data is sent safe outputs once more: one that has no
     /// watchdog would keep its last ones for ever.
     pub fn set_mode(&mut self, mode: Mode) {
-        self.farewell = (mode == Mode::Stop && self.mode != Mode::Stop && self.exchanging > 0).then_some(None);
+        self.shutdown = (mode == Mode::Stop && self.mode != Mode::Stop && self.exchanging > 0).then_some(None);
         self.mode = mode;
         self.controls.mode_due = true;
         if mode == Mode::Stop {
             self.controls.forget();
-            self.turn = None;
+            self.next_in_list = None;
         }
     }
 
@@ -234,13 +234,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// Where a slave stands; `None` if this master has no such slave.
-    pub fn state(&self, address: u8) -> Option<State> {
+    pub fn state(&self, address: u8) -> Option<HandlerState> {
         self.slave(address).map(Handler::state)
     }
 
     /// What keeps a slave from exchanging data, if anything does.
-    pub fn trouble(&self, address: u8) -> Option<Trouble> {
-        self.slave(address)?.trouble()
+    pub fn exchange_error(&self, address: u8) -> Option<ExchangeError> {
+        self.slave(address)?.error()
     }
 
     /// The counters of a slave.
@@ -266,7 +266,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// The outputs of a slave, sent with the next exchange in [`Mode::Operate`]. As long as its configuration says.
     pub fn outputs_mut(&mut self, address: u8) -> Option<&mut [u8]> {
-        let place = self.place(address)?;
+        let place = self.index_of(address)?;
         self.slaves.get_mut(place).map(Handler::outputs_mut)
     }
 
@@ -300,21 +300,21 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`Busy`] until the result of the request before was taken.
-    pub fn submit(&mut self, request: &Request<'_>) -> Result<(), Busy> {
-        self.job.submit(request)
+    pub fn submit_request(&mut self, request: &Request<'_>) -> Result<(), Busy> {
+        self.raw_request.submit(request)
     }
 
     /// The result of the request handed over, once.
-    pub fn take(&mut self) -> Option<Confirmation<'_>> {
-        self.job.take()
+    pub fn take_confirmation(&mut self) -> Option<Confirmation<'_>> {
+        self.raw_request.take()
     }
 
     fn slave(&self, address: u8) -> Option<&Handler<OCTETS>> {
-        self.slaves.get(self.place(address)?)
+        self.slaves.get(self.index_of(address)?)
     }
 
     fn with(&mut self, address: u8, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
-        if let Some(place) = self.place(address) {
+        if let Some(place) = self.index_of(address) {
             self.with_place(place, act);
         }
     }
@@ -338,7 +338,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// Whatever became of a message to a slave.
     #[inline(never)]
-    fn confirm_slave(&mut self, place: usize, ask: Ask, confirmation: Confirmation<'_>) {
+    fn confirm_slave(&mut self, place: usize, ask: CyclicRequest, confirmation: Confirmation<'_>) {
         let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
         if change != Change::Nothing {
             self.changed(place, change);
@@ -348,10 +348,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// The next message of the cycle, nothing at its end.
     #[inline]
     fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
-        if self.mode == Mode::Stop && !self.says_farewell() {
+        if self.mode == Mode::Stop && !self.is_shutting_down() {
             return None;
         }
-        let turn = match self.turn {
+        let turn = match self.next_in_list {
             Some(turn) => turn,
             None => self.begin_cycle(now)?,
         };
@@ -367,18 +367,18 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// A master that stops goes on until everybody who exchanges data has been sent safe outputs.
     #[cold]
-    fn says_farewell(&mut self) -> bool {
-        if let Some(Some(since)) = self.farewell
+    fn is_shutting_down(&mut self) -> bool {
+        if let Some(Some(since)) = self.shutdown
             && self.all_exchanged_since(since, None)
         {
-            self.farewell = None;
-            self.turn = None;
+            self.shutdown = None;
+            self.next_in_list = None;
         }
-        self.farewell.is_some()
+        self.shutdown.is_some()
     }
 
     fn begin_cycle(&mut self, now: BitTime) -> Option<usize> {
-        if self.cycles > 0 && now < self.began + self.settings.min_cycle_tbit && self.farewell.is_none() {
+        if self.cycles > 0 && now < self.began + self.settings.min_cycle_tbit && self.shutdown.is_none() {
             return None;
         }
         self.cycle_tbit = now - self.began;
@@ -386,18 +386,18 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.cycles = self.cycles.wrapping_add(1);
         self.controls.mode_due |= self.cycles.checked_rem(self.settings.control_cycles) == Some(0);
         self.prepare_controls(now);
-        if let Some(since) = &mut self.farewell {
+        if let Some(since) = &mut self.shutdown {
             since.get_or_insert(now);
         }
-        self.called = false;
-        self.turn = Some(0);
-        self.turn
+        self.offline_polled = false;
+        self.next_in_list = Some(0);
+        self.next_in_list
     }
 
     fn end_cycle(&mut self) {
-        self.turn = None;
-        if !self.called {
-            self.call_from = 0;
+        self.next_in_list = None;
+        if !self.offline_polled {
+            self.offline_from = 0;
         }
     }
 
@@ -405,11 +405,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     #[inline]
     fn next_slave(&mut self, turn: usize, now: BitTime) -> Option<Pending> {
         for place in turn..self.slaves.len() {
-            let ask = self.slaves.get(place).and_then(|slave| slave.ask(now));
+            let ask = self.slaves.get(place).and_then(|slave| slave.next_request(now));
             if let Some(ask) = ask
-                && (ask == Ask::DataExch || self.may_ask(place, ask))
+                && (ask == CyclicRequest::DataExch || self.may_request(place, ask))
             {
-                self.turn = Some(place.saturating_add(1));
+                self.next_in_list = Some(place.saturating_add(1));
                 return Some(Pending::Slave(place, ask));
             }
         }
@@ -417,21 +417,21 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// Whether something other than data exchange has its place in this cycle: nobody is brought up while the master stops.
-    fn may_ask(&mut self, place: usize, ask: Ask) -> bool {
+    fn may_request(&mut self, place: usize, ask: CyclicRequest) -> bool {
         match ask {
-            Ask::FdlStatus => self.farewell.is_none() && self.may_call(place),
-            Ask::SetPrm | Ask::ChkCfg | Ask::Unlock => self.farewell.is_none(),
-            Ask::SlaveDiag | Ask::DataExch => true,
+            CyclicRequest::FdlStatus => self.shutdown.is_none() && self.may_poll_offline(place),
+            CyclicRequest::SetPrm | CyclicRequest::ChkCfg | CyclicRequest::Unlock => self.shutdown.is_none(),
+            CyclicRequest::SlaveDiag | CyclicRequest::DataExch => true,
         }
     }
 
     /// Whether a slave that is not there is called in this cycle.
-    const fn may_call(&mut self, place: usize) -> bool {
-        if self.called || place < self.call_from {
+    const fn may_poll_offline(&mut self, place: usize) -> bool {
+        if self.offline_polled || place < self.offline_from {
             return false;
         }
-        self.called = true;
-        self.call_from = place.saturating_add(1);
+        self.offline_polled = true;
+        self.offline_from = place.saturating_add(1);
         true
     }
 
@@ -439,31 +439,31 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     #[inline(never)]
     fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
         self.elapse(now);
-        let job = self.job.is_waiting().then_some(Pending::Job);
-        let next = match job.filter(|_| !self.job_was_last) {
+        let job = self.raw_request.is_waiting().then_some(Pending::RawRequest);
+        let next = match job.filter(|_| !self.raw_request_was_last) {
             Some(job) => Some(job),
             None => self.acyclic.due(now).map(Pending::Acyclic).or(job),
         };
-        self.job_was_last = next == Some(Pending::Job);
+        self.raw_request_was_last = next == Some(Pending::RawRequest);
         next
     }
 
     /// The parameter channel of a slave that has just been exchanged with.
     #[inline(never)]
-    fn channel_exchanged(&mut self, place: usize, ask: Ask) {
+    fn channel_exchanged(&mut self, place: usize, ask: CyclicRequest) {
         let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
-        if let (Ask::DataExch, Some(inputs)) = (ask, slave.inputs()) {
+        if let (CyclicRequest::DataExch, Some(inputs)) = (ask, slave.inputs()) {
             self.acyclic.exchanged(self.now, slave.address, inputs, &mut self.events.sink());
         }
     }
 
     /// The message to a slave.
     #[inline]
-    fn message(&mut self, place: usize, ask: Ask) -> Option<Request<'_>> {
+    fn message(&mut self, place: usize, ask: CyclicRequest) -> Option<Request<'_>> {
         let slave = self.slaves.get(place)?;
         let da = slave.address;
         Some(match ask {
-            Ask::DataExch => services::data_exchange(
+            CyclicRequest::DataExch => services::data_exchange(
                 da,
                 match self.mode {
                     Mode::Operate if !self.controls.is_cleared(slave.group) && self.acyclic.is_idle() => {
@@ -475,11 +475,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                     Mode::Operate | Mode::Clear | Mode::Stop => ZEROS.get(..slave.cleared_outputs())?,
                 },
             ),
-            Ask::SlaveDiag => services::slave_diag(da),
-            Ask::FdlStatus => services::fdl_status(da),
-            Ask::ChkCfg => services::ms0(da, Sap::ChkCfg, slave.cfg()),
-            Ask::SetPrm | Ask::Unlock => {
-                let prm = if ask == Ask::Unlock { slave.unlock() } else { slave.set_prm() };
+            CyclicRequest::SlaveDiag => services::slave_diag(da),
+            CyclicRequest::FdlStatus => services::fdl_status(da),
+            CyclicRequest::ChkCfg => services::ms0(da, Sap::ChkCfg, slave.cfg()),
+            CyclicRequest::SetPrm | CyclicRequest::Unlock => {
+                let prm = if ask == CyclicRequest::Unlock { slave.unlock() } else { slave.set_prm() };
                 let length = prm.emit(&mut self.du).ok()?;
                 services::ms0(da, Sap::SetPrm, self.du.get(..length)?)
             }
@@ -487,11 +487,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 }
 
-impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize> Requests
+impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize> FdlUser
     for Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
     #[inline]
-    fn next(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>> {
+    fn next_request(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>> {
         self.now = now;
         match priority {
             Priority::High => {
@@ -502,13 +502,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                         self.message(place, ask)
                     }
                     Pending::Control(tell) => self.global_control(tell),
-                    Pending::Job | Pending::Acyclic(_) | Pending::Nothing => None,
+                    Pending::RawRequest | Pending::Acyclic(_) | Pending::Nothing => None,
                 }
             }
             Priority::Low => {
                 self.pending = self.next_beside(now)?;
                 match self.pending {
-                    Pending::Job => self.job.start(),
+                    Pending::RawRequest => self.raw_request.start(),
                     Pending::Acyclic(turn) => self.acyclic.message(turn),
                     Pending::Slave(..) | Pending::Control(_) | Pending::Nothing => None,
                 }
@@ -523,7 +523,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             Pending::Slave(place, ask) => {
                 let asked = self.asked_at;
                 let usual =
-                    self.slaves.get_mut(place).is_some_and(|slave| slave.took_inputs(ask, &confirmation, now, asked));
+                    self.slaves.get_mut(place).is_some_and(|slave| slave.accept_inputs(ask, &confirmation, now, asked));
                 if !usual {
                     self.confirm_slave(place, ask, confirmation);
                 }
@@ -531,8 +531,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                     self.channel_exchanged(place, ask);
                 }
             }
-            Pending::Control(tell) => self.controls.told(tell, confirmation == Confirmation::Sent),
-            Pending::Job => self.job.finish(confirmation),
+            Pending::Control(tell) => self.controls.confirmed(tell, confirmation == Confirmation::Sent),
+            Pending::RawRequest => self.raw_request.finish(confirmation),
             Pending::Acyclic(turn) => self.acyclic.confirmed(turn, now, confirmation, &mut self.events.sink()),
             Pending::Nothing => {}
         }
@@ -540,6 +540,6 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     fn stray(&mut self, now: BitTime, sender: u8) {
         self.now = now;
-        self.with(sender, Handler::strayed);
+        self.with(sender, Handler::stray_answer);
     }
 }

@@ -115,7 +115,7 @@ const fn at_least_one(factor: u32) -> u32 {
 
 /// Why a master cannot exchange with such a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rejected {
+pub enum SlaveListError {
     /// It has as many slaves as it has room for.
     Full {
         /// How many.
@@ -142,7 +142,7 @@ pub enum Rejected {
     Watchdog,
 }
 
-impl fmt::Display for Rejected {
+impl fmt::Display for SlaveListError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Full { capacity } => write!(f, "the master has room for {capacity} slaves"),
@@ -156,7 +156,7 @@ impl fmt::Display for Rejected {
     }
 }
 
-impl core::error::Error for Rejected {}
+impl core::error::Error for SlaveListError {}
 
 #[cfg(test)]
 mod tests {

@@ -27,13 +27,13 @@
 //! # Ok::<(), profivac_dp::master::NotTaken>(())
 //! ```
 
-use super::acyclic::{Expected, Handle, NotTaken, Outcome, Stands};
+use super::acyclic::{ExchangeStatus, ExpectedResponse, Handle, Outcome, SubmitError};
 use super::ms1::{self, Ms1Parameters};
 use super::ms2::{self, Ms2Parameters, Phase};
 use super::pkw::{self, PkwParameters};
-use super::{MAX_ADDRESS, Master, Mode, State};
+use super::{HandlerState, MAX_ADDRESS, Master, Mode};
 use crate::link::BitTime;
-use profivac_wire::acyclic::record::MAX_RECORD;
+use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::acyclic::{AbortReason, Access, AlarmAck, Request as Pdu, Transfer};
 
 /// The first DPV1_Status octet: DP-V1 is enabled. profibus-wire 2.4.
@@ -50,9 +50,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`NotTaken`]: no place is left, or no slave can have this address.
-    pub fn ms2_open(&mut self, address: u8, parameters: &Ms2Parameters) -> Result<Handle, NotTaken> {
+    pub fn ms2_open(&mut self, address: u8, parameters: &Ms2Parameters) -> Result<Handle, SubmitError> {
         if address > MAX_MS2_ADDRESS || address == self.address {
-            return Err(NotTaken::Address(address));
+            return Err(SubmitError::Address(address));
         }
         self.acyclic.open(address, parameters)
     }
@@ -62,12 +62,12 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`NotTaken`]: the connection is gone, not open or busy, or carries fewer octets.
-    pub fn ms2_read(&mut self, connection: Handle, slot: u8, index: u8, wanted: u8) -> Result<(), NotTaken> {
+    pub fn ms2_read(&mut self, connection: Handle, slot: u8, index: u8, wanted: u8) -> Result<(), SubmitError> {
         // A connection that carries less is asked for less: a record longer than that cannot be read whole on it.
-        let most = self.acyclic.ms2.get(connection).ok_or(NotTaken::Gone)?.max_len_data_unit();
+        let most = self.acyclic.ms2.get(connection).ok_or(SubmitError::UnknownHandle)?.max_len_data_unit();
         let length = if most == 0 { wanted } else { wanted.min(most) };
         let access = Access { slot, index, length };
-        self.acyclic.order(connection, Expected::Read(access), length.into(), &Pdu::Read(access))
+        self.acyclic.submit(connection, ExpectedResponse::Read(access), length.into(), &Pdu::Read(access))
     }
 
     /// Writes a record of 1 to 240 octets: [`Outcome::Written`] or [`Outcome::Refused`]. It is sent once, whatever gets
@@ -75,27 +75,27 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`NotTaken`]: the connection is gone, not open or busy, or carries fewer octets.
-    pub fn ms2_write(&mut self, connection: Handle, slot: u8, index: u8, data: &[u8]) -> Result<(), NotTaken> {
-        let expected = Expected::Write(access(slot, index, data)?);
-        self.acyclic.order(connection, expected, data.len(), &Pdu::Write(Transfer { slot, index, data }))
+    pub fn ms2_write(&mut self, connection: Handle, slot: u8, index: u8, data: &[u8]) -> Result<(), SubmitError> {
+        let expected = ExpectedResponse::Write(access(slot, index, data)?);
+        self.acyclic.submit(connection, expected, data.len(), &Pdu::Write(Transfer { slot, index, data }))
     }
 
     /// Data_Transport: [`Outcome::Transported`] or [`Outcome::Refused`].
     ///
     /// # Errors
     /// [`NotTaken`]: the connection is gone, not open or busy, or carries fewer octets.
-    pub fn ms2_transport(&mut self, connection: Handle, slot: u8, index: u8, data: &[u8]) -> Result<(), NotTaken> {
+    pub fn ms2_transport(&mut self, connection: Handle, slot: u8, index: u8, data: &[u8]) -> Result<(), SubmitError> {
         access(slot, index, data)?;
-        let length = self.acyclic.ms2.get(connection).ok_or(NotTaken::Gone)?.max_len_data_unit();
-        let expected = Expected::Transport(Access { slot, index, length });
-        self.acyclic.order(connection, expected, data.len(), &Pdu::DataTransport(Transfer { slot, index, data }))
+        let length = self.acyclic.ms2.get(connection).ok_or(SubmitError::UnknownHandle)?.max_len_data_unit();
+        let expected = ExpectedResponse::Transport(Access { slot, index, length });
+        self.acyclic.submit(connection, expected, data.len(), &Pdu::DataTransport(Transfer { slot, index, data }))
     }
 
     /// Closes a connection with an Abort of the user, reason 0. [`Outcome::Ended`] says when the slave was told.
     ///
     /// # Errors
     /// [`NotTaken::Gone`].
-    pub fn ms2_close(&mut self, connection: Handle) -> Result<(), NotTaken> {
+    pub fn ms2_close(&mut self, connection: Handle) -> Result<(), SubmitError> {
         self.ms2_abort(connection, AbortReason::User(0))
     }
 
@@ -103,8 +103,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     ///
     /// # Errors
     /// [`NotTaken::Gone`].
-    pub fn ms2_abort(&mut self, connection: Handle, reason: AbortReason) -> Result<(), NotTaken> {
-        self.acyclic.ms2.get_mut(connection).ok_or(NotTaken::Gone)?.close(reason);
+    pub fn ms2_abort(&mut self, connection: Handle, reason: AbortReason) -> Result<(), SubmitError> {
+        self.acyclic.ms2.get_mut(connection).ok_or(SubmitError::UnknownHandle)?.close(reason);
         Ok(())
     }
 
@@ -125,9 +125,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         index: u8,
         wanted: u8,
         parameters: &Ms1Parameters,
-    ) -> Result<Handle, NotTaken> {
+    ) -> Result<Handle, SubmitError> {
         let access = Access { slot, index, length: wanted };
-        self.ms1(address, Expected::Read(access), &Pdu::Read(access), wanted.into(), parameters)
+        self.ms1(address, ExpectedResponse::Read(access), &Pdu::Read(access), wanted.into(), parameters)
     }
 
     /// Writes a record of 1 to 240 octets by MS1: [`Outcome::Written`], [`Outcome::Refused`] or [`Outcome::Failed`]. It is
@@ -142,8 +142,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         index: u8,
         data: &[u8],
         parameters: &Ms1Parameters,
-    ) -> Result<Handle, NotTaken> {
-        let expected = Expected::Write(access(slot, index, data)?);
+    ) -> Result<Handle, SubmitError> {
+        let expected = ExpectedResponse::Write(access(slot, index, data)?);
         self.ms1(address, expected, &Pdu::Write(Transfer { slot, index, data }), data.len(), parameters)
     }
 
@@ -157,28 +157,28 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         address: u8,
         alarm: AlarmAck,
         parameters: &Ms1Parameters,
-    ) -> Result<Handle, NotTaken> {
-        self.ms1(address, Expected::AlarmAck(alarm), &Pdu::AlarmAck(alarm), 1, parameters)
+    ) -> Result<Handle, SubmitError> {
+        self.ms1(address, ExpectedResponse::AlarmAck(alarm), &Pdu::AlarmAck(alarm), 1, parameters)
     }
 
     fn ms1(
         &mut self,
         address: u8,
-        expected: Expected,
+        expected: ExpectedResponse,
         pdu: &Pdu<'_>,
         octets: usize,
         parameters: &Ms1Parameters,
-    ) -> Result<Handle, NotTaken> {
-        let too_long = NotTaken::Length { octets, room: MAX_RECORD };
-        if octets == 0 || octets > MAX_RECORD {
+    ) -> Result<Handle, SubmitError> {
+        let too_long = SubmitError::Length { octets, room: MAX_RECORD_LENGTH };
+        if octets == 0 || octets > MAX_RECORD_LENGTH {
             return Err(too_long);
         }
-        let starts = self.starts(address).ok_or(NotTaken::NotExchanging(address))?;
+        let starts = self.starts(address).ok_or(SubmitError::NotExchanging(address))?;
         let enabled = self.slave(address).is_some_and(|slave| has_dpv1(slave.user_prm()));
         if !enabled {
-            return Err(NotTaken::NotEnabled(address));
+            return Err(SubmitError::NotEnabled(address));
         }
-        self.acyclic.ms1(ms1::Job::new((address, starts), expected, pdu, parameters).ok_or(too_long)?)
+        self.acyclic.ms1(ms1::Ms1Request::new((address, starts), expected, pdu, parameters).ok_or(too_long)?)
     }
 
     /// Reads a parameter in the parameter channel of a slave of this master: [`Outcome::Value`], [`Outcome::Denied`] or
@@ -194,9 +194,9 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         index: u8,
         width: Option<usize>,
         parameters: &PkwParameters,
-    ) -> Result<Handle, NotTaken> {
+    ) -> Result<Handle, SubmitError> {
         let relation = self.channel(address, parameters)?;
-        self.acyclic.pkw(pkw::Job::read(relation, (slot, index), width, parameters))
+        self.acyclic.pkw(pkw::PkwTask::read(relation, (slot, index), width, parameters))
     }
 
     /// Writes a parameter in the parameter channel: [`Outcome::Value`] with what the slave answers, [`Outcome::Denied`] or
@@ -211,21 +211,21 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         index: u8,
         value: pkw::Value,
         parameters: &PkwParameters,
-    ) -> Result<Handle, NotTaken> {
+    ) -> Result<Handle, SubmitError> {
         let relation = self.channel(address, parameters)?;
-        self.acyclic.pkw(pkw::Job::write(relation, (slot, index), value, parameters))
+        self.acyclic.pkw(pkw::PkwTask::write(relation, (slot, index), value, parameters))
     }
 
     /// Whether there is a parameter channel that can be used now.
-    fn channel(&self, address: u8, parameters: &PkwParameters) -> Result<(u8, u32), NotTaken> {
-        let starts = self.starts(address).ok_or(NotTaken::NotExchanging(address))?;
-        let slave = self.slave(address).ok_or(NotTaken::NotExchanging(address))?;
+    fn channel(&self, address: u8, parameters: &PkwParameters) -> Result<(u8, u32), SubmitError> {
+        let starts = self.starts(address).ok_or(SubmitError::NotExchanging(address))?;
+        let slave = self.slave(address).ok_or(SubmitError::NotExchanging(address))?;
         if self.mode != Mode::Operate || self.controls.is_cleared(slave.group) {
-            return Err(NotTaken::NotOperating);
+            return Err(SubmitError::NotOperating);
         }
         let outputs = pkw::part(slave.outputs(), parameters.outputs_at);
         let inputs = slave.inputs().and_then(|inputs| pkw::part(inputs, parameters.inputs_at));
-        outputs.and(inputs).map(|_| (address, starts)).ok_or(NotTaken::NoChannel)
+        outputs.and(inputs).map(|_| (address, starts)).ok_or(SubmitError::NoChannel)
     }
 
     /// The outcome behind a handle, once. A handle of MS2 has one for each request and a last one, [`Outcome::Ended`]; the
@@ -246,32 +246,33 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             // What becomes of the message on its way is told before anything else is decided.
             return;
         }
-        let (slaves, places) = (&self.slaves, &self.places);
+        let (slaves, places) = (&self.slaves, &self.index_by_address);
         let (operate, controls) = (self.mode == Mode::Operate, &self.controls);
         let stands = |address: u8| {
             let slave = slaves.get(usize::from(*places.get(usize::from(address))?))?;
             let operating = operate && !controls.is_cleared(slave.group);
-            matches!(slave.state(), State::Data { .. }).then_some(Stands { starts: slave.counters().starts, operating })
+            matches!(slave.state(), HandlerState::Data { .. })
+                .then_some(ExchangeStatus { starts: slave.counters().starts, operating })
         };
         self.acyclic.elapse(now, stands, &mut self.events.sink());
         if let Some(address) = self.acyclic.take_late() {
-            self.with(address, |slave, context| slave.restart(super::Trouble::Ms1, context));
+            self.with(address, |slave, context| slave.restart(super::ExchangeError::Ms1, context));
         }
     }
 
     /// How often a slave that exchanges data has come there.
     fn starts(&self, address: u8) -> Option<u32> {
         let slave = self.slave(address)?;
-        matches!(slave.state(), State::Data { .. }).then_some(slave.counters().starts)
+        matches!(slave.state(), HandlerState::Data { .. }).then_some(slave.counters().starts)
     }
 }
 
 /// The Access that a Write of `data` is answered with.
-fn access(slot: u8, index: u8, data: &[u8]) -> Result<Access, NotTaken> {
+fn access(slot: u8, index: u8, data: &[u8]) -> Result<Access, SubmitError> {
     let octets = data.len();
     match u8::try_from(octets) {
-        Ok(length) if (1..=MAX_RECORD).contains(&octets) => Ok(Access { slot, index, length }),
-        _ => Err(NotTaken::Length { octets, room: MAX_RECORD }),
+        Ok(length) if (1..=MAX_RECORD_LENGTH).contains(&octets) => Ok(Access { slot, index, length }),
+        _ => Err(SubmitError::Length { octets, room: MAX_RECORD_LENGTH }),
     }
 }
 

@@ -60,7 +60,7 @@ pub(super) const fn ms0(da: u8, sap: Sap, du: &[u8]) -> Request<'_> {
 
 /// Why a request has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoResult {
+pub enum ServiceError {
     /// No answer came that fits the request.
     Failed(Failure),
     /// The station answers like this.
@@ -78,7 +78,7 @@ pub enum NoResult {
     Unconfirmed,
 }
 
-impl fmt::Display for NoResult {
+impl fmt::Display for ServiceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Failed(failure) => failure.fmt(f),
@@ -97,17 +97,17 @@ impl fmt::Display for NoResult {
     }
 }
 
-impl core::error::Error for NoResult {}
+impl core::error::Error for ServiceError {}
 
 /// What [`fdl_status`] found out.
 ///
 /// # Errors
 /// [`NoResult`].
-pub const fn station(confirmation: &Confirmation<'_>) -> Result<StationType, NoResult> {
+pub const fn station_type(confirmation: &Confirmation<'_>) -> Result<StationType, ServiceError> {
     match answered(confirmation) {
         Ok(answer) => match answer.status {
             Status::Ok => Ok(answer.station),
-            status => Err(NoResult::Refused(status)),
+            status => Err(ServiceError::Refused(status)),
         },
         Err(reason) => Err(reason),
     }
@@ -117,18 +117,18 @@ pub const fn station(confirmation: &Confirmation<'_>) -> Result<StationType, NoR
 ///
 /// # Errors
 /// [`NoResult`].
-pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, NoResult> {
+pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, ServiceError> {
     let du = data(confirmation)?;
-    SlaveDiag::parse(du).map_err(|_| NoResult::Length { expected: 6, received: du.len() })
+    SlaveDiag::parse(du).map_err(|_| ServiceError::Length { expected: 6, received: du.len() })
 }
 
 /// What [`get_cfg`] found out: the identifiers, and how much is exchanged with them.
 ///
 /// # Errors
 /// [`NoResult`].
-pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], Lengths), NoResult> {
+pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], Lengths), ServiceError> {
     let du = data(confirmation)?;
-    cfg::lengths(du).map(|lengths| (du, lengths)).map_err(NoResult::Cfg)
+    cfg::lengths(du).map(|lengths| (du, lengths)).map_err(ServiceError::Cfg)
 }
 
 /// What [`rd_inp`] or [`rd_outp`] found out. `expected` is the length of the image, where it is known: from the own
@@ -136,12 +136,12 @@ pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], L
 ///
 /// # Errors
 /// [`NoResult`].
-pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Result<&'a [u8], NoResult> {
+pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Result<&'a [u8], ServiceError> {
     let answer = answered(confirmation)?;
     // SC where there is nothing to be read: profibus-wire 2.2.
     let du = if answer.status == Status::NoReply { &[] } else { data(confirmation)? };
     match expected {
-        Some(expected) if expected != du.len() => Err(NoResult::Length { expected, received: du.len() }),
+        Some(expected) if expected != du.len() => Err(ServiceError::Length { expected, received: du.len() }),
         _ => Ok(du),
     }
 }
@@ -151,26 +151,26 @@ pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Re
 ///
 /// # Errors
 /// [`NoResult`].
-pub const fn acknowledged(confirmation: &Confirmation<'_>) -> Result<(), NoResult> {
+pub const fn acknowledged(confirmation: &Confirmation<'_>) -> Result<(), ServiceError> {
     match answered(confirmation) {
         Ok(Answer { status: Status::NoReply, .. }) => Ok(()),
-        Ok(answer) => Err(NoResult::Refused(answer.status)),
+        Ok(answer) => Err(ServiceError::Refused(answer.status)),
         Err(reason) => Err(reason),
     }
 }
 
-const fn answered<'a>(confirmation: &Confirmation<'a>) -> Result<Answer<'a>, NoResult> {
+const fn answered<'a>(confirmation: &Confirmation<'a>) -> Result<Answer<'a>, ServiceError> {
     match confirmation {
         Confirmation::Answer(answer) => Ok(*answer),
-        Confirmation::Failed(failure) => Err(NoResult::Failed(*failure)),
-        Confirmation::Sent => Err(NoResult::Unconfirmed),
+        Confirmation::Failed(failure) => Err(ServiceError::Failed(*failure)),
+        Confirmation::Sent => Err(ServiceError::Unconfirmed),
     }
 }
 
-const fn data<'a>(confirmation: &Confirmation<'a>) -> Result<&'a [u8], NoResult> {
+const fn data<'a>(confirmation: &Confirmation<'a>) -> Result<&'a [u8], ServiceError> {
     match answered(confirmation) {
         Ok(answer) if answer.status.carries_data() => Ok(answer.du),
-        Ok(answer) => Err(NoResult::Refused(answer.status)),
+        Ok(answer) => Err(ServiceError::Refused(answer.status)),
         Err(reason) => Err(reason),
     }
 }
@@ -189,7 +189,10 @@ mod tests {
     fn an_image_of_nothing_is_acknowledged_and_has_a_length_too() {
         assert_eq!(image(&answer(Status::NoReply, &[]), None), Ok(&[][..]));
         assert_eq!(image(&answer(Status::NoReply, &[]), Some(0)), Ok(&[][..]));
-        assert_eq!(image(&answer(Status::NoReply, &[]), Some(2)), Err(NoResult::Length { expected: 2, received: 0 }));
+        assert_eq!(
+            image(&answer(Status::NoReply, &[]), Some(2)),
+            Err(ServiceError::Length { expected: 2, received: 0 })
+        );
         assert_eq!(image(&answer(Status::DataHigh, &[1, 2]), None), Ok(&[1, 2][..]));
     }
 
@@ -206,7 +209,7 @@ mod tests {
         }
         let data = acknowledged(&answer(Status::DataLow, &[1])).unwrap_err();
         assert_eq!(data.to_string(), "it answers with data where it should only acknowledge");
-        assert_eq!(acknowledged(&Confirmation::Sent), Err(NoResult::Unconfirmed));
-        assert_eq!(station(&Confirmation::Failed(Failure::Silence)).unwrap_err().to_string(), "no answer");
+        assert_eq!(acknowledged(&Confirmation::Sent), Err(ServiceError::Unconfirmed));
+        assert_eq!(station_type(&Confirmation::Failed(Failure::Silence)).unwrap_err().to_string(), "no answer");
     }
 }

@@ -5,7 +5,7 @@ use core::fmt;
 
 /// Where a slave stands on the way to data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum HandlerState {
     /// Nobody has answered yet: FDL status, until somebody does.
     Offline,
     /// Slave_Diag: is the slave free, and is it the right one?
@@ -32,22 +32,22 @@ pub enum State {
     Inactive,
 }
 
-impl State {
+impl HandlerState {
     /// What is asked in this state; whether now is the time for it is another question.
-    pub(super) const fn asks(self) -> Option<Ask> {
+    pub(super) const fn request(self) -> Option<CyclicRequest> {
         match self {
-            Self::Offline => Some(Ask::FdlStatus),
-            Self::Diag1 | Self::Diag2 { .. } | Self::Data { diag: true } => Some(Ask::SlaveDiag),
-            Self::Prm => Some(Ask::SetPrm),
-            Self::Cfg => Some(Ask::ChkCfg),
-            Self::Data { diag: false } => Some(Ask::DataExch),
-            Self::Release => Some(Ask::Unlock),
+            Self::Offline => Some(CyclicRequest::FdlStatus),
+            Self::Diag1 | Self::Diag2 { .. } | Self::Data { diag: true } => Some(CyclicRequest::SlaveDiag),
+            Self::Prm => Some(CyclicRequest::SetPrm),
+            Self::Cfg => Some(CyclicRequest::ChkCfg),
+            Self::Data { diag: false } => Some(CyclicRequest::DataExch),
+            Self::Release => Some(CyclicRequest::Unlock),
             Self::Inactive => None,
         }
     }
 }
 
-impl fmt::Display for State {
+impl fmt::Display for HandlerState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Offline => "OFFLINE",
@@ -64,7 +64,7 @@ impl fmt::Display for State {
 
 /// What a slave is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ask {
+pub(super) enum CyclicRequest {
     FdlStatus,
     SlaveDiag,
     SetPrm,

@@ -1,6 +1,6 @@
 //! Chk_Cfg and Get_Cfg: what is exchanged. profibus-wire 2.6 and 2.7.
 
-use super::{CfgFault, Device, Exchange, Fault, NO_ROOM, Owner, Slave, State};
+use super::{CfgFault, Device, ExchangeState, Fault, NO_RESOURCE, Owner, Slave, SlaveState};
 use crate::link::{Indication, Reply};
 use profivac_wire::cfg::Lengths;
 use profivac_wire::control::Status;
@@ -12,9 +12,9 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
             return Reply::ShortAck;
         };
-        let repeated = self.device.get_cfg() == request.du && matches!(self.state, State::DataExch(..));
+        let repeated = self.device.get_cfg() == request.du && matches!(self.state, SlaveState::DataExch(..));
         match self.device.chk_cfg(request.du) {
-            Err(CfgFault) => self.leave(Fault::Cfg),
+            Err(CfgFault) => self.enter_wait_prm(Fault::Cfg),
             Ok(_) if repeated => {}
             Ok(lengths) => self.begin_exchange(owner, lengths),
         }
@@ -26,13 +26,13 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     fn begin_exchange(&mut self, owner: Owner, lengths: Lengths) {
         // free choice: an event that is already there is announced, for a master that does not read the diagnosis first.
         let diag_flag = self.device.diagnosis().event;
-        self.enter(State::DataExch(owner, Exchange { lengths, sync: false, freeze: false, diag_flag }));
+        self.enter(SlaveState::DataExch(owner, ExchangeState { lengths, sync: false, freeze: false, diag_flag }));
     }
 
     /// profibus-wire 2.7
     pub(super) fn get_cfg(&mut self, request: &Indication<'_>) -> Reply {
         if !request.du.is_empty() {
-            return NO_ROOM;
+            return NO_RESOURCE;
         }
         let cfg = self.device.get_cfg();
         match self.du.get_mut(..cfg.len()) {

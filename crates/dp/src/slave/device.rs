@@ -1,6 +1,6 @@
 //! What a DP slave asks of the device behind it.
 
-use profivac_wire::acyclic::call::IM_RECORD;
+use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 use profivac_wire::ident::Ident;
@@ -58,14 +58,14 @@ pub enum Relation {
 
 /// A negative DP-V1 response: Error_Code_1 and Error_Code_2; Error_Decode is always 128. profibus-wire 4.1.2 and 4.1.3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Refusal {
+pub struct Dpv1Error {
     /// Error_Class in the high and Error_Code in the low nibble.
     pub code_1: u8,
     /// Defined by the device.
     pub code_2: u8,
 }
 
-impl Refusal {
+impl Dpv1Error {
     /// The application does not have the feature.
     pub const FEATURE_NOT_SUPPORTED: Self = Self::new(0xA9);
     /// There is no such index.
@@ -122,7 +122,7 @@ pub trait Device {
     fn get_cfg(&self) -> &[u8];
 
     /// Cyclic exchange begins (`true`) or has ended.
-    fn exchanging(&mut self, _running: bool) {}
+    fn set_exchanging(&mut self, _running: bool) {}
 
     /// New outputs.
     fn outputs(&mut self, outputs: Outputs<'_>);
@@ -155,20 +155,20 @@ pub trait Device {
     ///
     /// # Errors
     /// A [`Refusal`] with the code of the manual.
-    fn read(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &mut [u8]) -> Result<usize, Refusal> {
-        Err(Refusal::INVALID_SLOT)
+    fn read(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &mut [u8]) -> Result<usize, Dpv1Error> {
+        Err(Dpv1Error::INVALID_SLOT)
     }
 
     /// Writes a parameter. `Ok` promises that a nonvolatile one is stored.
     ///
     /// # Errors
     /// A [`Refusal`] with the code of the manual; nothing has changed then.
-    fn write(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &[u8]) -> Result<(), Refusal> {
-        Err(Refusal::INVALID_SLOT)
+    fn write(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &[u8]) -> Result<(), Dpv1Error> {
+        Err(Dpv1Error::INVALID_SLOT)
     }
 
     /// I&M0, which a master reaches through a Call to slot 0. `None` refuses index 255. profibus-wire 5.
-    fn im0(&self) -> Option<[u8; IM_RECORD]> {
+    fn im0(&self) -> Option<[u8; IM_RECORD_LENGTH]> {
         None
     }
 

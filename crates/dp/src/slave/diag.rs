@@ -1,6 +1,6 @@
 //! Slave_Diag: what a slave tells about itself. profibus-wire 2.3 and 3.3.
 
-use super::{Device, Fault, NO_ROOM, Slave, State};
+use super::{Device, Fault, NO_RESOURCE, Slave, SlaveState};
 use crate::link::{Indication, Reply};
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -9,7 +9,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// profibus-wire 2.3; a request with data is refused, section 10, point 8.
     pub(super) fn slave_diag(&mut self, request: &Indication<'_>) -> Reply {
         if !request.du.is_empty() {
-            return NO_ROOM;
+            return NO_RESOURCE;
         }
         let diagnosis = self.device.diagnosis();
         let mut status = StationStatus::ALWAYS_ONE | self.state_bits();
@@ -23,7 +23,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         };
         let reply = diag.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low);
         // Fetched by the master that owns the slave: profibus-wire 3.3.
-        if let State::DataExch(owner, exchange) = &mut self.state
+        if let SlaveState::DataExch(owner, exchange) = &mut self.state
             && owner.master == request.sa
         {
             exchange.diag_flag = false;
@@ -34,7 +34,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// The bits of the diagnosis that follow from the state alone.
     fn state_bits(&self) -> StationStatus {
         let mut status = match self.state {
-            State::WaitPrm(fault) => {
+            SlaveState::WaitPrm(fault) => {
                 StationStatus::STATION_NOT_READY
                     | StationStatus::PRM_REQ
                     | match fault {
@@ -43,8 +43,8 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
                         Fault::Cfg => StationStatus::CFG_FAULT,
                     }
             }
-            State::WaitCfg(_) => StationStatus::STATION_NOT_READY,
-            State::DataExch(_, exchange) => {
+            SlaveState::WaitCfg(_) => StationStatus::STATION_NOT_READY,
+            SlaveState::DataExch(_, exchange) => {
                 let mut status = StationStatus::empty();
                 status.set(StationStatus::SYNC_MODE, exchange.sync);
                 status.set(StationStatus::FREEZE_MODE, exchange.freeze);

@@ -3,8 +3,8 @@
 //! [`Slave`] joins the link layer's [`Responder`] to a [`Device`]. A request travels down as arguments, its reply comes back
 //! as a return value, and nothing in between waits: what takes time is answered by the state of things now.
 
+mod acyclic;
 mod cfg;
-mod channel;
 mod device;
 mod diag;
 mod exchange;
@@ -13,12 +13,12 @@ mod ms2;
 mod prm;
 mod state;
 
-pub use device::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
-pub use ms2::MAX_INITIATE;
-pub use state::{Exchange, Fault, Owner, State, Watchdog};
+pub use device::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
+pub use ms2::MAX_INITIATE_PDU;
+pub use state::{ExchangeState, Fault, Owner, SlaveState, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Responder, Station, Transmit};
-use channel::Channel;
+use acyclic::AcyclicServer;
 use ms2::Connection;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
@@ -36,18 +36,18 @@ pub struct Slave<D, const CONNECTIONS: usize = 2> {
     responder: Responder,
     device: D,
     baud: Baud,
-    state: State,
+    state: SlaveState,
     /// min T_SDR in bit times.
     min_tsdr: u8,
     /// The outputs the process sees.
     outputs: [u8; MAX_DU],
     /// The outputs Sync holds back.
-    held: [u8; MAX_DU],
+    held_outputs: [u8; MAX_DU],
     held_valid: bool,
     /// The inputs as sent last, or as frozen.
     inputs: [u8; MAX_DU],
     du: [u8; MAX_DU],
-    ms1: Channel,
+    ms1: AcyclicServer,
     ms2: [Connection; CONNECTIONS],
     now: BitTime,
 }
@@ -66,14 +66,14 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
             responder: Responder::new(address),
             device,
             baud,
-            state: State::POWER_UP,
+            state: SlaveState::POWER_UP,
             min_tsdr: MIN_TSDR_TBIT,
             outputs: [0; MAX_DU],
-            held: [0; MAX_DU],
+            held_outputs: [0; MAX_DU],
             held_valid: false,
             inputs: [0; MAX_DU],
             du: [0; MAX_DU],
-            ms1: Channel::EMPTY,
+            ms1: AcyclicServer::EMPTY,
             ms2: [const { Connection::FREE }; CONNECTIONS],
             now: BitTime(0),
         }
@@ -81,7 +81,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// Power returns: the slave forgets masters, parameters and answers. Resetting the device is the caller's business.
     pub fn power_up(&mut self, address: u8) {
-        self.leave(Fault::None);
+        self.enter_wait_prm(Fault::None);
         self.set_address(address);
         self.min_tsdr = MIN_TSDR_TBIT;
     }
@@ -90,21 +90,21 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// on. A watched slave has lost its master before it could lose the rate. profibus-wire 3.6 and transition 15. Times after
     /// this call are in bit times of `baud` and may begin anew.
     pub fn rate_found(&mut self, baud: Baud) {
-        if self.is_watched() {
-            self.leave(Fault::None);
+        if self.watchdog_is_running() {
+            self.enter_wait_prm(Fault::None);
         }
         self.baud = baud;
         self.set_address(self.responder.address());
     }
 
     /// Whether the response watchdog runs.
-    pub fn is_watched(&self) -> bool {
+    pub fn watchdog_is_running(&self) -> bool {
         self.state.owner().is_some_and(|owner| owner.watchdog.is_some())
     }
 
     /// The application gives up data exchange or wants to be parameterised anew: transitions 16 and 17 of profibus-wire 3.2.
-    pub fn leave_master(&mut self) {
-        self.leave(Fault::None);
+    pub fn return_to_wait_prm(&mut self) {
+        self.enter_wait_prm(Fault::None);
     }
 
     /// As [`Responder::forget_answer`], for whoever tests a master.
@@ -123,7 +123,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     }
 
     /// The state.
-    pub const fn state(&self) -> &State {
+    pub const fn state(&self) -> &SlaveState {
         &self.state
     }
 
@@ -153,21 +153,21 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
             Sap::Ms2(sap) => self.ms2(sap, request),
             // An SDN service asked for as SRD, and access points the slave does not open: it raises no alarms, so it has no
             // extra access point to acknowledge them (2.1).
-            Sap::GlobalControl | Sap::SetExtPrm | Sap::Alarm | Sap::Other(_) => CLOSED,
+            Sap::GlobalControl | Sap::SetExtPrm | Sap::Alarm | Sap::Other(_) => SERVICE_CLOSED,
         }
     }
 
     /// profibus-wire 1.11
     fn ident(&mut self) -> Reply {
-        let Some(ident) = self.device.ident() else { return CLOSED };
+        let Some(ident) = self.device.ident() else { return SERVICE_CLOSED };
         ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
     }
 
     /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (section 10, point 15). The acknowledgement
     /// carries no address, so the new one may hold at once.
     fn set_slave_add(&mut self, request: &Indication<'_>) -> Reply {
-        if !matches!(self.state, State::WaitPrm(_)) || !self.device.address_is_settable() {
-            return CLOSED;
+        if !matches!(self.state, SlaveState::WaitPrm(_)) || !self.device.address_is_settable() {
+            return SERVICE_CLOSED;
         }
         if let Ok(wanted) = SetSlaveAdd::parse(request.du)
             && wanted.ident == self.device.ident_number()
@@ -187,7 +187,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// Every error-free request of the owner to this station restarts the watchdog, whatever the service, and so does a
     /// Global_Control that is accepted. profibus-wire 3.6 and section 10, point 16.
-    fn heard_owner(&mut self, sa: u8) {
+    fn restart_watchdog(&mut self, sa: u8) {
         let now = self.now;
         if let Some(Owner { master, watchdog: Some(watchdog), .. }) = self.state.owner_mut()
             && *master == sa
@@ -203,10 +203,10 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if let Some(Owner { watchdog: Some(watchdog), .. }) = self.state.owner()
             && watchdog.deadline <= now
         {
-            self.leave(Fault::None);
+            self.enter_wait_prm(Fault::None);
         }
         if self.device.take_diagnosis_change()
-            && let State::DataExch(_, exchange) = &mut self.state
+            && let SlaveState::DataExch(_, exchange) = &mut self.state
         {
             exchange.diag_flag = true;
         }
@@ -214,36 +214,36 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The only place where the state is assigned: entering and leaving data exchange are told to the device here, and MS1
     /// lives and dies with it.
-    fn enter(&mut self, state: State) {
-        let was = matches!(self.state, State::DataExch(..));
-        let is = matches!(state, State::DataExch(..));
+    fn enter(&mut self, state: SlaveState) {
+        let was = matches!(self.state, SlaveState::DataExch(..));
+        let is = matches!(state, SlaveState::DataExch(..));
         self.state = state;
         if was || is {
-            self.outputs_safe();
+            self.set_safe_outputs();
         }
         if was != is {
             self.ms1.clear();
-            self.device.exchanging(is);
+            self.device.set_exchanging(is);
         }
     }
 
     /// Back to WAIT-PRM with safe outputs.
-    fn leave(&mut self, fault: Fault) {
-        self.enter(State::WaitPrm(fault));
+    fn enter_wait_prm(&mut self, fault: Fault) {
+        self.enter(SlaveState::WaitPrm(fault));
     }
 }
 
-const CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
-const NO_ROOM: Reply = Reply::Status(Status::NoResource);
+const SERVICE_CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
+const NO_RESOURCE: Reply = Reply::Status(Status::NoResource);
 
 impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         self.elapse(end);
-        let Telegram::Frame(frame) = telegram else { return None };
+        let Telegram::Data(frame) = telegram else { return None };
         let not_before = end + u64::from(self.min_tsdr);
         let accepted = self.responder.accept(frame);
         if !matches!(accepted, Accepted::Ignored) && frame.da == self.responder.address() {
-            self.heard_owner(frame.sa);
+            self.restart_watchdog(frame.sa);
         }
         match accepted {
             Accepted::Ignored => None,
@@ -252,7 +252,7 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 None
             }
             Accepted::Repetition => Some(self.responder.repeat(not_before)),
-            Accepted::Own(status) => self.responder.answer(frame, Reply::Status(status), &[], not_before),
+            Accepted::LinkLayer(status) => self.responder.answer(frame, Reply::Status(status), &[], not_before),
             Accepted::Ident => {
                 let reply = self.ident();
                 self.responder.answer(frame, reply, &self.du, not_before)

@@ -1,34 +1,34 @@
 //! MS1: read and write by the master that owns the slave. profibus-wire 4.2 and 4.3.
 
-use super::{CLOSED, Device, Fault, NO_ROOM, Refusal, Relation, Slave, State};
+use super::{Device, Dpv1Error, Fault, NO_RESOURCE, Relation, SERVICE_CLOSED, Slave, SlaveState};
 use crate::link::{Indication, Reply};
-use profivac_wire::acyclic::{Defect, Function, Request};
+use profivac_wire::acyclic::{Function, PduError, Request};
 
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Open during data exchange, if Set_Prm enabled DP-V1 and the device has MS1; to the owner only, whatever its source
     /// access point.
     fn ms1_is_open_to(&self, sa: u8) -> bool {
-        let State::DataExch(owner, _) = &self.state else { return false };
+        let SlaveState::DataExch(owner, _) = &self.state else { return false };
         owner.master == sa && owner.dpv1 && self.device.features().ms1
     }
 
     /// SAP 51.
     pub(super) fn ms1(&mut self, request: &Indication<'_>) -> Reply {
         if !self.ms1_is_open_to(request.sa) {
-            return CLOSED;
+            return SERVICE_CLOSED;
         }
         if request.du.is_empty() {
             return self.ms1.fetch(&mut self.du);
         }
         if self.ms1.holds_response() {
             // section 10, point 20
-            return NO_ROOM;
+            return NO_RESOURCE;
         }
         match Request::parse(request.du) {
             Ok(Request::Read(wanted)) => self.ms1.read(&mut self.device, Relation::Ms1, wanted, &mut self.du),
             Ok(Request::Write(record)) => self.ms1.write(&mut self.device, Relation::Ms1, record),
-            Err(Defect::Length(function @ (Function::Read | Function::Write))) => {
-                self.ms1.refuse(function, Refusal::TYPE_CONFLICT);
+            Err(PduError::Length(function @ (Function::Read | Function::Write))) => {
+                self.ms1.refuse(function, Dpv1Error::TYPE_CONFLICT);
             }
             // No alarm is ever pending, so no acknowledgement fits; the other functions are unknown to MS1. Both end the
             // relation: section 10, point 19. free choice: the telegram itself is acknowledged.
@@ -39,7 +39,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
                 | Request::Abort(_)
                 | Request::DataTransport(_),
             )
-            | Err(_) => self.leave(Fault::None),
+            | Err(_) => self.enter_wait_prm(Fault::None),
         }
         Reply::ShortAck
     }

@@ -4,14 +4,14 @@
 //! there. RESERVED and JOB of the reference last no longer than the request that enters them, because the job is done at
 //! once; what is left of its table are the four phases of [`Link`].
 
-use super::channel::Channel;
-use super::{CLOSED, Device, NO_ROOM, Refusal, Relation, Slave};
+use super::acyclic::AcyclicServer;
+use super::{Device, Dpv1Error, NO_RESOURCE, Relation, SERVICE_CLOSED, Slave};
 use crate::link::{Baud, BitTime, Indication, Reply};
 use profivac_wire::MAX_DU;
 use profivac_wire::acyclic::initiate::{Capabilities, Initiate};
-use profivac_wire::acyclic::record::MAX_RECORD;
+use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::acyclic::{
-    Abort, AbortReason, Defect, ErrorCode, Function, InitiateRes, Negative, Request, ResourceManager, Response,
+    Abort, AbortReason, ErrorCode, Function, InitiateRes, Negative, PduError, Request, ResourceManager, Response,
 };
 use profivac_wire::control::Status;
 
@@ -20,18 +20,18 @@ const FIRST_SAP: u8 = 48;
 
 /// The longest Initiate the resource manager takes: Max_Initiate_PDU_Length of the GSD file. profibus-wire 4.6.3.
 // free choice: what PA devices declare.
-pub const MAX_INITIATE: u8 = 52;
+pub const MAX_INITIATE_PDU: u8 = 52;
 
 /// One connection, or room for one.
 #[derive(Clone, Debug)]
 pub(super) struct Connection {
-    link: Option<Link>,
-    channel: Channel,
+    state: Option<ConnectionState>,
+    channel: AcyclicServer,
 }
 
 /// Who is at the other end, and how long nothing may happen.
 #[derive(Clone, Copy, Debug)]
-struct Link {
+struct ConnectionState {
     peer: Peer,
     /// T: the greater Send_Timeout of both sides.
     timeout_tbit: u64,
@@ -66,22 +66,22 @@ enum Phase {
 }
 
 impl Connection {
-    pub(super) const FREE: Self = Self { link: None, channel: Channel::EMPTY };
+    pub(super) const FREE: Self = Self { state: None, channel: AcyclicServer::EMPTY };
 
     /// Back to the resource manager, without a word.
     pub(super) const fn close(&mut self) {
-        self.link = None;
+        self.state = None;
         self.channel.clear();
     }
 
     /// When the connection will lose patience.
     pub(super) fn deadline(&self) -> Option<BitTime> {
-        self.link.map(|link| link.deadline)
+        self.state.map(|link| link.deadline)
     }
 
     /// Time has come to `now`. profibus-wire 4.9; polls restart nothing.
     pub(super) fn elapse(&mut self, now: BitTime) {
-        while let Some(link) = self.link
+        while let Some(link) = self.state
             && link.deadline <= now
         {
             match link.phase {
@@ -91,14 +91,14 @@ impl Connection {
         }
     }
 
-    fn abort(&mut self, link: Link, reason: AbortReason, now: BitTime) {
+    fn abort(&mut self, link: ConnectionState, reason: AbortReason, now: BitTime) {
         self.channel.post(&Response::Abort(Abort::new(reason)));
-        self.wait(link, Phase::Aborting, now);
+        self.enter_phase(link, Phase::Aborting, now);
     }
 
     /// The response that was posted has T to be fetched.
-    fn wait(&mut self, link: Link, phase: Phase, now: BitTime) {
-        self.link = Some(Link { phase, deadline: now + link.timeout_tbit, ..link });
+    fn enter_phase(&mut self, link: ConnectionState, phase: Phase, now: BitTime) {
+        self.state = Some(ConnectionState { phase, deadline: now + link.timeout_tbit, ..link });
     }
 
     /// The checks of profibus-wire 4.6.5. What is no Initiate at all leaves the connection free, so it answers RS.
@@ -106,17 +106,18 @@ impl Connection {
         let request = Request::parse(pdu);
         let asked = if let Ok(Request::Initiate(initiate)) = &request { initiate.send_timeout } else { 0 };
         let timeout_ms = u64::from(asked.max(min_send_timeout(baud))).saturating_mul(10);
-        let link = Link { peer, timeout_tbit: baud.tbit_of_ms(timeout_ms), deadline: now, phase: Phase::Open };
+        let link =
+            ConnectionState { peer, timeout_tbit: baud.tbit_of_ms(timeout_ms), deadline: now, phase: Phase::Open };
         match request {
-            Ok(Request::Initiate(initiate)) => self.admit(link, &initiate, now),
-            Err(Defect::Address) => self.abort(link, AbortReason::INVALID_REQUEST, now),
-            Err(Defect::Length(Function::Initiate)) => self.abort(link, AbortReason::INVALID_ADDRESS, now),
+            Ok(Request::Initiate(initiate)) => self.accept_initiate(link, &initiate, now),
+            Err(PduError::Address) => self.abort(link, AbortReason::INVALID_REQUEST, now),
+            Err(PduError::Length(Function::Initiate)) => self.abort(link, AbortReason::INVALID_ADDRESS, now),
             Ok(_) | Err(_) => {}
         }
     }
 
     /// The slave is an end point, not a gateway, and has one application without access levels (API and SCL 0).
-    fn admit(&mut self, link: Link, initiate: &Initiate<'_>, now: BitTime) {
+    fn accept_initiate(&mut self, link: ConnectionState, initiate: &Initiate<'_>, now: BitTime) {
         let [features, _] = initiate.capabilities.features;
         let end = initiate.destination;
         if end.network.is_some() {
@@ -128,70 +129,75 @@ impl Connection {
             self.refuse(link, ErrorCode::FEATURE_NOT_SUPPORTED, now);
         } else {
             self.channel.post(&Response::Initiate(InitiateRes {
-                max_len_data_unit: MAX_RECORD as u8,
+                max_len_data_unit: MAX_RECORD_LENGTH as u8,
                 // The slave's own, whatever was asked for: section 10, point 26.
                 capabilities: Capabilities::READ_WRITE,
                 source: initiate.destination,
                 destination: initiate.source,
             }));
-            self.wait(link, Phase::Answered, now);
+            self.enter_phase(link, Phase::Answered, now);
         }
     }
 
-    fn refuse(&mut self, link: Link, code: ErrorCode, now: BitTime) {
+    fn refuse(&mut self, link: ConnectionState, code: ErrorCode, now: BitTime) {
         self.channel.post(&Response::Negative(Negative::new(Function::Initiate, code)));
-        self.wait(link, Phase::Refused, now);
+        self.enter_phase(link, Phase::Refused, now);
     }
 
     /// A telegram on the connection's access point: the table of [`Phase`].
-    fn serve<D: Device>(&mut self, asker: Peer, pdu: &[u8], job: &mut Job<'_, D>) -> Reply {
-        let Some(link) = self.link.filter(|link| link.peer == asker) else { return CLOSED };
+    fn serve<D: Device>(&mut self, asker: Peer, pdu: &[u8], job: &mut ServeContext<'_, D>) -> Reply {
+        let Some(link) = self.state.filter(|link| link.peer == asker) else { return SERVICE_CLOSED };
         if pdu.is_empty() {
             return self.poll(link, job);
         }
         match (link.phase, Request::parse(pdu)) {
             (_, Ok(Request::Abort(_))) => self.close(),
             // section 10, point 20
-            (Phase::Answered | Phase::Refused | Phase::Aborting, _) => return NO_ROOM,
-            (Phase::Open, request) => self.work(link, request, job),
+            (Phase::Answered | Phase::Refused | Phase::Aborting, _) => return NO_RESOURCE,
+            (Phase::Open, request) => self.execute(link, request, job),
         }
         Reply::ShortAck
     }
 
-    fn poll<D>(&mut self, link: Link, job: &mut Job<'_, D>) -> Reply {
+    fn poll<D>(&mut self, link: ConnectionState, job: &mut ServeContext<'_, D>) -> Reply {
         let reply = self.channel.fetch(job.du);
         match link.phase {
             Phase::Open => {}
             Phase::Answered => {
                 let deadline = job.now + link.timeout_tbit.saturating_mul(2);
-                self.link = Some(Link { phase: Phase::Open, deadline, ..link });
+                self.state = Some(ConnectionState { phase: Phase::Open, deadline, ..link });
             }
             Phase::Refused | Phase::Aborting => self.close(),
         }
         reply
     }
 
-    fn work<D: Device>(&mut self, link: Link, request: Result<Request<'_>, Defect>, job: &mut Job<'_, D>) {
+    fn execute<D: Device>(
+        &mut self,
+        link: ConnectionState,
+        request: Result<Request<'_>, PduError>,
+        job: &mut ServeContext<'_, D>,
+    ) {
         match request {
             Ok(Request::Idle(rest)) => self.channel.post(&Response::Idle(rest)),
             Ok(Request::Read(wanted)) => self.channel.read(job.device, job.via, wanted, job.du),
             Ok(Request::Write(record)) => self.channel.write(job.device, job.via, record),
             Ok(Request::DataTransport(_)) => {
-                self.channel.refuse(Function::DataTransport, Refusal::FEATURE_NOT_SUPPORTED);
+                self.channel.refuse(Function::DataTransport, Dpv1Error::FEATURE_NOT_SUPPORTED);
             }
-            Err(Defect::Length(function @ (Function::Read | Function::Write | Function::DataTransport))) => {
-                self.channel.refuse(function, Refusal::TYPE_CONFLICT);
+            Err(PduError::Length(function @ (Function::Read | Function::Write | Function::DataTransport))) => {
+                self.channel.refuse(function, Dpv1Error::TYPE_CONFLICT);
             }
             Ok(Request::Initiate(_) | Request::AlarmAck(_) | Request::Abort(_)) | Err(_) => {
                 return self.abort(link, AbortReason::INVALID_REQUEST, job.now);
             }
         }
-        self.wait(link, Phase::Answered, job.now);
+        self.enter_phase(link, Phase::Answered, job.now);
     }
 }
 
 /// What a job needs beside its connection.
-struct Job<'a, D> {
+struct ServeContext<'a, D> {
     device: &'a mut D,
     via: Relation,
     du: &'a mut [u8; MAX_DU],
@@ -211,13 +217,15 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// SAP 49. Closed while no connection is free, and on a DP-V0 device.
     pub(super) fn resource_manager(&mut self, request: &Indication<'_>) -> Reply {
         let mut saps = (0..=FIRST_SAP).rev().zip(&mut self.ms2);
-        let free = saps.find(|(_, connection)| connection.link.is_none());
-        let Some((server_sap, connection)) = free.filter(|_| self.device.features().dpv1) else { return CLOSED };
+        let free = saps.find(|(_, connection)| connection.state.is_none());
+        let Some((server_sap, connection)) = free.filter(|_| self.device.features().dpv1) else {
+            return SERVICE_CLOSED;
+        };
         if request.du.is_empty() {
             return Reply::ShortAck;
         }
-        if request.du.len() > usize::from(MAX_INITIATE) {
-            return NO_ROOM;
+        if request.du.len() > usize::from(MAX_INITIATE_PDU) {
+            return NO_RESOURCE;
         }
         connection.initiate(Peer { sa: request.sa, ssap: request.ssap }, request.du, self.baud, self.now);
         let min_send_timeout = min_send_timeout(self.baud);
@@ -227,10 +235,10 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// SAP 48 and below.
     pub(super) fn ms2(&mut self, sap: u8, request: &Indication<'_>) -> Reply {
-        let Some(number) = FIRST_SAP.checked_sub(sap) else { return CLOSED };
-        let Some(connection) = self.ms2.get_mut(usize::from(number)) else { return CLOSED };
+        let Some(number) = FIRST_SAP.checked_sub(sap) else { return SERVICE_CLOSED };
+        let Some(connection) = self.ms2.get_mut(usize::from(number)) else { return SERVICE_CLOSED };
         let via = Relation::Ms2(number);
-        let mut job = Job { device: &mut self.device, via, du: &mut self.du, now: self.now };
+        let mut job = ServeContext { device: &mut self.device, via, du: &mut self.du, now: self.now };
         connection.serve(Peer { sa: request.sa, ssap: request.ssap }, request.du, &mut job)
     }
 }

@@ -1,6 +1,6 @@
 //! Set_Prm: who owns the slave and how it shall behave. profibus-wire 2.4.
 
-use super::{Device, Fault, MIN_TSDR_TBIT, Owner, Slave, State, Watchdog};
+use super::{Device, Fault, MIN_TSDR_TBIT, Owner, Slave, SlaveState, Watchdog};
 use crate::link::{Indication, Reply};
 use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
 
@@ -17,7 +17,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         }
         match SetPrm::parse(request.du) {
             Ok(prm) => self.evaluate(request.sa, &prm),
-            Err(_) => self.leave(Fault::Prm),
+            Err(_) => self.enter_wait_prm(Fault::Prm),
         }
         Reply::ShortAck
     }
@@ -27,20 +27,20 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let lock = prm.status.contains(PrmStatus::LOCK_REQ);
         let unlock = prm.status.contains(PrmStatus::UNLOCK_REQ);
         match (lock, unlock) {
-            (false, false) => self.take_min_tsdr(prm.min_tsdr),
-            (_, true) => self.leave(Fault::None),
-            (true, false) => match self.owner_by(sa, prm) {
+            (false, false) => self.set_min_tsdr(prm.min_tsdr),
+            (_, true) => self.enter_wait_prm(Fault::None),
+            (true, false) => match self.accept_parameters(sa, prm) {
                 Some(owner) => {
-                    self.take_min_tsdr(prm.min_tsdr);
-                    self.enter(State::WaitCfg(owner));
+                    self.set_min_tsdr(prm.min_tsdr);
+                    self.enter(SlaveState::WaitCfg(owner));
                 }
-                None => self.leave(Fault::Prm),
+                None => self.enter_wait_prm(Fault::Prm),
             },
         }
     }
 
     /// What the master asks for, or nothing if it must not.
-    fn owner_by(&mut self, sa: u8, prm: &SetPrm<'_>) -> Option<Owner> {
+    fn accept_parameters(&mut self, sa: u8, prm: &SetPrm<'_>) -> Option<Owner> {
         let features = self.device.features();
         let (dpv1_1, dpv1_known) = dpv1_status(prm.user);
         let dpv1_1 = if features.dpv1 { dpv1_1 } else { Dpv1Status1::empty() };
@@ -76,7 +76,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// 0 keeps the value; less than 11 is raised to it. free choice: more than max T_SDR is lowered to that, since the slave
     /// declares never to answer later.
-    fn take_min_tsdr(&mut self, min_tsdr: u8) {
+    fn set_min_tsdr(&mut self, min_tsdr: u8) {
         if min_tsdr != 0 {
             let latest = u8::try_from(self.baud.max_tsdr_tbit()).unwrap_or(u8::MAX);
             self.min_tsdr = min_tsdr.clamp(MIN_TSDR_TBIT, latest);

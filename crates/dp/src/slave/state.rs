@@ -8,13 +8,13 @@ use profivac_wire::cfg::Lengths;
 /// octet of its own (`repr`) instead of a value that the watchdog cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum State {
+pub enum SlaveState {
     /// Waiting for Set_Prm. Whatever was wrong before is remembered for the diagnosis.
     WaitPrm(Fault),
     /// Parameterised, waiting for Chk_Cfg.
     WaitCfg(Owner),
     /// Exchanging data.
-    DataExch(Owner, Exchange),
+    DataExch(Owner, ExchangeState),
 }
 
 /// Why a slave fell back to WAIT-PRM, as far as the diagnosis tells it.
@@ -56,7 +56,7 @@ pub struct Watchdog {
 
 /// What is true only while data are exchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Exchange {
+pub struct ExchangeState {
     /// How many octets go each way.
     pub lengths: Lengths,
     /// Outputs are held until the next Sync.
@@ -67,7 +67,7 @@ pub struct Exchange {
     pub diag_flag: bool,
 }
 
-impl State {
+impl SlaveState {
     /// The state after power-up.
     pub const POWER_UP: Self = Self::WaitPrm(Fault::None);
 
@@ -94,7 +94,7 @@ impl State {
     }
 }
 
-impl fmt::Display for State {
+impl fmt::Display for SlaveState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::WaitPrm(_) => "WAIT-PRM",

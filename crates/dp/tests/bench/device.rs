@@ -1,6 +1,6 @@
 //! The device behind the slave: two octets each way, a few records, and a diary.
 
-use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
+use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::acyclic::Im0;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::{self, Lengths};
@@ -108,7 +108,7 @@ impl Device for Gauge {
         &self.cfg
     }
 
-    fn exchanging(&mut self, running: bool) {
+    fn set_exchanging(&mut self, running: bool) {
         self.running = running;
         self.seen.push(Seen::Exchanging(running));
     }
@@ -147,21 +147,21 @@ impl Device for Gauge {
         Some(request.address)
     }
 
-    fn read(&mut self, via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Refusal> {
+    fn read(&mut self, via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         self.seen.push(Seen::Read(via, slot, index));
         if slot > 1 {
-            return Err(Refusal::INVALID_SLOT);
+            return Err(Dpv1Error::INVALID_SLOT);
         }
-        let known = self.records.get(&(slot, index)).ok_or(Refusal::INVALID_INDEX)?;
+        let known = self.records.get(&(slot, index)).ok_or(Dpv1Error::INVALID_INDEX)?;
         record[..known.len()].copy_from_slice(known);
         Ok(known.len())
     }
 
-    fn write(&mut self, via: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Refusal> {
+    fn write(&mut self, via: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Dpv1Error> {
         self.seen.push(Seen::Write(via, slot, index, record.to_vec()));
-        let known = self.records.get_mut(&(slot, index)).ok_or(Refusal::ACCESS_DENIED)?;
+        let known = self.records.get_mut(&(slot, index)).ok_or(Dpv1Error::ACCESS_DENIED)?;
         if record.len() > known.len() {
-            return Err(Refusal::WRITE_LENGTH);
+            return Err(Dpv1Error::WRITE_LENGTH);
         }
         *known = record.to_vec();
         Ok(())

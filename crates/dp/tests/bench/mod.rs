@@ -15,7 +15,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use profivac_dp::slave::Slave;
 use profivac_wire::acyclic::Response;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{Frame, MAX_TELEGRAM, Telegram};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use std::collections::HashMap;
 
 /// Where the slave is, and the master of the printed examples.
@@ -113,7 +113,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
     /// the reference would print it.
     pub fn say(&mut self, text: &str) -> String {
         let octets = hex(text);
-        let Ok(Telegram::Frame(frame)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
+        let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
         let counts = matches!(frame.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
         let answer = if counts { self.counted(frame) } else { self.raw(&octets) };
         answer.map_or_else(|| "silence".to_owned(), |answer| print(&answer))
@@ -136,7 +136,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
     /// A counted request.
     pub fn srd(&mut self, sa: u8, dsap: Option<u8>, ssap: Option<u8>, du: &[u8]) -> Answer {
         let fc = Control::Request { function: Function::SrdLow, count: FrameCount::Uncounted }.to_octet();
-        let frame = Frame { da: self.slave.address(), sa, dsap, ssap, fc, du };
+        let frame = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
         let answer = self.counted(frame);
         read(&frame, answer.as_deref())
     }
@@ -183,12 +183,12 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
     }
 
     /// The frame with the count this master has reached.
-    fn counted(&mut self, frame: Frame<'_>) -> Option<Vec<u8>> {
+    fn counted(&mut self, frame: DataTelegram<'_>) -> Option<Vec<u8>> {
         let Control::Request { function, .. } = frame.control() else { panic!("no request") };
         let count = self.counts.get(&frame.sa).copied().unwrap_or(FrameCount::First);
         self.counts.insert(frame.sa, FrameCount::Counted(count == FrameCount::Counted(false)));
-        let frame = Frame { fc: Control::Request { function, count }.to_octet(), ..frame };
-        self.raw(&emit(&Telegram::Frame(frame)))
+        let frame = DataTelegram { fc: Control::Request { function, count }.to_octet(), ..frame };
+        self.raw(&emit(&Telegram::Data(frame)))
     }
 }
 
@@ -199,12 +199,12 @@ pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
 }
 
 /// The answer to `request`, which swaps addresses and access points.
-pub fn read(request: &Frame<'_>, answer: Option<&[u8]>) -> Answer {
+pub fn read(request: &DataTelegram<'_>, answer: Option<&[u8]>) -> Answer {
     let Some(octets) = answer else { return Answer::Silence };
     let frame = match Telegram::parse(octets).expect("a slave sends telegrams") {
         Telegram::ShortAck => return Answer::Ack,
         Telegram::Token { .. } => panic!("a slave has no token"),
-        Telegram::Frame(frame) => frame,
+        Telegram::Data(frame) => frame,
     };
     assert_eq!((frame.da, frame.sa), (request.sa, request.da));
     let Control::Response { status, .. } = frame.control() else { panic!("a slave never asks") };

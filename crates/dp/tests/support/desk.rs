@@ -1,8 +1,8 @@
 //! A master alone with a test that answers for everybody else.
 
 use super::{bus, hex, is_housekeeping, text};
-use profivac_dp::link::active::{Active, Requests};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station};
+use profivac_dp::link::active::{Active, FdlUser};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters, services};
 
 /// What the master sent, and when it began.
@@ -57,16 +57,16 @@ impl Desk<Master<1, 8>> {
         desk.hears(inputs);
         if desk.takes_leave(inputs) {
             // FCB = 0 comes next.
-            desk.station.user.submit(&services::rd_inp(8)).unwrap();
+            desk.station.user.submit_request(&services::rd_inp(8)).unwrap();
             desk.asks();
             desk.hears("E5");
-            desk.station.user.take();
+            desk.station.user.take_confirmation();
         }
         desk
     }
 }
 
-impl<R: Requests> Desk<R> {
+impl<R: FdlUser> Desk<R> {
     pub fn new(station: Active<R>) -> Self {
         Self { station, receiver: Receiver::new(BitTime(0)), now: BitTime(0), said: 0 }
     }
@@ -142,8 +142,8 @@ impl<R: Requests> Desk<R> {
                 assert_eq!(said, None, "the master speaks before this is heard");
             }
             match self.receiver.octet(self.now, *octet) {
-                Heard::Telegram(telegram) => assert_eq!(self.station.telegram(self.now, &telegram), None),
-                Heard::Nothing | Heard::Damaged(_) => self.station.activity(self.now),
+                Received::Telegram(telegram) => assert_eq!(self.station.telegram(self.now, &telegram), None),
+                Received::Nothing | Received::Damaged(_) => self.station.activity(self.now),
             }
         }
     }

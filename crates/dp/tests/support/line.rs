@@ -3,8 +3,8 @@
 
 use super::plain::Plain;
 use super::{is_housekeeping, text};
-use profivac_dp::link::active::{Active, Requests};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Heard, Receiver, Station, Transmit};
+use profivac_dp::link::active::{Active, FdlUser};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, Transmit};
 use profivac_dp::slave::Slave;
 
 /// Who sent a telegram.
@@ -55,7 +55,7 @@ pub struct Line<R> {
 /// So many deadlines at one bit time are more than all stations of a test have.
 const DEADLINES: u32 = 10_000;
 
-impl<R: Requests> Line<R> {
+impl<R: FdlUser> Line<R> {
     pub fn new(master: Active<R>) -> Self {
         Self {
             master,
@@ -181,8 +181,8 @@ fn given(transmit: Option<Transmit<'_>>) -> Given {
 /// One octet for one station.
 fn give(station: &mut impl Station, receiver: &mut Receiver, end: BitTime, octet: u8) -> Given {
     match receiver.octet(end, octet) {
-        Heard::Telegram(telegram) => given(station.telegram(end, &telegram)),
-        Heard::Nothing | Heard::Damaged(_) => {
+        Received::Telegram(telegram) => given(station.telegram(end, &telegram)),
+        Received::Nothing | Received::Damaged(_) => {
             station.activity(end);
             None
         }

@@ -1,6 +1,6 @@
 //! A device without a purpose: it gives what the test put in, and keeps what it got.
 
-use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation};
+use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::cfg::{self, Lengths};
 
 #[derive(Clone, Debug)]
@@ -97,17 +97,17 @@ impl Device for Plain {
         Some(request.address)
     }
 
-    fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Refusal> {
+    fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         if (slot, index) != (1, 16) {
-            return Err(Refusal::INVALID_INDEX);
+            return Err(Dpv1Error::INVALID_INDEX);
         }
         record[..self.record.len()].copy_from_slice(&self.record);
         Ok(self.record.len())
     }
 
-    fn write(&mut self, _: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Refusal> {
+    fn write(&mut self, _: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Dpv1Error> {
         if (slot, index) != (1, 16) {
-            return Err(Refusal::INVALID_INDEX);
+            return Err(Dpv1Error::INVALID_INDEX);
         }
         self.record = record.to_vec();
         Ok(())

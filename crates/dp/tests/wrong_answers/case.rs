@@ -4,7 +4,7 @@ use crate::support::bus;
 use crate::support::desk::{Desk, Said};
 use profivac_dp::link::active::{Active, Confirmation, Request};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::services::{self, NoResult};
+use profivac_dp::master::services::{self, ServiceError};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 
 pub const IDENT: u16 = 0x1234;
@@ -77,7 +77,7 @@ pub fn known(desk: &Station) -> Known {
 #[derive(Clone, Copy)]
 pub struct Tool {
     pub request: Request<'static>,
-    pub read: fn(&Confirmation<'_>) -> Result<Vec<u8>, NoResult>,
+    pub read: fn(&Confirmation<'_>) -> Result<Vec<u8>, ServiceError>,
 }
 
 /// A request on the line, and the answer to it.
@@ -210,7 +210,7 @@ pub fn tools() -> Vec<Case> {
         tool(
             "FDL status",
             services::fdl_status(8),
-            |c| services::station(c).map(|_| vec![]),
+            |c| services::station_type(c).map(|_| vec![]),
             Answer::of(0, None, &[]),
             &[(1, FORM)],
         ),
@@ -280,7 +280,7 @@ impl Case {
                 desk.hears_octets(11, octets);
             }
             desk.asks();
-            if let Some(trouble) = desk.station.user.trouble(8) {
+            if let Some(trouble) = desk.station.user.exchange_error(8) {
                 return Err(trouble.to_string());
             }
             if desk.station.user.state(8) != state || desk.station.user.counters(8).unwrap().exchanges != exchanges {
@@ -292,7 +292,7 @@ impl Case {
 
     /// Data_Exchange with the same slave goes on as it should.
     fn tool_answered(desk: &mut Station, tool: &Tool, octets: &[u8]) -> Result<Vec<u8>, String> {
-        desk.station.user.submit(&tool.request).unwrap();
+        desk.station.user.submit_request(&tool.request).unwrap();
         desk.hears(INPUTS);
         for _ in 0..20 {
             match desk.asks() {
@@ -300,7 +300,7 @@ impl Case {
                 _ if octets.is_empty() => {}
                 _ => desk.hears_octets(11, octets),
             }
-            if let Some(confirmation) = desk.station.user.take() {
+            if let Some(confirmation) = desk.station.user.take_confirmation() {
                 return (tool.read)(&confirmation).map_err(|reason| reason.to_string());
             }
         }

@@ -1,7 +1,7 @@
 //! Right answers at a wrong time: late, or after another one.
 
 use crate::case::{INPUTS, Station, THERE, all, cyclic, exchange, is_exchange, known, set_prm, tools};
-use profivac_dp::master::What;
+use profivac_dp::master::EventKind;
 use profivac_dp::master::services;
 
 /// It comes when the master has given up and asks another station.
@@ -10,13 +10,16 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
     for case in cyclic() {
         let mut desk = (case.asked)();
         let before = known(&desk);
-        desk.station.user.submit(&services::slave_diag(9)).unwrap();
+        desk.station.user.submit_request(&services::slave_diag(9)).unwrap();
         // Station 9 is asked once the cycle is over; whatever is asked of station 8 until then stays unanswered.
         while desk.asks().octets[4] & 0x7F != 9 {}
         desk.hears_octets(100, &case.right.octets());
         desk.says();
-        let result =
-            desk.station.user.take().map(|confirmation| services::diagnosis(&confirmation).unwrap_err().to_string());
+        let result = desk
+            .station
+            .user
+            .take_confirmation()
+            .map(|confirmation| services::diagnosis(&confirmation).unwrap_err().to_string());
         assert_eq!(result.as_deref(), Some("the answer came from station 8"), "{}", case.name);
         case.nothing_is_new(&desk, &before, "late");
     }
@@ -24,7 +27,7 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
         let mut desk = (case.asked)();
         let before = known(&desk);
         let tool = case.tool.unwrap();
-        desk.station.user.submit(&tool.request).unwrap();
+        desk.station.user.submit_request(&tool.request).unwrap();
         desk.hears(INPUTS);
         // Unanswered, again and again, until the exchange is asked for.
         while !is_exchange(&desk.asks()) {}
@@ -32,11 +35,15 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
         // The exchange is asked for once more, and answered as it should.
         desk.asks();
         desk.hears(INPUTS);
-        let result = desk.station.user.take().map(|confirmation| (tool.read)(&confirmation).unwrap_err().to_string());
+        let result = desk
+            .station
+            .user
+            .take_confirmation()
+            .map(|confirmation| (tool.read)(&confirmation).unwrap_err().to_string());
         assert_eq!(result.as_deref(), Some("no answer"), "{}", case.name);
         // An acknowledgement is one to anything. It has no length of inputs, and so it is no value either.
         if case.right.fc == 9 {
-            let trouble = desk.station.user.trouble(8).unwrap().to_string();
+            let trouble = desk.station.user.exchange_error(8).unwrap().to_string();
             assert_eq!((trouble.as_str(), known(&desk).inputs), ("its answer has 0 octets instead of 2", None));
         } else {
             case.nothing_is_new(&desk, &before, "late");
@@ -52,7 +59,7 @@ fn the_second_answer_of_a_twin_is_nobodys() {
         twin.du.iter_mut().rev().take(1).for_each(|octet| *octet ^= 0x40);
         let mut desk = (case.asked)();
         if let Some(tool) = &case.tool {
-            desk.station.user.submit(&tool.request).unwrap();
+            desk.station.user.submit_request(&tool.request).unwrap();
             desk.hears(INPUTS);
             desk.asks();
         }
@@ -65,7 +72,7 @@ fn the_second_answer_of_a_twin_is_nobodys() {
         assert_eq!(known(&desk), before, "{}", case.name);
         assert_eq!(strays(&mut desk), (2, 1), "{}: counted each time, told once", case.name);
         if let Some(tool) = &case.tool {
-            let result = desk.station.user.take().map(|confirmation| (tool.read)(&confirmation).unwrap());
+            let result = desk.station.user.take_confirmation().map(|confirmation| (tool.read)(&confirmation).unwrap());
             assert!(case.right.du.ends_with(&result.unwrap()), "{}", case.name);
         }
     }
@@ -74,7 +81,7 @@ fn the_second_answer_of_a_twin_is_nobodys() {
 /// How many answers to nothing slave 8 has given, and how many events tell of them.
 fn strays(desk: &mut Station) -> (u32, usize) {
     let events = std::iter::from_fn(|| desk.station.user.next_event());
-    let told = events.filter(|event| (event.address, event.what) == (8, What::Stray)).count();
+    let told = events.filter(|event| (event.address, event.kind) == (8, EventKind::Stray)).count();
     (desk.station.user.counters(8).unwrap().strays, told)
 }
 

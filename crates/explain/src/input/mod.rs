@@ -4,14 +4,14 @@ mod source;
 
 pub use source::Source;
 
-use super::frame::Times;
+use super::frame::TimeSource;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_sim::trace::pcapng::BadCapture;
-use profivac_sim::trace::{BadLine, Entry};
+use profivac_sim::trace::pcapng::CaptureError;
+use profivac_sim::trace::{Entry, TraceError};
 
 /// Octets that were noted together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Noted {
+pub struct Chunk {
     /// When the first began, if that was noted too.
     pub start: Option<BitTime>,
     /// The octets.
@@ -22,15 +22,15 @@ pub struct Noted {
 
 /// What a file holds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Recording {
+pub struct Capture {
     /// What kind of file it is.
     pub kind: &'static str,
     /// The rate of the line, if the file tells it.
     pub baud: Option<Baud>,
     /// What its times are worth.
-    pub times: Times,
+    pub times: TimeSource,
     /// The octets.
-    pub noted: Vec<Noted>,
+    pub chunks: Vec<Chunk>,
     /// Lines without octets.
     pub skipped: Skipped,
     /// Why there is no more of a capture file or a trace.
@@ -51,15 +51,15 @@ pub struct Skipped {
 pub enum Damage {
     /// Of a capture file.
     #[error(transparent)]
-    Capture(#[from] BadCapture),
+    Capture(#[from] CaptureError),
     /// Of a trace.
     #[error(transparent)]
-    Trace(#[from] BadLine),
+    Trace(#[from] TraceError),
 }
 
 /// Why nothing can be decoded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BadInput {
+pub enum InputError {
     /// The capture file or the trace is damaged before there is anything to tell.
     #[error(transparent)]
     Damaged(#[from] Damage),
@@ -82,23 +82,23 @@ pub enum BadInput {
     Empty,
     /// The system does not give it.
     #[error("cannot be read: {0}")]
-    Unread(String),
+    Unreadable(String),
 }
 
-impl Recording {
+impl Capture {
     /// Reads a file of any kind as a whole. Times in seconds become bit times of `baud`, unless the file has a rate.
     ///
     /// # Errors
     /// [`BadInput`] in one sentence.
-    pub fn read(file: &[u8], baud: Baud) -> Result<Self, BadInput> {
+    pub fn read(file: &[u8], baud: Baud) -> Result<Self, InputError> {
         let (mut source, mut noted) = (Source::open(file, baud)?, Vec::new());
         while source.read(&mut noted)? {}
         let Source { kind, line_baud: baud, times, skipped, damage, .. } = source;
-        Ok(Self { kind, baud, times, noted, skipped, damage })
+        Ok(Self { kind, baud, times, chunks: noted, skipped, damage })
     }
 }
 
-impl From<Entry> for Noted {
+impl From<Entry> for Chunk {
     fn from(entry: Entry) -> Self {
         Self { start: Some(entry.start), octets: entry.octets.to_vec(), errors: entry.errors }
     }
@@ -112,8 +112,8 @@ mod tests {
     use profivac_sim::scenario::hex;
     use profivac_sim::trace::pcapng;
 
-    fn read(file: &[u8]) -> Result<Recording, String> {
-        Recording::read(file, Baud::B19200).map_err(|error| error.to_string())
+    fn read(file: &[u8]) -> Result<Capture, String> {
+        Capture::read(file, Baud::B19200).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -125,12 +125,12 @@ mod tests {
             (pcapng::write(&trace, pcapng::PROFIBUS_DL), "pcapng"),
         ] {
             let recording = read(&file).unwrap();
-            assert_eq!((recording.kind, recording.baud, recording.noted.len()), (kind, Some(Baud::B500000), 2));
-            assert_eq!((recording.noted[1].start, &recording.noted[1].errors[..]), (Some(BitTime(200)), &[0][..]));
+            assert_eq!((recording.kind, recording.baud, recording.chunks.len()), (kind, Some(Baud::B500000), 2));
+            assert_eq!((recording.chunks[1].start, &recording.chunks[1].errors[..]), (Some(BitTime(200)), &[0][..]));
         }
         let skipped = Skipped { count: 1, first: Some(2) };
         assert_eq!(read(b"RX 10 08 02 49 53 16\nwaiting\n0.5 E5").unwrap().skipped, skipped);
-        assert_eq!(read(b"RX E5\n0.5 E5").unwrap().noted[1].start, Some(BitTime(9600)));
+        assert_eq!(read(b"RX E5\n0.5 E5").unwrap().chunks[1].start, Some(BitTime(9600)));
         assert_eq!(read(&hex("10 08 02 49 53 16 10 02 08 00 0A 16")).unwrap().kind, "octets");
         assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, "text", "a letter of another character set");
     }
@@ -163,7 +163,7 @@ mod tests {
     fn a_text_may_begin_with_a_mark_but_not_have_two_octets_a_letter() {
         let mark = |text: &str| [BYTE_ORDER_MARK, text.as_bytes()].concat();
         assert_eq!(read(&mark("# 500 kbit/s\r\n200 | E5\r\n")).unwrap().kind, "trace");
-        assert_eq!(read(&mark("RX E5")).unwrap().noted.len(), 1);
+        assert_eq!(read(&mark("RX E5")).unwrap().chunks.len(), 1);
         let wide: Vec<u16> = "\u{FEFF}RX 10 08 02 49 53 16\r\n".encode_utf16().collect();
         for file in [
             wide.iter().flat_map(|letter| letter.to_le_bytes()).collect::<Vec<_>>(),

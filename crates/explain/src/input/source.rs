@@ -1,11 +1,11 @@
 //! A file that is read while it is told: what kind it is, and portion by portion what it holds.
 
-use super::{BadInput, Damage, Noted, Skipped};
-use crate::frame::Times;
-use crate::printed::Reader;
+use super::{Chunk, Damage, InputError, Skipped};
+use crate::frame::TimeSource;
+use crate::octet_row::Reader;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_sim::trace::pcapng::{self, BadCapture};
-use profivac_sim::trace::{self, BadLine};
+use profivac_sim::trace::pcapng::{self, CaptureError};
+use profivac_sim::trace::{self, TraceError};
 use std::io::{ErrorKind, Read};
 
 const PCAPNG: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
@@ -17,13 +17,13 @@ const PCAP: [[u8; 4]; 4] =
 pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
 
 /// So much is read at a time, and no line is longer: what is, goes on in the next.
-const PORTION: usize = 1 << 16;
+const PORTION_OCTETS: usize = 1 << 16;
 
 /// No line of a trace is longer. free choice: a telegram has 255 octets, what was never quiet many more.
-const LONGEST: usize = 1 << 20;
+const MAX_TRACE_LINE: usize = 1 << 20;
 
 /// So much shows what kind of file it is.
-const TELLING: usize = 12;
+const SIGNATURE_OCTETS: usize = 12;
 
 /// A file of any kind that is told while it is read: it may be of any size, and never end.
 pub struct Source<R> {
@@ -34,25 +34,25 @@ pub struct Source<R> {
     /// The rate of the line, if the file tells it.
     pub line_baud: Option<Baud>,
     /// What its times are worth.
-    pub times: Times,
+    pub times: TimeSource,
     /// Lines without octets up to now.
     pub skipped: Skipped,
     /// Why there is no more of a capture file or a trace.
     pub damage: Option<Damage>,
-    way: Way,
+    format: Format,
     /// What was read and is not noted yet.
-    ahead: Vec<u8>,
+    buffer: Vec<u8>,
     ended: bool,
     /// What was read first shows what kind of file it is, and is not noted yet.
     is_new: bool,
     /// Nothing was noted of a trace yet.
     is_empty: bool,
     /// What had to be found first.
-    found: Vec<Noted>,
+    found: Vec<Chunk>,
 }
 
 /// How a file is read.
-enum Way {
+enum Format {
     /// Line by line.
     Printed { reader: Reader, line: usize, any: bool, first: Option<(usize, String)> },
     /// As it is.
@@ -68,15 +68,28 @@ impl<R: Read> Source<R> {
     ///
     /// # Errors
     /// [`BadInput`] in one sentence.
-    pub fn open(input: R, baud: Baud) -> Result<Self, BadInput> {
-        let way = Way::Raw;
-        let (kind, times, skipped) = ("octets", Times::Exact, Skipped::default());
+    pub fn open(input: R, baud: Baud) -> Result<Self, InputError> {
+        let way = Format::Raw;
+        let (kind, times, skipped) = ("octets", TimeSource::Exact, Skipped::default());
         let (line_baud, damage, ahead, ended) = (None, None, Vec::new(), false);
         let (is_new, is_empty, found) = (true, true, Vec::new());
-        let mut source =
-            Self { input, baud, kind, line_baud, times, skipped, damage, way, ahead, ended, is_new, is_empty, found };
-        while !source.ended && (source.ahead.len() < TELLING || !source.ahead.contains(&b'\n')) {
-            if source.ahead.len() >= PORTION {
+        let mut source = Self {
+            input,
+            baud,
+            kind,
+            line_baud,
+            times,
+            skipped,
+            damage,
+            format: way,
+            buffer: ahead,
+            ended,
+            is_new,
+            is_empty,
+            found,
+        };
+        while !source.ended && (source.buffer.len() < SIGNATURE_OCTETS || !source.buffer.contains(&b'\n')) {
+            if source.buffer.len() >= PORTION_OCTETS {
                 break;
             }
             source.fill()?;
@@ -86,54 +99,54 @@ impl<R: Read> Source<R> {
     }
 
     /// Reads once. Nothing ends it.
-    fn fill(&mut self) -> Result<(), BadInput> {
-        let mut portion = vec![0; PORTION];
+    fn fill(&mut self) -> Result<(), InputError> {
+        let mut portion = vec![0; PORTION_OCTETS];
         loop {
             match self.input.read(&mut portion) {
                 Ok(length) => {
                     self.ended = length == 0;
-                    self.ahead.extend(portion.iter().take(length));
+                    self.buffer.extend(portion.iter().take(length));
                     return Ok(());
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(BadInput::Unread(error.to_string())),
+                Err(error) => return Err(InputError::Unreadable(error.to_string())),
             }
         }
     }
 
-    fn begin(&mut self) -> Result<(), BadInput> {
-        if self.ahead.is_empty() {
-            return Err(BadInput::Empty);
+    fn begin(&mut self) -> Result<(), InputError> {
+        if self.buffer.is_empty() {
+            return Err(InputError::Empty);
         }
-        if self.ahead.starts_with(&PCAPNG) {
+        if self.buffer.starts_with(&PCAPNG) {
             return self.captured();
         }
-        if PCAP.iter().any(|magic| self.ahead.starts_with(magic)) {
-            return Err(BadInput::Pcap);
+        if PCAP.iter().any(|magic| self.buffer.starts_with(magic)) {
+            return Err(InputError::Pcap);
         }
-        if is_utf16(&self.ahead) {
-            return Err(BadInput::Utf16);
+        if is_utf16(&self.buffer) {
+            return Err(InputError::Utf16);
         }
-        if self.ahead.starts_with(BYTE_ORDER_MARK) {
-            self.ahead.drain(..BYTE_ORDER_MARK.len());
+        if self.buffer.starts_with(BYTE_ORDER_MARK) {
+            self.buffer.drain(..BYTE_ORDER_MARK.len());
         }
-        let is_text = is_utf8(&self.ahead) && !self.ahead.contains(&0);
-        if is_text && is_trace(&self.ahead) {
+        let is_text = is_utf8(&self.buffer) && !self.buffer.contains(&0);
+        if is_text && is_trace(&self.buffer) {
             return self.traced();
         }
         // Programs print what they like; only what is full of other characters is not printed at all.
-        if is_text || !is_binary(&self.ahead) {
-            (self.kind, self.times) = ("text", Times::Platform);
-            self.way = Way::Printed { reader: Reader::default(), line: 0, any: false, first: None };
+        if is_text || !is_binary(&self.buffer) {
+            (self.kind, self.times) = ("text", TimeSource::Platform);
+            self.format = Format::Printed { reader: Reader::default(), line: 0, any: false, first: None };
         }
         Ok(())
     }
 
     /// A capture file up to its first packet: before that its rate is not known.
-    fn captured(&mut self) -> Result<(), BadInput> {
+    fn captured(&mut self) -> Result<(), InputError> {
         let mut reader = pcapng::Reader::new(self.baud);
         loop {
-            reader.push(&std::mem::take(&mut self.ahead));
+            reader.push(&std::mem::take(&mut self.buffer));
             match reader.next() {
                 Some(entry) => {
                     self.found.push(entry.map_err(Damage::from)?.into());
@@ -146,17 +159,17 @@ impl<R: Read> Source<R> {
                 None => self.fill()?,
             }
         }
-        (self.kind, self.line_baud, self.way) = ("pcapng", Some(reader.baud()), Way::Captured(reader));
+        (self.kind, self.line_baud, self.format) = ("pcapng", Some(reader.baud()), Format::Captured(reader));
         Ok(())
     }
 
     /// The first line of a trace.
-    fn traced(&mut self) -> Result<(), BadInput> {
+    fn traced(&mut self) -> Result<(), InputError> {
         let end =
-            self.ahead.iter().position(|octet| *octet == b'\n').map_or(self.ahead.len(), |end| end.saturating_add(1));
-        let first: Vec<u8> = self.ahead.drain(..end).collect();
+            self.buffer.iter().position(|octet| *octet == b'\n').map_or(self.buffer.len(), |end| end.saturating_add(1));
+        let first: Vec<u8> = self.buffer.drain(..end).collect();
         let reader = trace::Reader::begin(String::from_utf8_lossy(&first).trim_end()).map_err(Damage::from)?;
-        (self.kind, self.line_baud, self.way) = ("trace", Some(reader.baud()), Way::Traced(reader));
+        (self.kind, self.line_baud, self.format) = ("trace", Some(reader.baud()), Format::Traced(reader));
         Ok(())
     }
 
@@ -164,20 +177,20 @@ impl<R: Read> Source<R> {
     ///
     /// # Errors
     /// [`BadInput`] when it cannot be read, or at the end of a text in which there was nothing.
-    pub fn read(&mut self, noted: &mut Vec<Noted>) -> Result<bool, BadInput> {
+    pub fn read(&mut self, noted: &mut Vec<Chunk>) -> Result<bool, InputError> {
         if !std::mem::take(&mut self.is_new) && !self.ended {
             self.fill()?;
         }
         noted.append(&mut self.found);
-        match &mut self.way {
-            Way::Captured(reader) => {
-                reader.push(&std::mem::take(&mut self.ahead));
+        match &mut self.format {
+            Format::Captured(reader) => {
+                reader.push(&std::mem::take(&mut self.buffer));
                 if let Err(damage) = packets(reader, self.ended, noted) {
                     self.stop(damage.into());
                 }
             }
-            Way::Traced(reader) => {
-                let done = entries(reader, &mut self.ahead, self.ended, noted).map_err(Damage::from);
+            Format::Traced(reader) => {
+                let done = entries(reader, &mut self.buffer, self.ended, noted).map_err(Damage::from);
                 self.is_empty &= noted.is_empty();
                 match done {
                     Err(damage) if self.is_empty => return Err(damage.into()),
@@ -185,11 +198,11 @@ impl<R: Read> Source<R> {
                     Ok(()) => {}
                 }
             }
-            Way::Raw if self.ahead.is_empty() => {}
-            Way::Raw => {
-                noted.push(Noted { start: None, octets: std::mem::take(&mut self.ahead), errors: Vec::new() });
+            Format::Raw if self.buffer.is_empty() => {}
+            Format::Raw => {
+                noted.push(Chunk { start: None, octets: std::mem::take(&mut self.buffer), errors: Vec::new() });
             }
-            Way::Printed { .. } => return self.print(noted),
+            Format::Printed { .. } => return self.print(noted),
         }
         Ok(!self.ended)
     }
@@ -197,35 +210,35 @@ impl<R: Read> Source<R> {
     /// Nothing behind it is read.
     fn stop(&mut self, damage: Damage) {
         (self.damage, self.ended) = (Some(damage), true);
-        self.ahead.clear();
+        self.buffer.clear();
     }
 
     /// The lines that are there.
-    fn print(&mut self, noted: &mut Vec<Noted>) -> Result<bool, BadInput> {
+    fn print(&mut self, noted: &mut Vec<Chunk>) -> Result<bool, InputError> {
         let mut from = 0;
-        while let Some(to) = self.ahead.get(from..).and_then(|rest| end_of_line(rest, self.ended)) {
-            let octets = self.ahead.get(from..from.saturating_add(to)).unwrap_or_default().to_vec();
+        while let Some(to) = self.buffer.get(from..).and_then(|rest| end_of_line(rest, self.ended)) {
+            let octets = self.buffer.get(from..from.saturating_add(to)).unwrap_or_default().to_vec();
             self.line(&String::from_utf8_lossy(&octets), noted);
             from = from.saturating_add(to);
         }
-        self.ahead.drain(..from);
-        match &mut self.way {
-            Way::Printed { any: false, first, .. } if self.ended => {
-                Err(first.take().map_or(BadInput::Empty, |(line, found)| BadInput::NoOctets { line, found }))
+        self.buffer.drain(..from);
+        match &mut self.format {
+            Format::Printed { any: false, first, .. } if self.ended => {
+                Err(first.take().map_or(InputError::Empty, |(line, found)| InputError::NoOctets { line, found }))
             }
             _ => Ok(!self.ended),
         }
     }
 
-    fn line(&mut self, text: &str, noted: &mut Vec<Noted>) {
-        let Way::Printed { reader, line, any, first } = &mut self.way else { return };
+    fn line(&mut self, text: &str, noted: &mut Vec<Chunk>) {
+        let Format::Printed { reader, line, any, first } = &mut self.format else { return };
         *line = line.saturating_add(1);
         let text = text.trim();
         match reader.line(text) {
             Some(printed) => {
                 *any = true;
                 let start = printed.seconds.map(|seconds| bit_time(seconds, self.baud));
-                noted.push(Noted { start, octets: printed.octets, errors: printed.errors });
+                noted.push(Chunk { start, octets: printed.octets, errors: printed.errors });
             }
             None if text.is_empty() => {}
             None => {
@@ -238,7 +251,7 @@ impl<R: Read> Source<R> {
 }
 
 /// The packets that are there.
-fn packets(reader: &mut pcapng::Reader, is_last: bool, noted: &mut Vec<Noted>) -> Result<(), BadCapture> {
+fn packets(reader: &mut pcapng::Reader, is_last: bool, noted: &mut Vec<Chunk>) -> Result<(), CaptureError> {
     while let Some(entry) = reader.next() {
         noted.push(entry?.into());
     }
@@ -250,18 +263,18 @@ fn entries(
     reader: &mut trace::Reader,
     ahead: &mut Vec<u8>,
     is_last: bool,
-    noted: &mut Vec<Noted>,
-) -> Result<(), BadLine> {
+    noted: &mut Vec<Chunk>,
+) -> Result<(), TraceError> {
     let mut from = 0_usize;
     let mut done = Ok(());
     while let Some(rest) = ahead.get(from..).filter(|rest| !rest.is_empty()) {
         let end = rest.iter().position(|octet| *octet == b'\n').map(|end| end.saturating_add(1));
         // What is no line for so long is none: the words before the octets are wrong, or they are missing.
-        let Some(end) = end.or((is_last || rest.len() > LONGEST).then_some(rest.len())) else { break };
+        let Some(end) = end.or((is_last || rest.len() > MAX_TRACE_LINE).then_some(rest.len())) else { break };
         let line = String::from_utf8_lossy(rest.get(..end).unwrap_or_default()).into_owned();
         from = from.saturating_add(end);
         match reader.line(line.trim_end()) {
-            Ok(entry) => noted.extend(entry.map(Noted::from)),
+            Ok(entry) => noted.extend(entry.map(Chunk::from)),
             Err(bad) => {
                 done = Err(bad);
                 break;
@@ -274,15 +287,15 @@ fn entries(
 
 /// Where the first line ends, if it is there: behind its end, or where one that is too long is cut between words.
 fn end_of_line(text: &[u8], is_last: bool) -> Option<usize> {
-    let portion = text.get(..PORTION).unwrap_or(text);
+    let portion = text.get(..PORTION_OCTETS).unwrap_or(text);
     if let Some(end) = portion.iter().position(|octet| *octet == b'\n') {
         return Some(end.saturating_add(1));
     }
-    if text.len() < PORTION {
+    if text.len() < PORTION_OCTETS {
         return (is_last && !text.is_empty()).then_some(text.len());
     }
     let between = portion.iter().rposition(|octet| octet.is_ascii_whitespace());
-    Some(between.map_or(PORTION, |between| between.saturating_add(1)))
+    Some(between.map_or(PORTION_OCTETS, |between| between.saturating_add(1)))
 }
 
 /// How much of a line a message shows.
@@ -320,12 +333,12 @@ fn bit_time(seconds: f64, baud: Baud) -> BitTime {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Recording;
+    use super::super::Capture;
     use super::*;
     use profivac_sim::Trace;
 
-    fn read(file: &[u8]) -> Result<Recording, String> {
-        Recording::read(file, Baud::B19200).map_err(|error| error.to_string())
+    fn read(file: &[u8]) -> Result<Capture, String> {
+        Capture::read(file, Baud::B19200).map_err(|error| error.to_string())
     }
 
     /// Hands out three octets at a time, as a slow pipe does, and says how much was taken.
@@ -350,7 +363,7 @@ mod tests {
             let mut noted = Vec::new();
             while source.read(&mut noted).unwrap() {}
             let whole = read(&file).unwrap();
-            assert_eq!((source.kind, &noted, source.skipped), (whole.kind, &whole.noted, whole.skipped));
+            assert_eq!((source.kind, &noted, source.skipped), (whole.kind, &whole.chunks, whole.skipped));
         }
     }
 
@@ -384,7 +397,7 @@ mod tests {
             (text.as_bytes(), "line 3: expected two hexadecimal digits, found 'E'".to_owned()),
         ] {
             let recording = read(file).unwrap();
-            assert_eq!(recording.noted.len(), 1);
+            assert_eq!(recording.chunks.len(), 1);
             assert_eq!(recording.damage.map(|damage| damage.to_string()), Some(damage));
         }
     }
@@ -402,9 +415,9 @@ mod tests {
             while all < 100_000 {
                 let mut noted = Vec::new();
                 assert!(source.read(&mut noted).unwrap());
-                assert!(noted.len() <= 2 * PORTION / again.len() + 2, "{}", noted.len());
+                assert!(noted.len() <= 2 * PORTION_OCTETS / again.len() + 2, "{}", noted.len());
                 all += noted.len();
-                assert!(source.ahead.len() <= 2 * PORTION && source.ahead.capacity() <= 4 * PORTION);
+                assert!(source.buffer.len() <= 2 * PORTION_OCTETS && source.buffer.capacity() <= 4 * PORTION_OCTETS);
             }
         }
     }
@@ -435,10 +448,12 @@ mod tests {
     #[test]
     fn a_line_without_end_is_cut_between_octets() {
         let octets = 100_000;
-        let recording = Recording::read("10 08 02 49 53 16 ".repeat(octets / 6).as_bytes(), Baud::B19200).unwrap();
-        assert!(recording.noted.iter().all(|noted| noted.octets.len() <= PORTION / 3 && noted.errors.is_empty()));
-        assert_eq!(recording.noted.iter().map(|noted| noted.octets.len()).sum::<usize>(), octets / 6 * 6);
-        let joined = Recording::read("100802495316".repeat(20_000).as_bytes(), Baud::B19200).unwrap();
-        assert_eq!(joined.noted.iter().map(|noted| noted.octets.len()).sum::<usize>(), 6 * 20_000);
+        let recording = Capture::read("10 08 02 49 53 16 ".repeat(octets / 6).as_bytes(), Baud::B19200).unwrap();
+        assert!(
+            recording.chunks.iter().all(|noted| noted.octets.len() <= PORTION_OCTETS / 3 && noted.errors.is_empty())
+        );
+        assert_eq!(recording.chunks.iter().map(|noted| noted.octets.len()).sum::<usize>(), octets / 6 * 6);
+        let joined = Capture::read("100802495316".repeat(20_000).as_bytes(), Baud::B19200).unwrap();
+        assert_eq!(joined.chunks.iter().map(|noted| noted.octets.len()).sum::<usize>(), 6 * 20_000);
     }
 }

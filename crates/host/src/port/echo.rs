@@ -53,7 +53,7 @@ mod tests {
         octets.iter().for_each(|octet| echo.filter(Character::Octet(*octet), &mut heard));
         let octet = |character: &Character| match character {
             Character::Octet(octet) => *octet,
-            Character::Broken => panic!("nothing is broken here"),
+            Character::Error => panic!("nothing is broken here"),
         };
         heard.iter().map(octet).collect()
     }
@@ -84,7 +84,7 @@ mod tests {
         echo.sent(&ANSWER);
         let mut heard = Vec::new();
         echo.filter(Character::Octet(0x10), &mut heard);
-        echo.filter(Character::Broken, &mut heard);
-        assert_eq!(heard, [Character::Octet(0x10), Character::Broken]);
+        echo.filter(Character::Error, &mut heard);
+        assert_eq!(heard, [Character::Octet(0x10), Character::Error]);
     }
 }

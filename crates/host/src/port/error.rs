@@ -8,19 +8,19 @@ use rustix::io::Errno;
 pub enum PortError {
     /// There is nothing of this name.
     #[error("there is no port {0}: is the adapter plugged in, or the program running that makes it?")]
-    Missing(String),
+    NotFound(String),
     /// Somebody else has it.
     #[error("{0} is in use by another program: end that first (fuser -v tells which it is)")]
     InUse(String),
     /// The user may not open it.
     #[error("no permission to open {0}: for a serial device, join its group (mostly dialout) and log in again")]
-    Denied(String),
+    PermissionDenied(String),
     /// The name stands for something that carries no octets.
     #[error("{0} is not a serial device")]
     NotSerial(String),
     /// The adapter has no such rate.
     #[error("{name} cannot run at {baud}, it offers {offered} bit/s")]
-    Rate {
+    UnsupportedRate {
         /// The port.
         name: String,
         /// What was asked for.
@@ -30,7 +30,7 @@ pub enum PortError {
     },
     /// The adapter has no such characters.
     #[error("{name} cannot send 8 data bits with even parity and one stop bit (8E1), it offers {offered}")]
-    Character {
+    UnsupportedCharacter {
         /// The port.
         name: String,
         /// What the driver made of it, like `8N1`.
@@ -38,10 +38,10 @@ pub enum PortError {
     },
     /// The port does not run at a rate, so there is none to be searched for.
     #[error("{0} has no rate that could be searched for: give it as a number (--baud 19200)")]
-    NoRate(String),
+    NoBaudRate(String),
     /// Nobody was heard at any rate.
     #[error("no telegram on {name} at any of {tried} bit/s: a rate is found by listening to another master")]
-    Silent {
+    NoTelegram {
         /// The port.
         name: String,
         /// The rates tried.
@@ -49,13 +49,13 @@ pub enum PortError {
     },
     /// The path of a pty is taken by something else.
     #[error("{0} exists already: remove it, or stop the program that serves it")]
-    Exists(String),
+    AlreadyExists(String),
     /// No `HOST:PORT`.
     #[error("expected HOST:PORT, got {0:?} (an IPv6 address in brackets: [::1]:4000)")]
-    Address(String),
+    InvalidAddress(String),
     /// The host has no address.
     #[error("{name}: the name of the host cannot be resolved: {source}")]
-    Host {
+    UnresolvedHost {
         /// The port.
         name: String,
         /// What the system says.
@@ -89,12 +89,12 @@ impl PortError {
     /// What an error means when a port is opened.
     pub(super) fn opening(name: &str, errno: Errno) -> Self {
         match errno {
-            Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::NOTDIR => Self::Missing(name.to_owned()),
+            Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::NOTDIR => Self::NotFound(name.to_owned()),
             Errno::BUSY | Errno::WOULDBLOCK => Self::InUse(name.to_owned()),
-            Errno::ACCESS | Errno::PERM => Self::Denied(name.to_owned()),
+            Errno::ACCESS | Errno::PERM => Self::PermissionDenied(name.to_owned()),
             Errno::NOTTY | Errno::ISDIR => Self::NotSerial(name.to_owned()),
             // What opening the other side of a pty says once its server is gone.
-            Errno::IO => Self::Missing(name.to_owned()),
+            Errno::IO => Self::NotFound(name.to_owned()),
             _ => Self::system(name, errno),
         }
     }

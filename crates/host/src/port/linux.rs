@@ -2,7 +2,7 @@
 //!
 //! Another system replaces this file, see `other.rs`.
 
-use super::remark::Remark;
+use super::notice::Notice;
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
 use rustix::io::Errno;
@@ -23,7 +23,7 @@ pub fn is_pty(name: &str) -> bool {
 }
 
 /// Sets a device of copper up as well as it can be, and says what cannot be.
-pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Remark> {
+pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Notice> {
     let Some(terminal) = terminal(name) else { return Vec::new() };
     // free choice: most USB adapters for RS-485 switch their transmitter by themselves, so none is told about it.
     let direction = (!is_usb(&terminal)).then(|| switch_transmitter(device, name)).flatten();
@@ -43,15 +43,15 @@ fn is_usb(terminal: &Path) -> bool {
 
 /// Lets the kernel switch the transmitter on for each telegram and off behind it. A setting that is there already, with its
 /// delays and polarity, is somebody's and stays.
-fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Remark> {
+fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Notice> {
     let is_switched = |port: &SerialPort| matches!(port.get_rs4xx_mode(), Ok(TransceiverMode::Rs485(_)));
     let port = SerialPort::from(device.try_clone().ok()?);
     let done = is_switched(&port) || (port.set_rs4xx_mode(Rs485Config::new()).is_ok() && is_switched(&port));
-    (!done).then(|| Remark::Direction(name.to_owned()))
+    (!done).then(|| Notice::TransmitterNotSwitched(name.to_owned()))
 }
 
 /// Lets a USB adapter with a latency timer hand over at once what it hears.
-fn lower_latency(terminal: &Path, name: &str) -> Option<Remark> {
+fn lower_latency(terminal: &Path, name: &str) -> Option<Notice> {
     let setting = terminal.join("device/latency_timer");
     let read = || fs::read_to_string(&setting).ok()?.trim().parse().ok();
     let is_high = |ms: &u32| *ms > LATENCY_MS;
@@ -59,16 +59,16 @@ fn lower_latency(terminal: &Path, name: &str) -> Option<Remark> {
     // Mostly this takes root; whether it did is read back.
     fs::write(&setting, LATENCY_MS.to_string()).ok();
     let ms = read().filter(is_high)?;
-    Some(Remark::Latency { name: name.to_owned(), ms, setting })
+    Some(Notice::Latency { name: name.to_owned(), ms, setting })
 }
 
 /// Reports every opening of the other side of a pty.
 #[derive(Debug)]
-pub struct Openings(OwnedFd);
+pub struct OpenEvents(OwnedFd);
 
-impl Openings {
+impl OpenEvents {
     /// Watches `side`.
-    pub fn of(side: &Path) -> Result<Self, Errno> {
+    pub fn watch(side: &Path) -> Result<Self, Errno> {
         let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)?;
         inotify::add_watch(&openings, side, WatchFlags::OPEN)?;
         Ok(Self(openings))
@@ -80,7 +80,7 @@ impl Openings {
     }
 
     /// Forgets all openings so far.
-    pub fn forget(&self) {
+    pub fn drain(&self) {
         let mut buffer = [0; super::CHUNK];
         while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
     }
@@ -114,7 +114,7 @@ mod tests {
         let setting = terminal.path().join("device/latency_timer");
         // Reads as a number, and takes no other: whoever runs the test, root or not.
         std::os::unix::fs::symlink("/proc/sys/kernel/cap_last_cap", &setting).unwrap();
-        let Some(Remark::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no remark") };
+        let Some(Notice::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no remark") };
         assert!(ms > LATENCY_MS);
     }
 
@@ -131,7 +131,7 @@ mod tests {
     fn a_terminal_whose_transmitter_nobody_switches_is_told() {
         // A pty refuses what a UART without RS-485 refuses.
         let ours = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
-        assert_eq!(switch_transmitter(&ours, NAME), Some(Remark::Direction(NAME.to_owned())));
+        assert_eq!(switch_transmitter(&ours, NAME), Some(Notice::TransmitterNotSwitched(NAME.to_owned())));
     }
 
     #[test]

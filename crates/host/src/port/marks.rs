@@ -27,7 +27,7 @@ impl Marks {
             (State::Plain, 0xFF) => (State::Mark, None),
             (State::Mark, 0x00) => (State::Error, None),
             (State::Plain | State::Mark, _) => (State::Plain, Some(Character::Octet(octet))),
-            (State::Error, _) => (State::Plain, Some(Character::Broken)),
+            (State::Error, _) => (State::Plain, Some(Character::Error)),
         };
         self.state = state;
         heard
@@ -52,7 +52,7 @@ mod tests {
     #[test]
     fn a_marked_character_is_broken_whatever_it_is() {
         for octet in [0x00, 0x55, 0xFF] {
-            assert_eq!(taken(&[0xFF, 0x00, octet, 0x10]), [Character::Broken, Character::Octet(0x10)]);
+            assert_eq!(taken(&[0xFF, 0x00, octet, 0x10]), [Character::Error, Character::Octet(0x10)]);
         }
     }
 }

@@ -15,8 +15,8 @@
 mod echo;
 mod error;
 mod marks;
+mod notice;
 mod pty;
-mod remark;
 mod reopening;
 mod serial;
 mod stream;
@@ -30,8 +30,8 @@ mod system;
 mod system;
 
 pub use error::PortError;
+pub use notice::Notice;
 pub use pty::Pty;
-pub use remark::Remark;
 pub use reopening::{Opener, Reopening};
 pub use serial::Serial;
 pub use stream::Stream;
@@ -49,7 +49,7 @@ pub enum Character {
     /// A character without error.
     Octet(u8),
     /// A character with a parity or framing error.
-    Broken,
+    Error,
 }
 
 /// A port that is open.
@@ -82,11 +82,11 @@ pub trait Port: Send {
     /// # Errors
     /// [`PortError::NoRate`] when it runs at none, [`PortError::Rate`] when it cannot run at this one.
     fn set_baud(&mut self, _baud: Baud) -> Result<(), PortError> {
-        Err(PortError::NoRate(self.name().to_owned()))
+        Err(PortError::NoBaudRate(self.name().to_owned()))
     }
 
     /// What somebody should know, the oldest first, each once.
-    fn next_remark(&mut self) -> Option<Remark> {
+    fn next_notice(&mut self) -> Option<Notice> {
         None
     }
 

@@ -4,8 +4,8 @@
 //! the last one left unread is thrown away, so nobody ever reads an answer to somebody else's request. The kernel knows
 //! whether anybody is there (the pty reports a hang-up if not) and tells when somebody comes.
 
-use super::remark::{Cuts, Remark, Remarks};
-use super::system::Openings;
+use super::notice::{DropCounter, Notice, Notices};
+use super::system::OpenEvents;
 use super::{CHUNK, Character, Port, PortError};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -25,14 +25,14 @@ use std::path::{Path, PathBuf};
 pub struct Pty {
     name: String,
     link: PathBuf,
-    side: PathBuf,
-    ours: OwnedFd,
+    slave_path: PathBuf,
+    master: OwnedFd,
     /// Reports every opening of the other side.
-    openings: Openings,
+    open_events: OpenEvents,
     /// Somebody has the other side open.
-    present: bool,
-    cuts: Cuts,
-    remarks: Remarks,
+    is_open: bool,
+    drops: DropCounter,
+    notices: Notices,
 }
 
 impl Pty {
@@ -44,38 +44,38 @@ impl Pty {
         let name = path.display().to_string();
         let opening = |errno| PortError::opening(&name, errno);
         // First of all: the new pty may get the number of the one that a left over link leads to.
-        remove_dangling(path).map_err(|error| refused(&name, error))?;
+        remove_dangling(path).map_err(|error| link_error(&name, error))?;
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
         rustix::io::ioctl_fionbio(&ours, true).map_err(opening)?;
         grantpt(&ours).map_err(opening)?;
         unlockpt(&ours).map_err(opening)?;
         let side = PathBuf::from(OsString::from_vec(ptsname(&ours, Vec::new()).map_err(opening)?.into_bytes()));
         reset(&side).map_err(opening)?;
-        let openings = Openings::of(&side).map_err(opening)?;
-        symlink(&side, path).map_err(|error| refused(&name, error))?;
+        let openings = OpenEvents::watch(&side).map_err(opening)?;
+        symlink(&side, path).map_err(|error| link_error(&name, error))?;
         Ok(Self {
             name,
             link: path.to_owned(),
-            side,
-            ours,
-            openings,
-            present: false,
-            cuts: Cuts::default(),
-            remarks: Remarks::default(),
+            slave_path: side,
+            master: ours,
+            open_events: openings,
+            is_open: false,
+            drops: DropCounter::default(),
+            notices: Notices::default(),
         })
     }
 
     /// Looks whether somebody has the other side open, and clears up after the last one.
-    fn look(&mut self) -> Result<(), Errno> {
-        let mut events = [PollFd::new(&self.ours, PollFlags::IN)];
+    fn update_open(&mut self) -> Result<(), Errno> {
+        let mut events = [PollFd::new(&self.master, PollFlags::IN)];
         poll(&mut events, Some(&Timespec::default()))?;
         let seen = events.first().map_or(PollFlags::empty(), PollFd::revents);
         // What was written before the other side was closed is still to be read.
         let present = seen.contains(PollFlags::IN) || !seen.contains(PollFlags::HUP);
-        if self.present && !present {
-            reset(&self.side)?;
+        if self.is_open && !present {
+            reset(&self.slave_path)?;
         }
-        self.present = present;
+        self.is_open = present;
         Ok(())
     }
 }
@@ -87,15 +87,15 @@ impl Port for Pty {
 
     /// A hang-up is reported without end, so our side is only watched while somebody is there.
     fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        let ours = self.present.then(|| self.ours.as_fd());
-        [self.openings.watched(), ours].into_iter().flatten().collect()
+        let ours = self.is_open.then(|| self.master.as_fd());
+        [self.open_events.watched(), ours].into_iter().flatten().collect()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
         let mut buffer = [0; CHUNK];
-        self.openings.forget();
-        self.look().map_err(|errno| PortError::using(&self.name, errno))?;
-        match rustix::io::read(&self.ours, &mut buffer) {
+        self.open_events.drain();
+        self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
+        match rustix::io::read(&self.master, &mut buffer) {
             Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
             // Nothing there, or nobody.
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => {}
@@ -105,30 +105,30 @@ impl Port for Pty {
     }
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        if !self.present {
+        if !self.is_open {
             // Somebody may have come since we looked last.
-            self.look().map_err(|errno| PortError::using(&self.name, errno))?;
+            self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
         }
-        if !self.present {
+        if !self.is_open {
             return Ok(());
         }
-        let taken = match rustix::io::write(&self.ours, octets) {
+        let taken = match rustix::io::write(&self.master, octets) {
             Ok(taken) => taken,
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => 0,
             Err(errno) => return Err(PortError::using(&self.name, errno)),
         };
-        self.remarks.extend(self.cuts.sent(&self.name, octets.len(), taken));
+        self.notices.extend(self.drops.sent(&self.name, octets.len(), taken));
         Ok(())
     }
 
-    fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.next()
+    fn next_notice(&mut self) -> Option<Notice> {
+        self.notices.next()
     }
 }
 
 impl Drop for Pty {
     fn drop(&mut self) {
-        if fs::read_link(&self.link).is_ok_and(|side| side == self.side) {
+        if fs::read_link(&self.link).is_ok_and(|side| side == self.slave_path) {
             // Nothing can be done about a link that cannot be removed.
             fs::remove_file(&self.link).ok();
         }
@@ -156,9 +156,9 @@ fn remove_dangling(path: &Path) -> io::Result<()> {
     if path.is_symlink() && !path.exists() { fs::remove_file(path) } else { Ok(()) }
 }
 
-fn refused(name: &str, error: io::Error) -> PortError {
+fn link_error(name: &str, error: io::Error) -> PortError {
     match Errno::from_io_error(&error) {
-        Some(Errno::EXIST) => PortError::Exists(name.to_owned()),
+        Some(Errno::EXIST) => PortError::AlreadyExists(name.to_owned()),
         Some(errno) => PortError::opening(name, errno),
         None => PortError::system(name, error),
     }

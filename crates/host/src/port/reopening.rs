@@ -3,7 +3,7 @@
 //! While it is gone nothing is heard and what is sent goes nowhere, as on a cable that hangs in the air. It is looked for in
 //! a thread of its own, because opening may wait: for a name server, for a host that does not answer.
 
-use super::remark::{Remark, Remarks};
+use super::notice::{Notice, Notices};
 use super::{Character, Port, PortError};
 use profivac_dp::link::Baud;
 use rustix::fd::{AsFd, BorrowedFd};
@@ -14,8 +14,8 @@ use std::time::Duration;
 
 /// The pause before the first attempt, and the longest: it doubles in between. free choice: a hub that is restarted is found
 /// at once, and an adapter that is gone for a week costs nothing.
-const FIRST_PAUSE: Duration = Duration::from_millis(50);
-const LONGEST_PAUSE: Duration = Duration::from_secs(2);
+const MIN_PAUSE: Duration = Duration::from_millis(50);
+const MAX_PAUSE: Duration = Duration::from_secs(2);
 
 /// How a port is opened again.
 pub type Opener = Arc<dyn Fn() -> Result<Box<dyn Port>, PortError> + Send + Sync>;
@@ -27,12 +27,12 @@ pub struct Reopening {
     opener: Opener,
     state: State,
     generation: u32,
-    remarks: Remarks,
+    notices: Notices,
 }
 
 enum State {
-    There(Box<dyn Port>),
-    Gone(Search),
+    Open(Box<dyn Port>),
+    Lost(Search),
 }
 
 impl Reopening {
@@ -40,15 +40,15 @@ impl Reopening {
     #[must_use]
     pub fn new(port: Box<dyn Port>, opener: Opener) -> Self {
         let (name, is_timed) = (port.name().to_owned(), port.is_timed());
-        Self { name, is_timed, opener, state: State::There(port), generation: 0, remarks: Remarks::default() }
+        Self { name, is_timed, opener, state: State::Open(port), generation: 0, notices: Notices::default() }
     }
 
     /// A lost port is looked for; any other error stays one.
-    fn survive(&mut self, done: Result<(), PortError>) -> Result<(), PortError> {
+    fn handle_loss(&mut self, done: Result<(), PortError>) -> Result<(), PortError> {
         match done {
             Err(PortError::Lost(_)) => {
-                self.remarks.extend([Remark::Lost(self.name.clone())]);
-                self.state = State::Gone(Search::begin(Arc::clone(&self.opener), &self.name)?);
+                self.notices.extend([Notice::Lost(self.name.clone())]);
+                self.state = State::Lost(Search::begin(Arc::clone(&self.opener), &self.name)?);
                 Ok(())
             }
             done => done,
@@ -56,13 +56,13 @@ impl Reopening {
     }
 
     /// Takes the port if it was found.
-    fn look(&mut self) {
-        if let State::Gone(search) = &self.state
-            && let Ok(port) = search.found.try_recv()
+    fn take_reopened(&mut self) {
+        if let State::Lost(search) = &self.state
+            && let Ok(port) = search.opened.try_recv()
         {
-            self.state = State::There(port);
+            self.state = State::Open(port);
             self.generation = self.generation.wrapping_add(1);
-            self.remarks.extend([Remark::Back(self.name.clone())]);
+            self.notices.extend([Notice::Reopened(self.name.clone())]);
         }
     }
 }
@@ -78,37 +78,37 @@ impl Port for Reopening {
 
     fn watched(&self) -> Vec<BorrowedFd<'_>> {
         match &self.state {
-            State::There(port) => port.watched(),
-            State::Gone(search) => vec![search.bell.as_fd()],
+            State::Open(port) => port.watched(),
+            State::Lost(search) => vec![search.readable.as_fd()],
         }
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
-        self.look();
-        let State::There(port) = &mut self.state else { return Ok(()) };
+        self.take_reopened();
+        let State::Open(port) = &mut self.state else { return Ok(()) };
         let done = port.receive(heard);
-        self.survive(done)
+        self.handle_loss(done)
     }
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        let State::There(port) = &mut self.state else { return Ok(()) };
+        let State::Open(port) = &mut self.state else { return Ok(()) };
         let done = port.send(octets);
-        self.survive(done)
+        self.handle_loss(done)
     }
 
     fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
         match &mut self.state {
-            State::There(port) => port.set_baud(baud),
-            State::Gone(_) => Err(PortError::Lost(self.name.clone())),
+            State::Open(port) => port.set_baud(baud),
+            State::Lost(_) => Err(PortError::Lost(self.name.clone())),
         }
     }
 
-    fn next_remark(&mut self) -> Option<Remark> {
+    fn next_notice(&mut self) -> Option<Notice> {
         let of_port = || match &mut self.state {
-            State::There(port) => port.next_remark(),
-            State::Gone(_) => None,
+            State::Open(port) => port.next_notice(),
+            State::Lost(_) => None,
         };
-        self.remarks.next().or_else(of_port)
+        self.notices.next().or_else(of_port)
     }
 
     fn generation(&self) -> u32 {
@@ -118,9 +118,9 @@ impl Port for Reopening {
 
 /// The search for a port. It ends when it is dropped.
 struct Search {
-    found: Receiver<Box<dyn Port>>,
+    opened: Receiver<Box<dyn Port>>,
     /// Becomes readable when the search is over.
-    bell: UnixStream,
+    readable: UnixStream,
     /// Never says anything; the thread notices when it is gone.
     _interest: Sender<()>,
 }
@@ -132,25 +132,25 @@ impl Search {
         let (interest, interest_there) = channel();
         let (bell, rope) = UnixStream::pair().map_err(failed)?;
         let search = move || {
-            if let Some(port) = look_for(&opener, &interest_there) {
+            if let Some(port) = open_repeatedly(&opener, &interest_there) {
                 // Nobody is interested any more if this fails.
                 found_here.send(port).ok();
             }
             drop(rope);
         };
         std::thread::Builder::new().name("search for a port".to_owned()).spawn(search).map_err(failed)?;
-        Ok(Self { found, bell, _interest: interest })
+        Ok(Self { opened: found, readable: bell, _interest: interest })
     }
 }
 
 /// Opens the port again and again until it is there, or nobody wants it.
-fn look_for(opener: &Opener, interest: &Receiver<()>) -> Option<Box<dyn Port>> {
-    let mut pause = FIRST_PAUSE;
+fn open_repeatedly(opener: &Opener, interest: &Receiver<()>) -> Option<Box<dyn Port>> {
+    let mut pause = MIN_PAUSE;
     while interest.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
         if let Ok(port) = opener() {
             return Some(port);
         }
-        pause = pause.saturating_mul(2).min(LONGEST_PAUSE);
+        pause = pause.saturating_mul(2).min(MAX_PAUSE);
     }
     None
 }

@@ -5,7 +5,7 @@
 
 use super::echo::Echo;
 use super::marks::Marks;
-use super::remark::{Cuts, Remark, Remarks};
+use super::notice::{DropCounter, Notice, Notices};
 use super::{CHUNK, Character, Port, PortError, system};
 use profivac_dp::link::Baud;
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -24,9 +24,9 @@ pub struct Serial {
     name: String,
     device: OwnedFd,
     /// What a line of copper needs and a pty does not have: errors in characters, and our own octets coming back.
-    copper: Option<(Marks, Echo)>,
-    cuts: Cuts,
-    remarks: Remarks,
+    uart: Option<(Marks, Echo)>,
+    drops: DropCounter,
+    notices: Notices,
 }
 
 impl Serial {
@@ -43,24 +43,24 @@ impl Serial {
         let settings = tcgetattr(&device).map_err(opening)?;
         flock(&device, FlockOperation::NonBlockingLockExclusive).map_err(opening)?;
         let is_pty = system::is_pty(name);
-        let mut remarks = Remarks::default();
+        let mut remarks = Notices::default();
         if is_pty {
-            set(&device, made_8e1(settings), baud).map_err(opening)?;
+            set(&device, to_8e1(settings), baud).map_err(opening)?;
         } else {
             // A lock that programs without flock respect too. On a pty it would outlive us.
             ioctl_tiocexcl(&device).map_err(opening)?;
             remarks.extend(system::set_up(&device, name));
-            set(&device, marking(made_8e1(settings)), baud).map_err(opening)?;
-            check(&tcgetattr(&device).map_err(opening)?, name, baud)?;
+            set(&device, with_error_marks(to_8e1(settings)), baud).map_err(opening)?;
+            verify(&tcgetattr(&device).map_err(opening)?, name, baud)?;
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
         let copper = (!is_pty).then(|| (Marks::default(), Echo::default()));
-        Ok(Self { name: name.to_owned(), device, copper, cuts: Cuts::default(), remarks })
+        Ok(Self { name: name.to_owned(), device, uart: copper, drops: DropCounter::default(), notices: remarks })
     }
 }
 
 /// Raw, eight data bits, even parity, one stop bit, no handshake.
-fn made_8e1(mut settings: Termios) -> Termios {
+fn to_8e1(mut settings: Termios) -> Termios {
     settings.make_raw();
     settings.control_modes -= ControlModes::CSIZE | ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
     #[cfg(target_os = "linux")]
@@ -73,7 +73,7 @@ fn made_8e1(mut settings: Termios) -> Termios {
 }
 
 /// Characters with errors are marked. Not on a pty: its settings outlive us, and whoever opens it next may not expect marks.
-fn marking(mut settings: Termios) -> Termios {
+fn with_error_marks(mut settings: Termios) -> Termios {
     settings.input_modes |= InputModes::INPCK | InputModes::PARMRK;
     settings.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK;
     settings
@@ -85,16 +85,16 @@ fn set(device: &OwnedFd, mut settings: Termios, baud: Baud) -> Result<(), Errno>
 }
 
 /// Drivers leave out what they cannot and take the nearest rate they have, without a word.
-fn check(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
+fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
     let offered = character(taken.control_modes);
     if offered != "8E1" {
-        return Err(PortError::Character { name: name.to_owned(), offered });
+        return Err(PortError::UnsupportedCharacter { name: name.to_owned(), offered });
     }
     let wanted = baud.bits_per_second();
     // What is heard and what is sent.
     for offered in [taken.output_speed(), taken.input_speed()] {
         if offered.abs_diff(wanted) > wanted / RATE_TOLERANCE {
-            return Err(PortError::Rate { name: name.to_owned(), baud, offered });
+            return Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered });
         }
     }
     Ok(())
@@ -123,7 +123,7 @@ impl Port for Serial {
     }
 
     fn is_timed(&self) -> bool {
-        self.copper.is_some()
+        self.uart.is_some()
     }
 
     fn watched(&self) -> Vec<BorrowedFd<'_>> {
@@ -136,7 +136,7 @@ impl Port for Serial {
             Ok(0) => Err(PortError::Lost(self.name.clone())),
             Ok(length) => {
                 let octets = buffer.iter().take(length);
-                match &mut self.copper {
+                match &mut self.uart {
                     None => heard.extend(octets.map(|octet| Character::Octet(*octet))),
                     Some((marks, echo)) => octets
                         .filter_map(|octet| marks.take(*octet))
@@ -155,31 +155,31 @@ impl Port for Serial {
             Err(Errno::WOULDBLOCK | Errno::INTR) => 0,
             Err(errno) => return Err(PortError::using(&self.name, errno)),
         };
-        if let Some((_, echo)) = &mut self.copper {
+        if let Some((_, echo)) = &mut self.uart {
             echo.sent(octets.get(..taken).unwrap_or_default());
         }
-        self.remarks.extend(self.cuts.sent(&self.name, octets.len(), taken));
+        self.notices.extend(self.drops.sent(&self.name, octets.len(), taken));
         Ok(())
     }
 
     fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
-        let Some(copper) = &mut self.copper else { return Err(PortError::NoRate(self.name.clone())) };
+        let Some(copper) = &mut self.uart else { return Err(PortError::NoBaudRate(self.name.clone())) };
         let using = |errno| PortError::using(&self.name, errno);
         let settings = tcgetattr(&self.device).map_err(using)?;
         let offered = settings.output_speed();
         match set(&self.device, settings, baud) {
-            Err(Errno::INVAL) => return Err(PortError::Rate { name: self.name.clone(), baud, offered }),
+            Err(Errno::INVAL) => return Err(PortError::UnsupportedRate { name: self.name.clone(), baud, offered }),
             done => done.map_err(using)?,
         }
-        check(&tcgetattr(&self.device).map_err(using)?, &self.name, baud)?;
+        verify(&tcgetattr(&self.device).map_err(using)?, &self.name, baud)?;
         // What came at the old rate means nothing at the new one.
         tcflush(&self.device, QueueSelector::IOFlush).map_err(using)?;
         *copper = Default::default();
         Ok(())
     }
 
-    fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.next()
+    fn next_notice(&mut self) -> Option<Notice> {
+        self.notices.next()
     }
 }
 
@@ -206,25 +206,25 @@ mod tests {
             (MODES | ControlModes::CSTOPB, "8E2"),
             (ControlModes::CS7 | ControlModes::PARENB, "7E1"),
         ] {
-            let refused = check(&settings(modes, 19_200), "port", Baud::B19200).unwrap_err().to_string();
+            let refused = verify(&settings(modes, 19_200), "port", Baud::B19200).unwrap_err().to_string();
             assert!(refused.ends_with(&format!("(8E1), it offers {offered}")), "{refused}");
         }
-        assert!(check(&settings(MODES, 19_200), "port", Baud::B19200).is_ok());
+        assert!(verify(&settings(MODES, 19_200), "port", Baud::B19200).is_ok());
     }
 
     #[test]
     fn a_rate_may_be_off_by_two_percent() {
         for (speed, accepted) in [(93_750, true), (95_500, true), (92_000, true), (115_200, false), (57_600, false)] {
-            assert_eq!(check(&settings(MODES, speed), "port", Baud::B93750).is_ok(), accepted, "{speed}");
+            assert_eq!(verify(&settings(MODES, speed), "port", Baud::B93750).is_ok(), accepted, "{speed}");
         }
-        let refused = check(&settings(MODES, 115_200), "port", Baud::B93750).unwrap_err().to_string();
+        let refused = verify(&settings(MODES, 115_200), "port", Baud::B93750).unwrap_err().to_string();
         assert_eq!(refused, "port cannot run at 93.75 kbit/s, it offers 115200 bit/s");
     }
 
     #[test]
     fn whatever_a_device_was_set_to_is_made_8e1() {
         let wild = ControlModes::CS6 | ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
-        let made = made_8e1(settings(wild, 300)).control_modes;
+        let made = to_8e1(settings(wild, 300)).control_modes;
         assert_eq!(character(made), "8E1");
         assert!(made.contains(ControlModes::CLOCAL) && !made.contains(ControlModes::CRTSCTS));
     }
@@ -233,8 +233,8 @@ mod tests {
     #[test]
     fn a_driver_that_leaves_the_parity_out_is_noticed() {
         let terminal = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
-        set(&terminal, made_8e1(tcgetattr(&terminal).unwrap()), Baud::B19200).unwrap();
-        let refused = check(&tcgetattr(&terminal).unwrap(), "port", Baud::B19200);
-        assert!(matches!(refused, Err(PortError::Character { .. })), "{refused:?}");
+        set(&terminal, to_8e1(tcgetattr(&terminal).unwrap()), Baud::B19200).unwrap();
+        let refused = verify(&tcgetattr(&terminal).unwrap(), "port", Baud::B19200);
+        assert!(matches!(refused, Err(PortError::UnsupportedCharacter { .. })), "{refused:?}");
     }
 }

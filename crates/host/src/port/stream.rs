@@ -1,6 +1,6 @@
 //! Octets over a socket: the client's side of a TCP connection, and the way into a segment in memory.
 
-use super::remark::{Cuts, Remark, Remarks};
+use super::notice::{DropCounter, Notice, Notices};
 use super::{CHUNK, Character, Port, PortError};
 use rustix::fd::{AsFd, BorrowedFd};
 use std::io::{ErrorKind, Read, Write};
@@ -10,16 +10,16 @@ use std::io::{ErrorKind, Read, Write};
 pub struct Stream<S> {
     name: String,
     socket: S,
-    cuts: Cuts,
-    remarks: Remarks,
+    drops: DropCounter,
+    notices: Notices,
 }
 
 impl<S> Stream<S> {
     /// Octets over `socket`, which must not block, and what there is to remark about it already.
-    pub fn new(name: String, socket: S, remarks: Vec<Remark>) -> Self {
-        let mut waiting = Remarks::default();
+    pub fn new(name: String, socket: S, remarks: Vec<Notice>) -> Self {
+        let mut waiting = Notices::default();
         waiting.extend(remarks);
-        Self { name, socket, cuts: Cuts::default(), remarks: waiting }
+        Self { name, socket, drops: DropCounter::default(), notices: waiting }
     }
 }
 
@@ -37,32 +37,32 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
         match self.socket.read(&mut buffer) {
             Ok(0) => return Err(PortError::Lost(self.name.clone())),
             Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
-            Err(error) if is_passing(&error) => {}
+            Err(error) if is_temporary(&error) => {}
             Err(_) => return Err(PortError::Lost(self.name.clone())),
         }
         Ok(())
     }
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        let taken = taken(&mut self.socket, octets).ok_or_else(|| PortError::Lost(self.name.clone()))?;
-        self.remarks.extend(self.cuts.sent(&self.name, octets.len(), taken));
+        let taken = write_now(&mut self.socket, octets).ok_or_else(|| PortError::Lost(self.name.clone()))?;
+        self.notices.extend(self.drops.sent(&self.name, octets.len(), taken));
         Ok(())
     }
 
-    fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.next()
+    fn next_notice(&mut self) -> Option<Notice> {
+        self.notices.next()
     }
 }
 
 /// How many of `octets` the other side takes now; nothing if there is no other side any more.
-pub(super) fn taken(socket: &mut impl Write, octets: &[u8]) -> Option<usize> {
+pub(super) fn write_now(socket: &mut impl Write, octets: &[u8]) -> Option<usize> {
     match socket.write(octets) {
         Ok(taken) => Some(taken),
-        Err(error) => is_passing(&error).then_some(0),
+        Err(error) => is_temporary(&error).then_some(0),
     }
 }
 
 /// Whether an error says no more than: not now.
-pub(super) fn is_passing(error: &std::io::Error) -> bool {
+pub(super) fn is_temporary(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

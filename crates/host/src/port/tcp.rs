@@ -3,8 +3,8 @@
 //! The clients of a server share one line as if they were wired to it: what one sends, all others hear. Nobody who does not
 //! read holds up the others: what he does not take is cut off, and a remark says so.
 
-use super::remark::{Cuts, Remark, Remarks};
-use super::stream::{Stream, is_passing, taken};
+use super::notice::{DropCounter, Notice, Notices};
+use super::stream::{Stream, is_temporary, write_now};
 use super::{CHUNK, Character, Port, PortError};
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
@@ -23,7 +23,7 @@ const KEEPALIVE_COUNT: u32 = 3;
 
 /// What was sent may be on its way for so long, in milliseconds: as long as a silent connection may be gone.
 #[cfg(target_os = "linux")]
-const UNHEARD_MS: u32 = 25_000;
+const USER_TIMEOUT_MS: u32 = 25_000;
 
 /// Listens, and is the line between its clients and us.
 #[derive(Debug)]
@@ -31,14 +31,14 @@ pub struct TcpServer {
     name: String,
     listener: TcpListener,
     clients: Vec<Client>,
-    remarks: Remarks,
+    notices: Notices,
 }
 
 #[derive(Debug)]
 struct Client {
     name: String,
     socket: TcpStream,
-    cuts: Cuts,
+    drops: DropCounter,
 }
 
 impl TcpServer {
@@ -57,24 +57,24 @@ impl TcpServer {
         let listener = TcpListener::bind(addresses.as_slice()).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
-        Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), remarks: Remarks::default() })
+        Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), notices: Notices::default() })
     }
 
     /// Takes everybody who wants to join. A client that cannot be set up is not taken.
     fn accept(&mut self) {
         while let Ok((socket, address)) = self.listener.accept() {
             if set_up(&socket).is_ok() {
-                self.clients.push(Client { name: format!("tcp://{address}"), socket, cuts: Cuts::default() });
+                self.clients.push(Client { name: format!("tcp://{address}"), socket, drops: DropCounter::default() });
             }
         }
     }
 
-    fn share(&mut self, octets: &[u8], except: Option<usize>) {
+    fn distribute(&mut self, octets: &[u8], except: Option<usize>) {
         for (number, client) in self.clients.iter_mut().enumerate() {
             if Some(number) != except {
                 // A client that is gone is noticed when it is read from.
-                let taken = taken(&mut client.socket, octets).unwrap_or(octets.len());
-                self.remarks.extend(client.cuts.sent(&client.name, octets.len(), taken));
+                let taken = write_now(&mut client.socket, octets).unwrap_or(octets.len());
+                self.notices.extend(client.drops.sent(&client.name, octets.len(), taken));
             }
         }
     }
@@ -98,9 +98,9 @@ impl Port for TcpServer {
                 Some(Ok(length)) if length > 0 => {
                     let octets = buffer.get(..length).unwrap_or_default();
                     heard.extend(octets.iter().map(|octet| Character::Octet(*octet)));
-                    self.share(octets, Some(number));
+                    self.distribute(octets, Some(number));
                 }
-                Some(Err(error)) if is_passing(&error) => {}
+                Some(Err(error)) if is_temporary(&error) => {}
                 _ => gone.push(number),
             }
         }
@@ -111,12 +111,12 @@ impl Port for TcpServer {
     }
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        self.share(octets, None);
+        self.distribute(octets, None);
         Ok(())
     }
 
-    fn next_remark(&mut self) -> Option<Remark> {
-        self.remarks.next()
+    fn next_notice(&mut self) -> Option<Notice> {
+        self.notices.next()
     }
 }
 
@@ -132,7 +132,7 @@ impl TcpClient {
     pub fn connect(address: &str) -> Result<Self, PortError> {
         host(address)?;
         let name = format!("tcp://{address}");
-        let mut refused = PortError::Missing(name.clone());
+        let mut refused = PortError::NotFound(name.clone());
         for address in resolve(&name, address)? {
             match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
                 Ok(socket) => {
@@ -157,14 +157,14 @@ fn set_up(socket: &TcpStream) -> std::io::Result<()> {
     #[cfg(target_os = "linux")]
     {
         // While something is on its way nobody is asked, and the system repeats it for a quarter of an hour.
-        rustix::net::sockopt::set_tcp_user_timeout(socket, UNHEARD_MS)?;
+        rustix::net::sockopt::set_tcp_user_timeout(socket, USER_TIMEOUT_MS)?;
     }
     Ok(())
 }
 
 fn resolve(name: &str, address: &str) -> Result<Vec<SocketAddr>, PortError> {
     let addresses = address.to_socket_addrs().map(Iterator::collect);
-    addresses.map_err(|source| PortError::Host { name: name.to_owned(), source })
+    addresses.map_err(|source| PortError::UnresolvedHost { name: name.to_owned(), source })
 }
 
 /// The part of `HOST:PORT` before the port. The colons of an IPv6 address stand in brackets.
@@ -176,16 +176,16 @@ fn host(address: &str) -> Result<&str, PortError> {
         {
             Ok(host)
         }
-        _ => Err(PortError::Address(address.to_owned())),
+        _ => Err(PortError::InvalidAddress(address.to_owned())),
     }
 }
 
 fn network(name: &str, error: std::io::Error) -> PortError {
     match error.kind() {
         ErrorKind::AddrInUse => PortError::InUse(name.to_owned()),
-        ErrorKind::PermissionDenied => PortError::Denied(name.to_owned()),
+        ErrorKind::PermissionDenied => PortError::PermissionDenied(name.to_owned()),
         ErrorKind::ConnectionRefused | ErrorKind::AddrNotAvailable | ErrorKind::NotFound => {
-            PortError::Missing(name.to_owned())
+            PortError::NotFound(name.to_owned())
         }
         ErrorKind::TimedOut => PortError::Unreachable { name: name.to_owned(), seconds: CONNECT_TIMEOUT.as_secs() },
         _ => PortError::system(name, error),

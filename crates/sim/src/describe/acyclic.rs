@@ -1,12 +1,12 @@
 //! The PDUs of MS1 and MS2 in words. profibus-wire 4.
 
 use super::Hex;
-use profivac_wire::acyclic::{Abort, Defect, Request, Response, Transfer};
+use profivac_wire::acyclic::{Abort, PduError, Request, Response, Transfer};
 
 /// What a master sends on an acyclic access point.
-pub(super) fn request(pdu: &[u8]) -> Result<String, Defect> {
+pub(super) fn request(pdu: &[u8]) -> Result<String, PduError> {
     Ok(match Request::parse(pdu) {
-        Err(Defect::Empty) => " poll".to_owned(),
+        Err(PduError::Empty) => " poll".to_owned(),
         Err(defect) => return Err(defect),
         Ok(Request::Idle(_)) => " Idle".to_owned(),
         Ok(Request::DataTransport(data)) => format!(" Data_Transport {}", transfer(&data)),
@@ -21,7 +21,7 @@ pub(super) fn request(pdu: &[u8]) -> Result<String, Defect> {
 }
 
 /// What a slave returns there.
-pub(super) fn response(pdu: &[u8]) -> Result<String, Defect> {
+pub(super) fn response(pdu: &[u8]) -> Result<String, PduError> {
     Ok(match Response::parse(pdu)? {
         Response::Idle(_) => " Idle".to_owned(),
         Response::DataTransport(data) => format!(" Data_Transport {}", transfer(&data)),
@@ -50,7 +50,7 @@ fn abort(abort: &Abort<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::describe::Words;
+    use crate::describe::Description;
     use crate::scenario::hex;
     use profivac_wire::Telegram;
 
@@ -78,7 +78,7 @@ mod tests {
             ("68 06 06 68 88 82 5C 30 32 48 10 16", "MS2 SAP 48 FCB 0 Idle"),
             ("68 08 08 68 88 82 5C 30 32 58 00 20 40 16", "MS2 SAP 48 FCB 0 Abort, user (20)"),
         ] {
-            let told = Words(&Telegram::parse(&hex(text)).unwrap()).to_string();
+            let told = Description(&Telegram::parse(&hex(text)).unwrap()).to_string();
             let told = told.split_whitespace().skip(3).collect::<Vec<_>>().join(" ");
             assert_eq!(told, words, "{text}");
         }

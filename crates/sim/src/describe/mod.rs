@@ -11,7 +11,7 @@ use profivac_wire::control::{Control, FrameCount, Function, StationType, Status}
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::prm::{PrmStatus, SetPrm};
-use profivac_wire::{BROADCAST, Frame, Sap, Telegram};
+use profivac_wire::{BROADCAST, DataTelegram, Sap, Telegram};
 use std::fmt;
 
 /// Octets as a person reads a trace: `68 05 05 68`.
@@ -37,14 +37,14 @@ pub fn octet(digits: &str) -> Option<u8> {
 
 /// A telegram in columns: addresses, service, what it says.
 #[derive(Clone, Copy, Debug)]
-pub struct Words<'a>(pub &'a Telegram<'a>);
+pub struct Description<'a>(pub &'a Telegram<'a>);
 
-impl fmt::Display for Words<'_> {
+impl fmt::Display for Description<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Telegram::ShortAck => write!(f, "{:10}  SC", ""),
             Telegram::Token { da, sa } => write!(f, "{}  Token", Route(*sa, *da)),
-            Telegram::Frame(frame) => {
+            Telegram::Data(frame) => {
                 write!(f, "{}  ", Route(frame.sa, frame.da))?;
                 match frame.control() {
                     Control::Request { function, count } => request(f, frame, function, count),
@@ -67,7 +67,7 @@ impl fmt::Display for Route {
     }
 }
 
-fn request(f: &mut fmt::Formatter<'_>, frame: &Frame<'_>, function: Function, count: FrameCount) -> fmt::Result {
+fn request(f: &mut fmt::Formatter<'_>, frame: &DataTelegram<'_>, function: Function, count: FrameCount) -> fmt::Result {
     match function {
         Function::SrdLow | Function::SrdHigh | Function::SdnLow | Function::SdnHigh => {
             let sap = Sap::from_octet(frame.dsap);
@@ -198,7 +198,7 @@ fn set_slave_add(wanted: &SetSlaveAdd<'_>) -> String {
     format!(" address {}, ident {:04X}{locked}{}", wanted.address, wanted.ident, data(wanted.rem_slave_data))
 }
 
-fn response(f: &mut fmt::Formatter<'_>, frame: &Frame<'_>, station: StationType, status: Status) -> fmt::Result {
+fn response(f: &mut fmt::Formatter<'_>, frame: &DataTelegram<'_>, station: StationType, status: Status) -> fmt::Result {
     let name = match status {
         Status::Ok => return f.write_str(answer_of(station)),
         Status::UserError => "UE",
@@ -303,7 +303,7 @@ mod tests {
                 "  2 -> 126  Set_Slave_Add    first  address 8, ident 1234",
             ),
         ] {
-            assert_eq!(Words(&Telegram::parse(&hex(text)).unwrap()).to_string(), words, "{text}");
+            assert_eq!(Description(&Telegram::parse(&hex(text)).unwrap()).to_string(), words, "{text}");
         }
     }
 
@@ -313,8 +313,8 @@ mod tests {
         for fc in 0..=0xFF {
             for sap in (0..=0xFF).map(Some).chain([None]) {
                 let du: Vec<u8> = (0..random.below(20)).map(|_| random.octet()).collect();
-                let frame = Frame { da: 8, sa: 2, dsap: sap, ssap: sap, fc, du: &du };
-                let words = Words(&Telegram::Frame(frame)).to_string();
+                let frame = DataTelegram { da: 8, sa: 2, dsap: sap, ssap: sap, fc, du: &du };
+                let words = Description(&Telegram::Data(frame)).to_string();
                 assert!(words.starts_with("  2 -> 8    ") && words.len() > 13, "{frame:?}: {words}");
             }
         }
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn data_that_do_not_fit_their_service_are_shown_as_they_are() {
-        let frame = Frame { da: 8, sa: 2, dsap: Some(61), ssap: Some(62), fc: 0x5D, du: &[0x80, 1] };
-        assert_eq!(Words(&Telegram::Frame(frame)).to_string(), "  2 -> 8    Set_Prm          FCB 0  80 01");
+        let frame = DataTelegram { da: 8, sa: 2, dsap: Some(61), ssap: Some(62), fc: 0x5D, du: &[0x80, 1] };
+        assert_eq!(Description(&Telegram::Data(frame)).to_string(), "  2 -> 8    Set_Prm          FCB 0  80 01");
     }
 }

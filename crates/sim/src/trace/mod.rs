@@ -14,10 +14,10 @@ pub mod pcapng;
 mod text;
 
 pub(crate) use text::Line;
-pub use text::{BadLine, Reader};
+pub use text::{Reader, TraceError};
 
 use crate::character::Character;
-use crate::describe::Words;
+use crate::describe::Description;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_wire::Telegram;
 use std::collections::VecDeque;
@@ -68,7 +68,7 @@ impl fmt::Display for Entry {
             return write!(f, "damaged: {}", CharacterErrors(&self.errors));
         }
         match Telegram::parse(&self.octets) {
-            Ok(telegram) => Words(&telegram).fmt(f),
+            Ok(telegram) => Description(&telegram).fmt(f),
             Err(defect) => write!(f, "damaged: {defect}"),
         }
     }

@@ -38,7 +38,7 @@ impl fmt::Display for Trace {
 
 /// A line that is no line of a trace.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BadLine {
+pub struct TraceError {
     /// Its number, counted from 1.
     pub number: usize,
     /// What it should have had.
@@ -47,13 +47,13 @@ pub struct BadLine {
     pub received: String,
 }
 
-impl fmt::Display for BadLine {
+impl fmt::Display for TraceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "line {}: expected {}, found '{}'", self.number, self.expected, self.received)
     }
 }
 
-impl std::error::Error for BadLine {}
+impl std::error::Error for TraceError {}
 
 /// Reads a trace line by line, while it comes.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`BadLine`] when it does not.
-    pub fn begin(first: &str) -> Result<Self, BadLine> {
+    pub fn begin(first: &str) -> Result<Self, TraceError> {
         let number = 1;
         match first.strip_prefix("# ").and_then(rate) {
             Some(baud) => Ok(Self { baud, number }),
@@ -85,7 +85,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`BadLine`] when it is no line of a trace.
-    pub fn line(&mut self, line: &str) -> Result<Option<Entry>, BadLine> {
+    pub fn line(&mut self, line: &str) -> Result<Option<Entry>, TraceError> {
         self.number += 1;
         if line.is_empty() || line.starts_with('#') {
             return Ok(None);
@@ -97,15 +97,15 @@ impl Reader {
 /// How much of a line a message shows.
 const SHOWN: usize = 60;
 
-fn bad(number: usize, (expected, received): (&'static str, &str)) -> BadLine {
-    BadLine { number, expected, received: received.chars().take(SHOWN).collect() }
+fn bad(number: usize, (expected, received): (&'static str, &str)) -> TraceError {
+    TraceError { number, expected, received: received.chars().take(SHOWN).collect() }
 }
 
 impl FromStr for Trace {
-    type Err = BadLine;
+    type Err = TraceError;
 
     /// Reads what [`Display`](fmt::Display) wrote. Empty lines and further remarks are skipped.
-    fn from_str(text: &str) -> Result<Self, BadLine> {
+    fn from_str(text: &str) -> Result<Self, TraceError> {
         let mut lines = text.lines();
         let mut reader = Reader::begin(lines.next().unwrap_or_default())?;
         let mut trace = Self { baud: reader.baud(), entries: Default::default() };

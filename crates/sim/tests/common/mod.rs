@@ -3,11 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 use profivac_dp::link::Baud;
-use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault, Refusal, Relation, Slave, State};
+use profivac_dp::slave::{
+    CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation, Slave, SlaveState,
+};
 use profivac_sim::scenario::Dialogue;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::{self, Lengths};
-use profivac_wire::{Frame, MAX_TELEGRAM, Telegram};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 
 pub const IDENT: u16 = 0x1234;
 /// The slave.
@@ -100,13 +102,13 @@ impl Device for Plain {
     }
 
     /// 1/16 is what was sampled last, 200 times.
-    fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Refusal> {
+    fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         match (slot, index, record.get_mut(..200)) {
             (1, 16, Some(record)) => {
                 record.fill(self.samples);
                 Ok(record.len())
             }
-            _ => Err(Refusal::INVALID_INDEX),
+            _ => Err(Dpv1Error::INVALID_INDEX),
         }
     }
 
@@ -129,12 +131,12 @@ pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
 
 /// A request to the slave without access points.
 pub fn plain(sa: u8, fc: u8, du: &[u8]) -> Vec<u8> {
-    emit(&Telegram::Frame(Frame { da: TS, sa, dsap: None, ssap: None, fc, du }))
+    emit(&Telegram::Data(DataTelegram { da: TS, sa, dsap: None, ssap: None, fc, du }))
 }
 
 /// A request to an access point of the slave.
 pub fn request(sa: u8, fc: u8, dsap: u8, du: &[u8]) -> Vec<u8> {
-    emit(&Telegram::Frame(Frame { da: TS, sa, dsap: Some(dsap), ssap: Some(62), fc, du }))
+    emit(&Telegram::Data(DataTelegram { da: TS, sa, dsap: Some(dsap), ssap: Some(62), fc, du }))
 }
 
 pub type Talk = Dialogue<Slave<Plain>>;
@@ -159,19 +161,19 @@ pub fn ask_or_silence(talk: &mut Talk, octets: &[u8]) -> Option<Vec<u8>> {
 
 pub fn to_wait_cfg(talk: &mut Talk) {
     assert_eq!(ask(talk, &request(OWN, FIRST, 61, &LOCK)), [0xE5]);
-    assert!(matches!(talk.station().state(), State::WaitCfg(_)));
+    assert!(matches!(talk.station().state(), SlaveState::WaitCfg(_)));
 }
 
 pub fn to_data_exch(talk: &mut Talk) {
     to_wait_cfg(talk);
     let cfg = talk.station().device().cfg.clone();
     assert_eq!(ask(talk, &request(OWN, FIRST, 62, &cfg)), [0xE5]);
-    assert!(matches!(talk.station().state(), State::DataExch(..)));
+    assert!(matches!(talk.station().state(), SlaveState::DataExch(..)));
 }
 
 /// The first four octets of the diagnosis, as `00 0C 00 02`.
 pub fn diagnosis(talk: &mut Talk) -> String {
     let answer = ask(talk, &request(OTHER, FIRST, 60, &[]));
-    let Ok(Telegram::Frame(frame)) = Telegram::parse(&answer) else { panic!("a diagnosis") };
+    let Ok(Telegram::Data(frame)) = Telegram::parse(&answer) else { panic!("a diagnosis") };
     profivac_sim::describe::Hex(&frame.du[..4]).to_string()
 }

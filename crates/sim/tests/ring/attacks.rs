@@ -5,9 +5,9 @@ use crate::line::{BAUD, Bounds, CONFUSION, Line, parameters};
 use profivac_dp::link::{BitTime, Station, Transmit};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::Slave;
-use profivac_sim::{Bus, Fault, Random};
+use profivac_sim::{Fault, Random, Segment};
 use profivac_wire::control::{Control, StationType, Status};
-use profivac_wire::{Frame, MAX_TELEGRAM, Telegram};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 
 /// Says to everybody who asks that it is a master, and never takes the token.
 struct Liar {
@@ -19,13 +19,13 @@ struct Liar {
 
 impl Station for Liar {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        let Telegram::Frame(frame) = telegram else { return None };
+        let Telegram::Data(frame) = telegram else { return None };
         if frame.da != self.address {
             return None;
         }
         self.asked += 1;
         let control = Control::Response { station: self.station, status: Status::Ok };
-        let answer = Telegram::Frame(Frame::short(frame.sa, self.address, control));
+        let answer = Telegram::Data(DataTelegram::short(frame.sa, self.address, control));
         let length = answer.emit(&mut self.octets).ok()?;
         Some(Transmit { not_before: end + 11, octets: self.octets.get(..length)? })
     }
@@ -75,7 +75,7 @@ type Class1 = Master<8, 8>;
 fn slaves_that_come_and_go_leave_the_books_right() {
     for seed in 0..6 {
         let mut random = Random::new(seed);
-        let mut bus = Bus::new(BAUD);
+        let mut bus = Segment::new(BAUD);
         let addresses: [[u8; 4]; 2] = [[30, 31, 32, 33], [40, 41, 42, 43]];
         let slaves: Vec<_> =
             addresses.iter().flatten().map(|address| bus.attach(Slave::new(Plain::new(), *address, BAUD))).collect();

@@ -2,12 +2,12 @@
 
 use crate::line::{Bounds, Line};
 use profivac_sim::stations::Tester;
-use profivac_sim::{Fault, Handle, Noise, Random, Tamper};
+use profivac_sim::{Fault, Noise, Random, StationHandle, TelegramFault};
 
 const ADDRESSES: [u8; 5] = [1, 4, 7, 10, 13];
 
 /// One thing happens. `left` has a bit for each master that was told to leave, and does so when it can.
-fn happen(line: &mut Line, ghost: Handle<Tester>, left: &mut u16, random: &mut Random) {
+fn happen(line: &mut Line, ghost: StationHandle<Tester>, left: &mut u16, random: &mut Random) {
     let address = ADDRESSES[random.below(5) as usize];
     let master = line.handle(address);
     match random.below(10) {
@@ -26,7 +26,7 @@ fn happen(line: &mut Line, ghost: Handle<Tester>, left: &mut u16, random: &mut R
             line.bus.station_mut(master).leave();
             *left |= 1 << address;
         }
-        _ => line.bus.inject(Fault::Tamper(master.id(), Tamper::Lose(random.below(3) as usize))),
+        _ => line.bus.inject(Fault::Telegram(master.id(), TelegramFault::Lose(random.below(3) as usize))),
     }
 }
 

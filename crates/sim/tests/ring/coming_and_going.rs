@@ -2,7 +2,7 @@
 
 use crate::common::Plain;
 use crate::line::{BAUD, Bounds, HSA, Line};
-use profivac_dp::link::active::Standing;
+use profivac_dp::link::active::RingState;
 use profivac_dp::slave::Slave;
 use profivac_wire::control::StationType;
 
@@ -38,14 +38,14 @@ fn a_newcomer_says_what_it_is_before_it_is_let_in() {
     let mut line = Line::whole(&[2, 9]);
     line.add(5);
     let mut seen = Vec::new();
-    while seen.last() != Some(&Standing::InRing) {
-        let standing = line.master(5).standing();
+    while seen.last() != Some(&RingState::InRing) {
+        let standing = line.master(5).ring_state();
         if seen.last() != Some(&standing) {
             seen.push(standing);
         }
         line.bus.run_for(10).unwrap();
     }
-    assert_eq!(seen, [Standing::Listening, Standing::Ready, Standing::InRing]);
+    assert_eq!(seen, [RingState::Listening, RingState::Ready, RingState::InRing]);
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn a_master_that_leaves_passes_the_token_on_and_falls_silent() {
         line.bus.station_mut(leaver).leave();
         line.becomes_whole(&[2, 9], Bounds::of(&[2, 9]).token_lost(1)).unwrap();
         let master = line.master(5);
-        assert_eq!((master.standing(), master.user.failed), (Standing::Offline, 0), "after {after}");
+        assert_eq!((master.ring_state(), master.user.failed), (RingState::Offline, 0), "after {after}");
         assert_eq!(master.masters().collect::<Vec<_>>(), [2, 9]);
         // The token was never lost, so nobody had to claim it.
         for address in [5, 9] {
@@ -108,7 +108,7 @@ fn slaves_between_the_masters_are_found_and_disturb_nobody() {
     line.bus.run_for(Bounds::of(&[2, 9]).join()).unwrap();
     line.stays_whole(&[2, 9]).unwrap();
     let slaves = |master| {
-        let live = line.master(master).live().filter(|(_, kind)| *kind == StationType::Slave);
+        let live = line.master(master).live_list().filter(|(_, kind)| *kind == StationType::Slave);
         live.map(|(address, _)| address).collect::<Vec<_>>()
     };
     // The GAP of 2 ends before 9, that of 9 begins after it.
@@ -121,7 +121,7 @@ fn a_master_above_hsa_joins_when_hsa_is_raised() {
     let mut line = Line::whole(&[2, 5]);
     line.add(HSA + 3);
     line.bus.run_for(Bounds::of(&[2, 5]).join()).unwrap();
-    assert_eq!(line.master(HSA + 3).standing(), Standing::Ready);
+    assert_eq!(line.master(HSA + 3).ring_state(), RingState::Ready);
     line.stays_whole(&[2, 5]).unwrap();
     for address in [2, 5] {
         let master = line.handle(address);

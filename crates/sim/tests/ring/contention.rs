@@ -5,10 +5,12 @@ use crate::common::{CFG, IDENT, Plain};
 use crate::line::{BAUD, CONFUSION, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::master::{Master, Mode, Ms2Parameters, Outcome, Phase, Settings, SlaveParameters, What, services};
+use profivac_dp::master::{
+    EventKind, Master, Mode, Ms2Parameters, Outcome, Phase, Settings, SlaveParameters, services,
+};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::stations::Tester;
-use profivac_sim::{Bus, Handle, Random};
+use profivac_sim::{Random, Segment, StationHandle};
 
 type Class1 = Master<4, 8>;
 
@@ -25,8 +27,8 @@ fn class1(address: u8, slaves: &[u8], rotation_tbit: u32) -> Active<Class1> {
 }
 
 struct Pair {
-    bus: Bus,
-    masters: [Handle<Active<Class1>>; 2],
+    bus: Segment,
+    masters: [StationHandle<Active<Class1>>; 2],
     connections: [profivac_dp::master::Handle; 2],
     reads: [u32; 2],
     raw: [u32; 2],
@@ -36,7 +38,7 @@ const SLAVES: [[u8; 4]; 2] = [[30, 31, 32, 33], [40, 41, 42, 43]];
 
 impl Pair {
     fn new(rotation_tbit: u32) -> Self {
-        let mut bus = Bus::new(BAUD);
+        let mut bus = Segment::new(BAUD);
         for address in SLAVES.iter().flatten() {
             let features = Features { sync: true, freeze: true, dpv1: true, ms1: true };
             bus.attach(Slave::new(Plain { features, ..Plain::new() }, *address, BAUD));
@@ -70,8 +72,8 @@ impl Pair {
                 // Busy: the one before is not over.
                 let _ = master.ms2_read(connection, 1, 16, 8);
             }
-            self.raw[number] += u32::from(master.take().is_some());
-            let _ = master.submit(&services::slave_diag(slaves[1]));
+            self.raw[number] += u32::from(master.take_confirmation().is_some());
+            let _ = master.submit_request(&services::slave_diag(slaves[1]));
         }
     }
 
@@ -81,7 +83,7 @@ impl Pair {
             let master = &mut self.bus.station_mut(station).user;
             assert_eq!(master.exchanging(), 4, "{name}");
             let told = std::iter::from_fn(|| master.next_event());
-            let told: Vec<_> = told.filter(|event| !matches!(event.what, What::Acyclic(..))).collect();
+            let told: Vec<_> = told.filter(|event| !matches!(event.kind, EventKind::Acyclic(..))).collect();
             assert_eq!(told, [], "{name}");
             assert_eq!(slaves.map(|slave| master.counters(slave).unwrap().starts), [1; 4], "{name}");
         }

@@ -9,10 +9,10 @@ use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
 use profirust::{Baudrate, time};
-use profivac_dp::link::active::{Active, BusParameters, Standing};
+use profivac_dp::link::active::{Active, BusParameters, RingState};
 use profivac_dp::link::{Baud, BitTime, Station, Transmit};
 use profivac_dp::slave::Slave;
-use profivac_sim::{Bus, Fault, Handle};
+use profivac_sim::{Fault, Segment, StationHandle};
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 
 const BAUD: Baud = Baud::B500000;
@@ -130,8 +130,8 @@ fn ours(address: u8, now: BitTime) -> Master {
 }
 
 /// Ours at these addresses and profirust, all switched on at once, and their slaves.
-fn line(addresses: &[u8]) -> (Bus, Vec<Handle<Master>>, Handle<Foreign>) {
-    let mut bus = Bus::new(BAUD);
+fn line(addresses: &[u8]) -> (Segment, Vec<StationHandle<Master>>, StationHandle<Foreign>) {
+    let mut bus = Segment::new(BAUD);
     bus.attach(Slave::<_>::new(Plain::new(), SLAVE, BAUD));
     let mut masters = Vec::new();
     for address in addresses {
@@ -150,7 +150,8 @@ fn profirust_and_ours_are_one_ring_and_each_exchanges_with_its_slave() {
         let mut all = addresses.to_vec();
         all.push(ADDRESS);
         bus.run_for(Bounds::of(&all).begin(all.len())).unwrap_or_else(|foul| panic!("{addresses:?}: {foul}"));
-        let answered = |bus: &Bus| masters.iter().map(|master| bus.station(*master).user.answered).collect::<Vec<_>>();
+        let answered =
+            |bus: &Segment| masters.iter().map(|master| bus.station(*master).user.answered).collect::<Vec<_>>();
         let (before, theirs) = (answered(&bus), exchanges(&bus, foreign));
         bus.expect_ring(&all, bus.now());
         bus.run_for(500_000).unwrap_or_else(|foul| panic!("{addresses:?}: {foul}"));
@@ -162,18 +163,18 @@ fn profirust_and_ours_are_one_ring_and_each_exchanges_with_its_slave() {
         assert!(foreign.exchanges > theirs + 100, "{addresses:?}: {} exchanges", foreign.exchanges - theirs);
         for ((master, before), after) in masters.iter().zip(before).zip(answered(&bus)) {
             assert!(after > before + 100, "{addresses:?}: {} answers", after - before);
-            assert_eq!(bus.station(*master).standing(), Standing::InRing);
+            assert_eq!(bus.station(*master).ring_state(), RingState::InRing);
             assert_eq!(bus.station(*master).user.failed, 0);
         }
     }
 }
 
-fn exchanges(bus: &Bus, foreign: Handle<Foreign>) -> u32 {
+fn exchanges(bus: &Segment, foreign: StationHandle<Foreign>) -> u32 {
     bus.station(foreign).exchanges
 }
 
 /// The ring of ours at 2 and 9, and profirust, whole since a while.
-fn ring_of_three() -> (Bus, Vec<Handle<Master>>, Handle<Foreign>) {
+fn ring_of_three() -> (Segment, Vec<StationHandle<Master>>, StationHandle<Foreign>) {
     let (mut bus, masters, foreign) = line(&[2, 9]);
     bus.run_for(Bounds::of(&[2, ADDRESS, 9]).begin(3)).unwrap();
     (bus, masters, foreign)
@@ -211,7 +212,7 @@ fn profirust_takes_ours_in_again() {
         bus.run_for(Bounds::of(&[2, ADDRESS, 9]).join()).unwrap_or_else(|foul| panic!("{after}: {foul}"));
         bus.expect_ring(&[2, ADDRESS, 9], bus.now());
         bus.run_for(30_000).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        assert_eq!(bus.station(masters[1]).standing(), Standing::InRing, "{after}");
+        assert_eq!(bus.station(masters[1]).ring_state(), RingState::InRing, "{after}");
         assert!(exchanges(&bus, foreign) > before + 20, "{after}");
     }
 }

@@ -1,11 +1,11 @@
 //! A line with masters that each ask a slave of their own, and how long their ring may take to be whole again.
 
 use crate::common::Plain;
-use profivac_dp::link::active::{Active, BusParameters, Confirmation, Priority, Request, Requests, Standing};
+use profivac_dp::link::active::{Active, BusParameters, Confirmation, FdlUser, Priority, Request, RingState};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::services;
 use profivac_dp::slave::Slave;
-use profivac_sim::{Bus, Fault, Foul, Handle, Rule};
+use profivac_sim::{Fault, Rule, Segment, StationHandle, Violation};
 
 /// What may happen while nobody can know who has the token.
 pub const CONFUSION: [Rule; 10] = [
@@ -13,8 +13,8 @@ pub const CONFUSION: [Rule; 10] = [
     Rule::Syn,
     Rule::Id1,
     Rule::Id2,
-    Rule::Impatient,
-    Rule::Unasked,
+    Rule::BeforeSlotTime,
+    Rule::Unrequested,
     Rule::SecondAnswer,
     Rule::NoToken,
     Rule::SecondToken,
@@ -41,8 +41,8 @@ impl Asker {
     }
 }
 
-impl Requests for Asker {
-    fn next(&mut self, priority: Priority, _now: BitTime) -> Option<Request<'_>> {
+impl FdlUser for Asker {
+    fn next_request(&mut self, priority: Priority, _now: BitTime) -> Option<Request<'_>> {
         if priority == Priority::Low {
             return None;
         }
@@ -131,8 +131,8 @@ impl Bounds {
 }
 
 pub struct Line {
-    pub bus: Bus,
-    pub masters: Vec<(u8, Handle<Master>)>,
+    pub bus: Segment,
+    pub masters: Vec<(u8, StationHandle<Master>)>,
 }
 
 impl Line {
@@ -143,7 +143,7 @@ impl Line {
 
     /// The same with a place on the cable for each master and its slave.
     pub fn along(places: &[(u8, u64)]) -> Self {
-        let mut line = Self { bus: Bus::new(BAUD), masters: Vec::new() };
+        let mut line = Self { bus: Segment::new(BAUD), masters: Vec::new() };
         for (address, position) in places {
             line.bus.attach_at(*position, Slave::<_>::new(Plain::new(), slave_of(*address), BAUD));
             let master = line.bus.attach_at(*position, master(*address, BitTime(0)));
@@ -187,7 +187,7 @@ impl Line {
         self.masters.iter().map(|(address, _)| *address).find(|address| self.master(*address).has_token())
     }
 
-    pub fn handle(&self, address: u8) -> Handle<Master> {
+    pub fn handle(&self, address: u8) -> StationHandle<Master> {
         let found = self.masters.iter().find(|(other, _)| *other == address);
         found.expect("a master of this line").1
     }
@@ -216,12 +216,12 @@ impl Line {
 
     /// The ring consists of `addresses` within `bound_tbit`, and stays so: the referee watches every token of the next
     /// rotations, everybody knows everybody, and everybody gets answers from its slave.
-    pub fn becomes_whole(&mut self, addresses: &[u8], bound_tbit: u64) -> Result<(), Box<Foul>> {
+    pub fn becomes_whole(&mut self, addresses: &[u8], bound_tbit: u64) -> Result<(), Box<Violation>> {
         self.bus.run_for(bound_tbit)?;
         self.stays_whole(addresses)
     }
 
-    pub fn stays_whole(&mut self, addresses: &[u8]) -> Result<(), Box<Foul>> {
+    pub fn stays_whole(&mut self, addresses: &[u8]) -> Result<(), Box<Violation>> {
         self.bus.expect_ring(addresses, self.bus.now());
         let before = self.answers(addresses);
         self.bus.run_for(4 * Bounds::of(addresses).rotation)?;
@@ -229,7 +229,7 @@ impl Line {
         self.bus.expect_ring(&[], self.bus.now());
         for (place, address) in addresses.iter().enumerate() {
             let master = self.master(*address);
-            assert_eq!(master.standing(), Standing::InRing, "{address} {}", self.bus.trace());
+            assert_eq!(master.ring_state(), RingState::InRing, "{address} {}", self.bus.trace());
             let known: Vec<u8> = master.masters().collect();
             let mut all = addresses.to_vec();
             all.sort_unstable();

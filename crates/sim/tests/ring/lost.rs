@@ -4,8 +4,8 @@ use crate::common::{CFG, IDENT, Plain};
 use crate::line::{BAUD, Bounds, Line, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
-use profivac_dp::slave::{Slave, State};
-use profivac_sim::{Bus, Fault, Noise, Tamper};
+use profivac_dp::slave::{Slave, SlaveState};
+use profivac_sim::{Fault, Noise, Segment, TelegramFault};
 
 type Class1 = Master<2, 8>;
 
@@ -84,7 +84,7 @@ fn two_of_five_lose_power_at_once() {
 #[test]
 fn the_slaves_of_others_stay_in_data_exchange() {
     for after in (0..2_000).step_by(97) {
-        let mut bus = Bus::new(BAUD);
+        let mut bus = Segment::new(BAUD);
         let class1 = |address: u8, slaves: [u8; 2]| {
             let mut master = Class1::on(parameters(address), Settings::new(BAUD), BitTime(0));
             for slave in slaves {
@@ -96,7 +96,7 @@ fn the_slaves_of_others_stay_in_data_exchange() {
         };
         let masters = [(2, [30, 31]), (5, [32, 33])].map(|(address, slaves)| bus.attach(class1(address, slaves)));
         let slaves = [30, 31, 32, 33].map(|address| bus.attach(Slave::new(Plain::new(), address, BAUD)));
-        let states = |bus: &Bus| slaves.map(|slave| matches!(bus.station(slave).state(), State::DataExch(..)));
+        let states = |bus: &Segment| slaves.map(|slave| matches!(bus.station(slave).state(), SlaveState::DataExch(..)));
         bus.run_for(Bounds::of(&[2, 5]).begin(2) + 100_000 + after).unwrap();
         assert_eq!(states(&bus), [true; 4]);
         bus.inject(Fault::Power(masters[0].id(), false));
@@ -124,7 +124,7 @@ fn a_damaged_token_is_repeated_or_put_right() {
                 line.bus.run_for(1).unwrap();
             }
             let flips = if first == second { vec![first] } else { vec![first, second] };
-            line.bus.inject(Fault::Tamper(line.handle(5).id(), Tamper::Flip(flips.clone())));
+            line.bus.inject(Fault::Telegram(line.handle(5).id(), TelegramFault::Flip(flips.clone())));
             let bounds = Bounds::of(&ADDRESSES);
             let bound = bounds.token_lost(1) + bounds.join();
             line.becomes_whole(&ADDRESSES, bound).unwrap_or_else(|foul| panic!("{flips:?}: {foul}"));

@@ -2,7 +2,7 @@
 
 use crate::common::Plain;
 use crate::line::{BAUD, Bounds, Line, Master, master, slave_of};
-use profivac_dp::link::active::Standing;
+use profivac_dp::link::active::RingState;
 use profivac_dp::link::{BitTime, Station, Transmit};
 use profivac_dp::slave::Slave;
 use profivac_sim::Fault;
@@ -42,7 +42,7 @@ fn two_masters_in_step_find_each_other() {
             let master = line.bus.attach(master(address, BitTime(begins)));
             line.masters.push((address, master));
         }
-        line.bus.record(usize::MAX);
+        line.bus.set_trace_length(usize::MAX);
         line.in_confusion(20_000);
         let starts: Vec<_> = line.bus.trace().entries.iter().map(|entry| entry.start).collect();
         assert!(starts.windows(2).any(|pair| pair[0] == pair[1]), "{one} and {other} were never in step");
@@ -76,7 +76,7 @@ fn a_second_master_with_an_address_of_the_ring_keeps_silent_until_the_first_is_g
     line.bus.run_for(100_000).unwrap();
     line.stays_whole(&[2, 5, 9]).unwrap();
     let silent = line.bus.station(twin);
-    assert_eq!((silent.standing(), silent.user.answered + silent.user.failed), (Standing::AddressTaken, 0));
+    assert_eq!((silent.ring_state(), silent.user.answered + silent.user.failed), (RingState::AddressTaken, 0));
     assert!(silent.ring_counters().own_address >= 2);
     assert_eq!(line.master(5).ring_counters().own_address, 0, "it was never heard");
     // The first goes; the second takes its place.
@@ -93,7 +93,7 @@ fn a_second_master_keeps_silent_beside_one_that_is_alone() {
     let twin = line.bus.attach(master(2, now));
     line.bus.run_for(100_000).unwrap();
     line.stays_whole(&[2]).unwrap();
-    assert_eq!(line.bus.station(twin).standing(), Standing::AddressTaken);
+    assert_eq!(line.bus.station(twin).ring_state(), RingState::AddressTaken);
     line.switch_off(2);
     line.bus.run_for(Bounds::of(&[2]).token_lost(0) * 2).unwrap();
     line.masters[0].1 = twin;
@@ -108,10 +108,10 @@ fn two_masters_with_one_address_that_meet_do_not_babble() {
         let twin = line.bus.attach_at(4, master(5, BitTime(0)));
         line.bus.inject(Fault::Cut(Some(2)));
         line.bus.run_for(60_000 + after).unwrap();
-        assert_eq!(line.bus.station(twin).standing(), Standing::InRing);
+        assert_eq!(line.bus.station(twin).ring_state(), RingState::InRing);
         line.bus.inject(Fault::Cut(None));
         line.in_confusion(Bounds::of(&[2, 5]).begin(3));
-        if line.master(5).standing() != Standing::InRing {
+        if line.master(5).ring_state() != RingState::InRing {
             line.masters[1].1 = twin;
         }
         line.stays_whole(&[2, 5]).unwrap_or_else(|foul| panic!("{after}: {foul}"));
@@ -178,7 +178,7 @@ fn an_adapter_that_echoes_is_no_second_master() {
         line.bus.expect_ring(&[2, 5, 9], line.bus.now());
         line.bus.run_for(50_000).unwrap();
         let master = &line.bus.station(echoing).master;
-        assert_eq!((master.standing(), master.ring_counters().own_address), (Standing::InRing, 0));
+        assert_eq!((master.ring_state(), master.ring_counters().own_address), (RingState::InRing, 0));
         assert!(master.user.answered > 20 && master.user.failed == 0);
         // A successor that goes is noticed although the token comes back.
         line.switch_off(9);

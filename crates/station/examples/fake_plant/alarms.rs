@@ -1,11 +1,11 @@
 //! Alarms over the scenery: some stand from the beginning, one is acknowledged, one out of service.
 
 use crate::gauges::Fake;
-use profivac_station::act::Actor;
-use profivac_station::alarm::watcher::sight;
+use profivac_station::alarm::thread::inputs;
+use profivac_station::auth::{Role, User};
 use profivac_station::config::Config;
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Plant;
+use profivac_station::control::Actor;
+use profivac_station::services::Services;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
@@ -55,15 +55,15 @@ segment = { delay = "0 s" }
 "#;
 
 /// Begins to watch, and does what people have done already.
-pub fn begin(plant: &Plant, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
+pub fn begin(plant: &Services, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
     let config = Config::parse(&file(fakes)?, Path::new("fake.toml"))?;
     plant.alarms().begin(plant, config.alarms, Vec::new())?;
-    let look = || plant.alarms().look(plant.recorder(), &sight(plant));
+    let look = || plant.alarms().evaluate(plant.recorder(), &inputs(plant));
     look();
     let known = plant.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
     let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();
     plant.alarms().acknowledge(plant.recorder(), "segment bench: down", occurrence, &actor("olga", Role::Operator))?;
-    plant.alarms().take_out(
+    plant.alarms().take_out_of_service(
         plant.recorder(),
         "spare: no data",
         &actor("ada", Role::Engineer),
@@ -74,7 +74,7 @@ pub fn begin(plant: &Plant, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
 }
 
 fn actor(name: &str, role: Role) -> Actor {
-    Actor { person: Person { name: name.into(), role }, peer: None }
+    Actor { user: User { name: name.into(), role }, peer: None }
 }
 
 fn file(fakes: &[Fake]) -> Result<String, std::fmt::Error> {

@@ -1,7 +1,7 @@
 //! Gauges, and what each shows at every second: fields of constants and a shape.
 
 use profivac_recorder::Quality;
-use profivac_station::view::{Gauge, Reading, Standing, TripLevel};
+use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ pub struct Fake {
     /// Ident_Number.
     pub ident: &'static str,
     /// What it is to the station.
-    pub standing: Standing,
+    pub standing: BusStationState,
     gas: &'static str,
     factor: f64,
     /// Lowest and highest pressure in Pa that it can measure.
@@ -64,7 +64,7 @@ const HALL: Fake = Fake {
     address: 0,
     device: "bcg450",
     ident: "0x0A05",
-    standing: Standing::Exchanging,
+    standing: BusStationState::Exchanging,
     gas: "n2",
     factor: 1.0,
     range: (5e-8, 1.5e5),
@@ -85,7 +85,7 @@ pub fn all(hostile: bool) -> Vec<Fake> {
         segment: "bench",
         address: 4,
         device: "psg550",
-        standing: Standing::Missing,
+        standing: BusStationState::Missing,
         trouble: Some("/dev/ttyUSB2: the port is lost"),
         range: (5e-2, 1e5),
         parts: &[("pirani", Shape::Lost(8.7))],
@@ -141,7 +141,7 @@ fn hall() -> [Fake; 6] {
             name: "cryostat",
             address: 9,
             device: "bpg400",
-            standing: Standing::Faulty,
+            standing: BusStationState::Faulty,
             parts: &[("hot-cathode", Shape::Invalid)],
             exceptions: &["hot cathode error: filament broken", "Pirani error"],
             ..HALL
@@ -204,7 +204,7 @@ fn beam() -> [Fake; 6] {
             parts: &[("pirani", Shape::Rise)],
             ..BEAM
         },
-        Fake { name: "spare", address: 40, device: "pcg550", standing: Standing::Starting, parts: &[], ..BEAM },
+        Fake { name: "spare", address: 40, device: "pcg550", standing: BusStationState::Starting, parts: &[], ..BEAM },
     ]
 }
 
@@ -256,8 +256,8 @@ impl Fake {
         match pressure(shape, second).filter(|_| !is_silent) {
             None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Invalid },
             None => Shown { pa: None, quality: Quality::Gap },
-            Some(pa) if pa > high => Shown { pa: Some(high), quality: Quality::Over },
-            Some(pa) if pa < low => Shown { pa: Some(low), quality: Quality::Under },
+            Some(pa) if pa > high => Shown { pa: Some(high), quality: Quality::Overrange },
+            Some(pa) if pa < low => Shown { pa: Some(low), quality: Quality::Underrange },
             pa => Shown { pa, quality: Quality::Valid },
         }
     }
@@ -267,8 +267,8 @@ impl Fake {
         let told = |shown: Shown| told.map_or(shown, |pa| Shown { pa: Some(pa), quality: Quality::Valid });
         let readings = self.series(second).into_iter().zip(self.parts).enumerate();
         let age_ms = match self.standing {
-            Standing::Starting => None,
-            Standing::Missing => Some(((second + 300.0) * 1e3) as u64),
+            BusStationState::Starting => None,
+            BusStationState::Missing => Some(((second + 300.0) * 1e3) as u64),
             _ => Some(12),
         };
         Gauge {
@@ -280,7 +280,7 @@ impl Fake {
             trouble: self.trouble.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
             gas: self.gas.to_owned(),
-            levels: self.levels.iter().map(|(name, pa)| TripLevel { name: (*name).to_owned(), pa: *pa }).collect(),
+            levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings
                 .map(|(place, ((series, shown), part))| self.reading(place, &series, told(shown), part.0))
                 .collect(),

@@ -2,7 +2,7 @@
 
 use crate::gauges::Fake;
 use profivac_recorder::EventKind;
-use profivac_station::view::{OnBus, Segment, SegmentState, Standing};
+use profivac_station::view::{BusStation, BusStationState, Segment, SegmentState};
 
 /// Seconds, gauge, kind, sentence.
 pub const EVENTS: [(f64, Option<&str>, EventKind, &str); 9] = [
@@ -33,8 +33,8 @@ pub fn all(fakes: &[Fake], second: f64) -> Vec<Segment> {
         segment.stations.extend(ours);
     }
     let [hall, ..] = &mut all;
-    hall.stations.push(other(2, Standing::Master, "another master in the ring"));
-    hall.stations.push(other(60, Standing::Foreign, "a slave that is not in the station's file"));
+    hall.stations.push(other(2, BusStationState::Master, "another master in the ring"));
+    hall.stations.push(other(60, BusStationState::Foreign, "a slave that is not in the station's file"));
     all.into_iter().collect()
 }
 
@@ -48,22 +48,22 @@ fn segment(name: &str, port: &str, baud: u32, cycle_ms: Option<f64>, damaged: u3
         trouble: None,
         cycle_ms,
         damaged,
-        stations: vec![other(1, Standing::Ourselves, "our master")],
+        stations: vec![other(1, BusStationState::Ourselves, "our master")],
     }
 }
 
-fn other(address: u8, standing: Standing, words: &str) -> OnBus {
-    OnBus { address, standing, name: None, device: None, ident: None, words: words.to_owned() }
+fn other(address: u8, standing: BusStationState, words: &str) -> BusStation {
+    BusStation { address, standing, name: None, device: None, ident: None, words: words.to_owned() }
 }
 
-fn on_bus(fake: &Fake) -> OnBus {
+fn on_bus(fake: &Fake) -> BusStation {
     let words = match (fake.trouble, fake.standing) {
         (Some(trouble), _) => trouble,
-        (None, Standing::Exchanging) => "exchanges data",
-        (None, Standing::Faulty) => "hot cathode error: filament broken, Pirani error",
+        (None, BusStationState::Exchanging) => "exchanges data",
+        (None, BusStationState::Faulty) => "hot cathode error: filament broken, Pirani error",
         (None, _) => "is being brought into data exchange",
     };
-    OnBus {
+    BusStation {
         address: fake.address,
         standing: fake.standing,
         name: Some(fake.name.to_owned()),

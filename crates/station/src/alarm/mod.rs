@@ -16,19 +16,21 @@
 //! | [`watcher`] | the thread that looks |
 //! | [`view`] | alarms as the API has them |
 
-pub mod book;
-pub mod desk;
-pub mod judge;
-pub mod paper;
+pub mod evaluate;
+pub mod persistence;
+pub mod registry;
 pub mod rule;
+pub mod service;
 pub mod state;
+pub mod thread;
 pub mod view;
-pub mod watcher;
 
-pub use book::{Book, By, Change, Life, Now, Out, Refusal, What};
-pub use desk::{Alarms, NotDone};
-pub use judge::Sight;
-pub use paper::Addressee;
+pub use evaluate::Inputs;
+pub use persistence::NotificationTarget;
+pub use registry::{
+    AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, OutOfService,
+};
 pub use rule::{Condition, Priority, Rule, Subject};
-pub use state::State;
-pub use watcher::Watcher;
+pub use service::{AlarmService, AlarmServiceError};
+pub use state::AlarmState;
+pub use thread::AlarmThread;

@@ -93,7 +93,7 @@ pub enum Condition {
         window: Duration,
     },
     /// Nothing can be told about limits of a part whose gauge is heard: there is no valid reading, or the range ends before a limit.
-    Blind {
+    NotMeasurable {
         /// These limits, in Pa.
         limits: Vec<f64>,
     },
@@ -105,14 +105,14 @@ pub enum Condition {
         behind_segment: Option<String>,
     },
     /// The segment does not run.
-    Down,
+    SegmentDown,
     /// More telegrams arrive damaged than so many in a minute.
-    Damage {
+    DamagedTelegrams {
         /// So many.
         limit: f64,
     },
     /// Nothing is being recorded.
-    Unrecorded,
+    NotRecording,
 }
 
 impl Condition {
@@ -123,12 +123,12 @@ impl Condition {
             Self::Above { .. } => "above",
             Self::Below { .. } => "below",
             Self::Rise { .. } => "rise",
-            Self::Blind { .. } => "blind",
+            Self::NotMeasurable { .. } => "blind",
             Self::Fault => "fault",
             Self::Stale { .. } => "stale",
-            Self::Down => "down",
-            Self::Damage { .. } => "damage",
-            Self::Unrecorded => "unrecorded",
+            Self::SegmentDown => "down",
+            Self::DamagedTelegrams { .. } => "damage",
+            Self::NotRecording => "unrecorded",
         }
     }
 
@@ -138,8 +138,10 @@ impl Condition {
         match self {
             Self::Above { .. } | Self::Below { .. } => Some("Pa"),
             Self::Rise { .. } => Some("decades/min"),
-            Self::Damage { .. } => Some("telegrams/min"),
-            Self::Blind { .. } | Self::Fault | Self::Stale { .. } | Self::Down | Self::Unrecorded => None,
+            Self::DamagedTelegrams { .. } => Some("telegrams/min"),
+            Self::NotMeasurable { .. } | Self::Fault | Self::Stale { .. } | Self::SegmentDown | Self::NotRecording => {
+                None
+            }
         }
     }
 
@@ -150,8 +152,10 @@ impl Condition {
             Self::Above { limit, .. }
             | Self::Below { limit, .. }
             | Self::Rise { limit, .. }
-            | Self::Damage { limit } => Some(*limit),
-            Self::Blind { .. } | Self::Fault | Self::Stale { .. } | Self::Down | Self::Unrecorded => None,
+            | Self::DamagedTelegrams { limit } => Some(*limit),
+            Self::NotMeasurable { .. } | Self::Fault | Self::Stale { .. } | Self::SegmentDown | Self::NotRecording => {
+                None
+            }
         }
     }
 
@@ -160,8 +164,10 @@ impl Condition {
     pub const fn reset(&self) -> Option<f64> {
         match self {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
-            Self::Damage { limit } => Some(*limit / 2.0),
-            Self::Blind { .. } | Self::Fault | Self::Stale { .. } | Self::Down | Self::Unrecorded => None,
+            Self::DamagedTelegrams { limit } => Some(*limit / 2.0),
+            Self::NotMeasurable { .. } | Self::Fault | Self::Stale { .. } | Self::SegmentDown | Self::NotRecording => {
+                None
+            }
         }
     }
 }

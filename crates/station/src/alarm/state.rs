@@ -21,7 +21,7 @@ use utoipa::ToSchema;
 /// Where an alarm stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum State {
+pub enum AlarmState {
     /// Its condition does not hold, and nobody needs to know anything.
     #[default]
     Normal,
@@ -39,18 +39,18 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// Its condition holds, and has for as long as it is to.
-    Stands,
+    ConditionMet,
     /// Its condition does not hold, and has not for as long as it is to.
-    Cleared,
+    ConditionCleared,
     /// Somebody says that they know.
     Acknowledge,
     /// Somebody takes it out of service.
-    TakeOut,
+    TakeOutOfService,
     /// Somebody puts it back into service, or the time is over.
-    PutBack,
+    ReturnToService,
 }
 
-impl State {
+impl AlarmState {
     /// All of them.
     pub const ALL: [Self; 5] =
         [Self::Normal, Self::Unacknowledged, Self::Acknowledged, Self::Returned, Self::OutOfService];
@@ -58,29 +58,29 @@ impl State {
     /// Where it stands afterwards; nothing if this changes nothing.
     #[must_use]
     pub const fn after(self, input: Input) -> Option<Self> {
-        use Input::{Acknowledge, Cleared, PutBack, Stands, TakeOut};
-        use State::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
+        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
+        use Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, TakeOutOfService};
         match (self, input) {
-            (Normal, Stands) => Some(Unacknowledged),
-            (Normal, TakeOut) => Some(OutOfService),
-            (Normal, Cleared | Acknowledge | PutBack) => None,
+            (Normal, ConditionMet) => Some(Unacknowledged),
+            (Normal, TakeOutOfService) => Some(OutOfService),
+            (Normal, ConditionCleared | Acknowledge | ReturnToService) => None,
 
-            (Unacknowledged, Cleared) => Some(Returned),
+            (Unacknowledged, ConditionCleared) => Some(Returned),
             (Unacknowledged, Acknowledge) => Some(Acknowledged),
-            (Unacknowledged, TakeOut) => Some(OutOfService),
-            (Unacknowledged, Stands | PutBack) => None,
+            (Unacknowledged, TakeOutOfService) => Some(OutOfService),
+            (Unacknowledged, ConditionMet | ReturnToService) => None,
 
-            (Acknowledged, Cleared) => Some(Normal),
-            (Acknowledged, TakeOut) => Some(OutOfService),
-            (Acknowledged, Stands | Acknowledge | PutBack) => None,
+            (Acknowledged, ConditionCleared) => Some(Normal),
+            (Acknowledged, TakeOutOfService) => Some(OutOfService),
+            (Acknowledged, ConditionMet | Acknowledge | ReturnToService) => None,
 
-            (Returned, Stands) => Some(Unacknowledged),
+            (Returned, ConditionMet) => Some(Unacknowledged),
             (Returned, Acknowledge) => Some(Normal),
-            (Returned, TakeOut) => Some(OutOfService),
-            (Returned, Cleared | PutBack) => None,
+            (Returned, TakeOutOfService) => Some(OutOfService),
+            (Returned, ConditionCleared | ReturnToService) => None,
 
-            (OutOfService, PutBack) => Some(Normal),
-            (OutOfService, Stands | Cleared | Acknowledge | TakeOut) => None,
+            (OutOfService, ReturnToService) => Some(Normal),
+            (OutOfService, ConditionMet | ConditionCleared | Acknowledge | TakeOutOfService) => None,
         }
     }
 
@@ -92,7 +92,7 @@ impl State {
 
     /// Whether it waits for somebody to say that they know.
     #[must_use]
-    pub const fn wants_acknowledgement(self) -> bool {
+    pub const fn needs_acknowledgement(self) -> bool {
         matches!(self, Self::Unacknowledged | Self::Returned)
     }
 
@@ -117,12 +117,12 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use super::Input::{Acknowledge, Cleared, PutBack, Stands, TakeOut};
-    use super::State::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
+    use super::AlarmState::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
+    use super::Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, TakeOutOfService};
     use super::*;
 
     /// Row by row: the state, then what each input makes of it; the state itself where it changes nothing.
-    const TABLE: [(State, [State; 5]); 5] = [
+    const TABLE: [(AlarmState, [AlarmState; 5]); 5] = [
         //                 Stands          Cleared       Acknowledge   TakeOut       PutBack
         (Normal, [Unacknowledged, Normal, Normal, OutOfService, Normal]),
         (Unacknowledged, [Unacknowledged, Returned, Acknowledged, OutOfService, Unacknowledged]),
@@ -134,7 +134,9 @@ mod tests {
     #[test]
     fn each_input_leads_from_each_state_where_the_table_says() {
         for (state, row) in TABLE {
-            for (input, next) in [Stands, Cleared, Acknowledge, TakeOut, PutBack].into_iter().zip(row) {
+            for (input, next) in
+                [ConditionMet, ConditionCleared, Acknowledge, TakeOutOfService, ReturnToService].into_iter().zip(row)
+            {
                 assert_eq!(state.after(input), (next != state).then_some(next), "{state:?} {input:?}");
             }
         }
@@ -142,7 +144,7 @@ mod tests {
 
     #[test]
     fn an_alarm_that_stands_becomes_normal_only_through_a_person() {
-        let silent = TABLE.iter().filter(|(state, _)| state.wants_acknowledgement());
+        let silent = TABLE.iter().filter(|(state, _)| state.needs_acknowledgement());
         for (state, [stands, cleared, ..]) in silent {
             assert!(![stands, cleared].contains(&&Normal), "{state:?}");
         }
@@ -150,8 +152,8 @@ mod tests {
 
     #[test]
     fn a_word_means_one_state() {
-        for state in State::ALL {
-            assert_eq!(State::from_word(state.word()), Some(state));
+        for state in AlarmState::ALL {
+            assert_eq!(AlarmState::from_word(state.word()), Some(state));
             assert_eq!(serde_json::to_value(state).unwrap(), state.word());
         }
     }

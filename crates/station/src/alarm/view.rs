@@ -1,16 +1,16 @@
 //! Alarms as the API and the dashboard have them. Times are milliseconds since 1970.
 
-use super::book::Entry;
+use super::registry::RegisteredAlarm;
 use super::rule::{Priority, Subject};
-use super::state::State;
-use crate::view::milliseconds;
-use profivac_recorder::alarms::Line;
+use super::state::AlarmState;
+use crate::view::unix_ms;
+use profivac_recorder::alarms::AlarmHistoryEntry;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 /// An alarm.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Alarm {
+pub struct AlarmView {
     /// Its name.
     pub name: String,
     /// What is watched: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
@@ -24,7 +24,7 @@ pub struct Alarm {
     /// How soon somebody must do something.
     pub priority: Priority,
     /// Where it stands.
-    pub state: State,
+    pub state: AlarmState,
     /// Since when it stands there; nothing if nothing ever became of it.
     pub since_ms: Option<i64>,
     /// Which time it was raised, to be given when it is acknowledged; 0 if it never was.
@@ -48,14 +48,14 @@ pub struct Alarm {
     /// When.
     pub acknowledged_ms: Option<i64>,
     /// Why it is out of service.
-    pub out_of_service: Option<OutOfService>,
+    pub out_of_service: Option<OutOfServiceView>,
     /// What is to be done, as the file says.
     pub message: Option<String>,
 }
 
 /// Why an alarm is out of service.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct OutOfService {
+pub struct OutOfServiceView {
     /// Who took it out.
     pub who: String,
     /// When.
@@ -66,15 +66,15 @@ pub struct OutOfService {
     pub until_ms: Option<i64>,
 }
 
-impl From<&Entry> for Alarm {
-    fn from(entry: &Entry) -> Self {
-        let (rule, life) = (entry.rule(), entry.life());
+impl From<&RegisteredAlarm> for AlarmView {
+    fn from(entry: &RegisteredAlarm) -> Self {
+        let (rule, life) = (entry.rule(), entry.status());
         let (series, segment) = match &rule.subject {
             Subject::Series { series, .. } => (Some(series.clone()), None),
             Subject::Segment(segment) => (None, Some(segment.clone())),
             Subject::Gauge(_) | Subject::Station => (None, None),
         };
-        let acknowledged = life.acknowledged.as_ref().filter(|_| life.state != State::Unacknowledged);
+        let acknowledged = life.acknowledged.as_ref().filter(|_| life.state != AlarmState::Unacknowledged);
         let out = life.out.as_ref();
         Self {
             name: rule.name.clone(),
@@ -84,22 +84,22 @@ impl From<&Entry> for Alarm {
             segment,
             priority: rule.priority,
             state: life.state,
-            since_ms: (life.occurrence > 0 || life.state != State::Normal).then(|| milliseconds(life.since)),
+            since_ms: (life.occurrence > 0 || life.state != AlarmState::Normal).then(|| unix_ms(life.since)),
             occurrence: life.occurrence,
-            raised_ms: life.raised.map(milliseconds),
+            raised_ms: life.raised.map(unix_ms),
             raised_value: life.value,
             text: life.text.clone(),
             value: entry.value(),
             limit: rule.condition.limit(),
             reset: rule.condition.reset(),
             unit: rule.condition.unit(),
-            acknowledged_by: acknowledged.map(|by| by.who.clone()),
-            acknowledged_ms: acknowledged.map(|by| milliseconds(by.at)),
-            out_of_service: out.map(|out| OutOfService {
-                who: out.by.who.clone(),
-                at_ms: milliseconds(out.by.at),
+            acknowledged_by: acknowledged.map(|by| by.user.clone()),
+            acknowledged_ms: acknowledged.map(|by| unix_ms(by.at)),
+            out_of_service: out.map(|out| OutOfServiceView {
+                who: out.by.user.clone(),
+                at_ms: unix_ms(out.by.at),
                 reason: out.reason.clone(),
-                until_ms: out.until.map(milliseconds),
+                until_ms: out.until.map(unix_ms),
             }),
             message: rule.message.clone(),
         }
@@ -108,7 +108,7 @@ impl From<&Entry> for Alarm {
 
 /// How many alarms of a priority there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Count {
+pub struct AlarmCount {
     /// Whose condition holds.
     pub active: usize,
     /// That nobody has acknowledged, whether their condition holds or not any more.
@@ -117,64 +117,67 @@ pub struct Count {
 
 /// What must be known about alarms at a moment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
-pub struct Standing {
+pub struct AlarmOverview {
     /// Why what is told here may be wrong: nobody has looked for long, or it cannot be written.
     pub trouble: Option<String>,
     /// Of high priority.
-    pub high: Count,
+    pub high: AlarmCount,
     /// Of medium priority.
-    pub medium: Count,
+    pub medium: AlarmCount,
     /// Of low priority.
-    pub low: Count,
+    pub low: AlarmCount,
     /// How many are out of service.
     pub out_of_service: usize,
     /// All that are neither normal nor out of service, the most urgent first; of very many only the first.
-    pub list: Vec<Alarm>,
+    pub list: Vec<AlarmView>,
     /// How many there are beyond the list.
     pub more: usize,
 }
 
 /// So many stand in the list of a moment, which is sent four times a second.
-const LISTED: usize = 50;
+const MAX_LISTED: usize = 50;
 
-impl Standing {
+impl AlarmOverview {
     /// What must be known about these.
     #[must_use]
-    pub fn of(entries: &[Entry], trouble: Option<String>) -> Self {
+    pub fn of(entries: &[RegisteredAlarm], trouble: Option<String>) -> Self {
         let mut standing = Self { trouble, ..Self::default() };
         let mut list = Vec::new();
         for entry in entries {
-            let state = entry.life().state;
+            let state = entry.status().state;
             let count = match entry.rule().priority {
                 Priority::High => &mut standing.high,
                 Priority::Medium => &mut standing.medium,
                 Priority::Low => &mut standing.low,
             };
             count.active = count.active.saturating_add(usize::from(state.is_active()));
-            count.unacknowledged = count.unacknowledged.saturating_add(usize::from(state.wants_acknowledgement()));
+            count.unacknowledged = count.unacknowledged.saturating_add(usize::from(state.needs_acknowledgement()));
             match state {
-                State::Normal => {}
-                State::OutOfService => standing.out_of_service = standing.out_of_service.saturating_add(1),
-                State::Unacknowledged | State::Acknowledged | State::Returned => list.push(Alarm::from(entry)),
+                AlarmState::Normal => {}
+                AlarmState::OutOfService => standing.out_of_service = standing.out_of_service.saturating_add(1),
+                AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned => {
+                    list.push(AlarmView::from(entry))
+                }
             }
         }
         list.sort_by(urgency);
-        standing.more = list.len().saturating_sub(LISTED);
-        list.truncate(LISTED);
+        standing.more = list.len().saturating_sub(MAX_LISTED);
+        list.truncate(MAX_LISTED);
         Self { list, ..standing }
     }
 }
 
 /// What holds comes first; among these the highest priority, then what nobody knows of, then the latest.
-fn urgency(one: &Alarm, other: &Alarm) -> std::cmp::Ordering {
-    let rank =
-        |alarm: &Alarm| (alarm.state.is_active(), alarm.priority, alarm.state.wants_acknowledgement(), alarm.since_ms);
+fn urgency(one: &AlarmView, other: &AlarmView) -> std::cmp::Ordering {
+    let rank = |alarm: &AlarmView| {
+        (alarm.state.is_active(), alarm.priority, alarm.state.needs_acknowledgement(), alarm.since_ms)
+    };
     rank(other).cmp(&rank(one))
 }
 
 /// A line of the history.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Event {
+pub struct AlarmHistoryView {
     /// When.
     pub at_ms: i64,
     /// The alarm.
@@ -199,10 +202,11 @@ pub struct Event {
     pub text: String,
 }
 
-impl From<Line> for Event {
-    fn from(line: Line) -> Self {
-        let Line { at, alarm, what, state, priority, subject, occurrence, who, value, unit, text } = line;
-        let at_ms = milliseconds(at);
+impl From<AlarmHistoryEntry> for AlarmHistoryView {
+    fn from(line: AlarmHistoryEntry) -> Self {
+        let AlarmHistoryEntry { at, alarm, change: what, state, priority, subject, occurrence, who, value, unit, text } =
+            line;
+        let at_ms = unix_ms(at);
         Self { at_ms, alarm, what, state, priority, subject, occurrence, who, value, unit, text }
     }
 }

@@ -1,14 +1,14 @@
 //! Alarms: what stands, what happened, and what people do about it.
 
-use super::archive::{Archive, stopped};
 use super::body::Body;
+use super::database::{DatabaseReaders, task_failed};
+use super::history::{checked_range, parsed_query, time_range};
 use super::problem::Problem;
-use super::recorded::{taken, times, within};
-use crate::act::Actor;
-use crate::alarm::view::{Alarm, Event};
-use crate::alarm::{NotDone, Refusal};
-use crate::people::Role;
-use crate::plant::Plant;
+use crate::alarm::view::{AlarmHistoryView, AlarmView};
+use crate::alarm::{AlarmError, AlarmServiceError};
+use crate::auth::Role;
+use crate::control::Actor;
+use crate::services::Services;
 use crate::webhook::WebhookView;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -32,7 +32,7 @@ const MOST_TOGETHER: usize = 1_000;
 
 /// Which time, and of which alarm.
 #[derive(Debug, Deserialize, IntoParams)]
-pub struct Past {
+pub struct HistoryQuery {
     /// The beginning, in milliseconds since 1970.
     from: i64,
     /// The end.
@@ -46,7 +46,7 @@ pub struct Past {
 /// What somebody has seen.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Seen {
+pub struct Acknowledge {
     /// Which time the alarm was raised, as it stands in what they have seen.
     occurrence: i64,
 }
@@ -54,7 +54,7 @@ pub struct Seen {
 /// An alarm that somebody has seen.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SeenAlarm {
+pub struct AcknowledgeOne {
     /// Its name.
     name: String,
     /// Which time it was raised.
@@ -64,15 +64,15 @@ pub struct SeenAlarm {
 /// Alarms that somebody has seen.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SeenAlarms {
+pub struct AcknowledgeAll {
     /// All of them, 1 to 1000.
-    alarms: Vec<SeenAlarm>,
+    alarms: Vec<AcknowledgeOne>,
 }
 
 /// Why, and for how long.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Leave {
+pub struct TakeOutOfService {
     /// Why, in 1 to 500 characters.
     reason: String,
     /// For so many minutes, 1 to 44640; until somebody puts it back if nothing is said.
@@ -81,7 +81,7 @@ pub struct Leave {
 
 /// What came of acknowledging several alarms.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct Together {
+pub struct AcknowledgeAllResult {
     /// Those that were acknowledged.
     acknowledged: Vec<String>,
     /// Those that were not.
@@ -98,23 +98,23 @@ pub struct RefusedAlarm {
 }
 
 /// All alarms, in the order of the file, then those that there are by themselves.
-#[utoipa::path(get, path = "/api/alarms", responses((status = 200, body = [Alarm])))]
-pub async fn alarms(State(plant): State<Arc<Plant>>) -> Json<Vec<Alarm>> {
+#[utoipa::path(get, path = "/api/alarms", responses((status = 200, body = [AlarmView])))]
+pub async fn alarms(State(plant): State<Arc<Services>>) -> Json<Vec<AlarmView>> {
     Json(plant.alarms().all())
 }
 
 /// What happened to alarms, the latest first.
-#[utoipa::path(get, path = "/api/alarms/history", params(Past), responses((status = 200, body = [Event]), (status = 400, body = Problem), (status = 503, body = Problem)))]
+#[utoipa::path(get, path = "/api/alarms/history", params(HistoryQuery), responses((status = 200, body = [AlarmHistoryView]), (status = 400, body = Problem), (status = 503, body = Problem)))]
 pub async fn history(
-    State(archive): State<Archive>,
-    past: Result<Query<Past>, QueryRejection>,
-) -> Result<Json<Vec<Event>>, Problem> {
-    let past = taken(past)?;
-    let (from, to) = times(past.from, past.to)?;
-    let most = within("most", past.most.unwrap_or(200), MOST_LINES)?;
+    State(archive): State<DatabaseReaders>,
+    past: Result<Query<HistoryQuery>, QueryRejection>,
+) -> Result<Json<Vec<AlarmHistoryView>>, Problem> {
+    let past = parsed_query(past)?;
+    let (from, to) = time_range(past.from, past.to)?;
+    let most = checked_range("most", past.most.unwrap_or(200), MOST_LINES)?;
     let read = archive.read(move |reader| {
         let lines = reader.alarm_history(from, to, past.alarm.as_deref(), most)?;
-        Ok(Json(lines.into_iter().map(Event::from).collect()))
+        Ok(Json(lines.into_iter().map(AlarmHistoryView::from).collect()))
     });
     read.await
 }
@@ -124,9 +124,9 @@ pub async fn history(
     post,
     path = "/api/alarms/{name}/acknowledge",
     params(("name" = String, Path, description = "The name of the alarm")),
-    request_body = Seen,
+    request_body = Acknowledge,
     responses(
-        (status = 200, body = Alarm),
+        (status = 200, body = AlarmView),
         (status = 400, body = Problem),
         (status = 403, body = Problem, description = "The role operator is needed"),
         (status = 404, body = Problem),
@@ -135,40 +135,40 @@ pub async fn history(
     )
 )]
 pub async fn acknowledge(
-    State(plant): State<Arc<Plant>>,
+    State(plant): State<Arc<Services>>,
     actor: Actor,
     Path(name): Path<String>,
-    Body(seen): Body<Seen>,
-) -> Result<Json<Alarm>, Problem> {
-    actor.person.may(Role::Operator, "acknowledging an alarm")?;
+    Body(seen): Body<Acknowledge>,
+) -> Result<Json<AlarmView>, Problem> {
+    actor.user.require(Role::Operator, "acknowledging an alarm")?;
     let occurrence = seen.occurrence;
-    act(move || plant.alarms().acknowledge(plant.recorder(), &name, occurrence, &actor)).await
+    run_blocking(move || plant.alarms().acknowledge(plant.recorder(), &name, occurrence, &actor)).await
 }
 
 /// Somebody knows of several alarms that they have seen. Each is acknowledged or refused for itself.
 #[utoipa::path(
     post,
     path = "/api/alarms/acknowledge",
-    request_body = SeenAlarms,
+    request_body = AcknowledgeAll,
     responses(
-        (status = 200, body = Together),
+        (status = 200, body = AcknowledgeAllResult),
         (status = 400, body = Problem),
         (status = 403, body = Problem, description = "The role operator is needed")
     )
 )]
 pub async fn acknowledge_all(
-    State(plant): State<Arc<Plant>>,
+    State(plant): State<Arc<Services>>,
     actor: Actor,
-    Body(seen): Body<SeenAlarms>,
-) -> Result<Json<Together>, Problem> {
-    actor.person.may(Role::Operator, "acknowledging alarms")?;
+    Body(seen): Body<AcknowledgeAll>,
+) -> Result<Json<AcknowledgeAllResult>, Problem> {
+    actor.user.require(Role::Operator, "acknowledging alarms")?;
     let seen = seen.alarms;
     if !(1..=MOST_TOGETHER).contains(&seen.len()) {
         return Err(Problem::bad(format!("expected 1 to {MOST_TOGETHER} alarms, got {}", seen.len())));
     }
     let worked = tokio::task::spawn_blocking(move || {
-        let mut together = Together { acknowledged: Vec::new(), refused: Vec::new() };
-        let seen = seen.into_iter().map(|SeenAlarm { name, occurrence }| (name, occurrence)).collect();
+        let mut together = AcknowledgeAllResult { acknowledged: Vec::new(), refused: Vec::new() };
+        let seen = seen.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
         for (name, done) in plant.alarms().acknowledge_all(plant.recorder(), seen, &actor) {
             match done {
                 Ok(()) => together.acknowledged.push(name),
@@ -177,7 +177,7 @@ pub async fn acknowledge_all(
         }
         together
     });
-    worked.await.map(Json).map_err(|error| stopped(&error))
+    worked.await.map(Json).map_err(|error| task_failed(&error))
 }
 
 /// Takes an alarm out of service, with a reason, for a time or until somebody puts it back.
@@ -185,9 +185,9 @@ pub async fn acknowledge_all(
     post,
     path = "/api/alarms/{name}/out-of-service",
     params(("name" = String, Path, description = "The name of the alarm")),
-    request_body = Leave,
+    request_body = TakeOutOfService,
     responses(
-        (status = 200, body = Alarm),
+        (status = 200, body = AlarmView),
         (status = 400, body = Problem),
         (status = 403, body = Problem, description = "The role engineer is needed"),
         (status = 404, body = Problem),
@@ -196,20 +196,20 @@ pub async fn acknowledge_all(
     )
 )]
 pub async fn out_of_service(
-    State(plant): State<Arc<Plant>>,
+    State(plant): State<Arc<Services>>,
     actor: Actor,
     Path(name): Path<String>,
-    Body(leave): Body<Leave>,
-) -> Result<Json<Alarm>, Problem> {
-    actor.person.may(Role::Engineer, "taking an alarm out of service")?;
+    Body(leave): Body<TakeOutOfService>,
+) -> Result<Json<AlarmView>, Problem> {
+    actor.user.require(Role::Engineer, "taking an alarm out of service")?;
     let reason = leave.reason.trim().to_owned();
     let length = reason.chars().count();
     if !(1..=LONGEST_REASON).contains(&length) || reason.contains(char::is_control) {
         return Err(Problem::bad(format!("expected a reason in one line of 1 to {LONGEST_REASON} characters")));
     }
-    let minutes = leave.minutes.map(|minutes| within("minutes", minutes, LONGEST_MINUTES)).transpose()?;
+    let minutes = leave.minutes.map(|minutes| checked_range("minutes", minutes, LONGEST_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
-    act(move || plant.alarms().take_out(plant.recorder(), &name, &actor, &reason, time)).await
+    run_blocking(move || plant.alarms().take_out_of_service(plant.recorder(), &name, &actor, &reason, time)).await
 }
 
 /// Puts an alarm back into service. If its condition holds, it is raised at once.
@@ -218,7 +218,7 @@ pub async fn out_of_service(
     path = "/api/alarms/{name}/return-to-service",
     params(("name" = String, Path, description = "The name of the alarm")),
     responses(
-        (status = 200, body = Alarm),
+        (status = 200, body = AlarmView),
         (status = 403, body = Problem, description = "The role engineer is needed"),
         (status = 404, body = Problem),
         (status = 409, body = Problem, description = "It is in service"),
@@ -226,36 +226,40 @@ pub async fn out_of_service(
     )
 )]
 pub async fn return_to_service(
-    State(plant): State<Arc<Plant>>,
+    State(plant): State<Arc<Services>>,
     actor: Actor,
     Path(name): Path<String>,
-) -> Result<Json<Alarm>, Problem> {
-    actor.person.may(Role::Engineer, "putting an alarm back into service")?;
-    act(move || plant.alarms().put_back(plant.recorder(), &name, &actor)).await
+) -> Result<Json<AlarmView>, Problem> {
+    actor.user.require(Role::Engineer, "putting an alarm back into service")?;
+    run_blocking(move || plant.alarms().return_to_service(plant.recorder(), &name, &actor)).await
 }
 
 /// Who is told of alarms, and how that goes.
 #[utoipa::path(get, path = "/api/webhooks", responses((status = 200, body = [WebhookView]), (status = 503, body = Problem)))]
 pub async fn webhooks(
-    State(plant): State<Arc<Plant>>,
-    State(archive): State<Archive>,
+    State(plant): State<Arc<Services>>,
+    State(archive): State<DatabaseReaders>,
 ) -> Result<Json<Vec<WebhookView>>, Problem> {
     archive.read(move |reader| Ok(Json(plant.webhooks().views(&reader)?))).await
 }
 
 /// Does something that waits for the disk.
-async fn act(act: impl FnOnce() -> Result<Alarm, NotDone> + Send + 'static) -> Result<Json<Alarm>, Problem> {
-    let acted = tokio::task::spawn_blocking(act).await.map_err(|error| stopped(&error))?;
+async fn run_blocking(
+    act: impl FnOnce() -> Result<AlarmView, AlarmServiceError> + Send + 'static,
+) -> Result<Json<AlarmView>, Problem> {
+    let acted = tokio::task::spawn_blocking(act).await.map_err(|error| task_failed(&error))?;
     acted.map(Json).map_err(Problem::from)
 }
 
-impl From<NotDone> for Problem {
-    fn from(error: NotDone) -> Self {
+impl From<AlarmServiceError> for Problem {
+    fn from(error: AlarmServiceError) -> Self {
         let sentence = error.to_string();
         match error {
-            NotDone::Refused(Refusal::Unknown(_)) => Self::unknown(sentence),
-            NotDone::Refused(Refusal::Changed { .. } | Refusal::Idle { .. }) => Self::conflict(sentence),
-            NotDone::Unwritten => Self::unavailable(sentence),
+            AlarmServiceError::Refused(AlarmError::Unknown(_)) => Self::unknown(sentence),
+            AlarmServiceError::Refused(AlarmError::OccurrenceChanged { .. } | AlarmError::NotApplicable { .. }) => {
+                Self::conflict(sentence)
+            }
+            AlarmServiceError::NotStored => Self::unavailable(sentence),
         }
     }
 }

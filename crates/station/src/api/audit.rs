@@ -1,16 +1,16 @@
 //! The audit trail.
 
-use super::archive::Archive;
+use super::database::DatabaseReaders;
+use super::history::{checked_range, parsed_query};
 use super::problem::Problem;
-use super::recorded::{taken, within};
-use crate::view::milliseconds;
+use crate::view::unix_ms;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_recorder::Micros;
-use profivac_recorder::audit::{Recorded, Wanted};
+use profivac_recorder::audit::{AuditQuery, AuditRow};
 use profivac_recorder::export::iso;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -21,7 +21,7 @@ const MOST: u32 = 100_000;
 /// Which rows.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub struct Rows {
+pub struct AuditParameters {
     /// The beginning, in milliseconds since 1970; everything if nothing is said.
     #[param(example = 0)]
     from: Option<i64>,
@@ -36,22 +36,22 @@ pub struct Rows {
     most: Option<u32>,
 }
 
-impl Rows {
-    fn wanted(self, most: u32) -> Result<Wanted, Problem> {
-        let most = within("most", self.most.unwrap_or(most), MOST)?;
+impl AuditParameters {
+    fn wanted(self, most: u32) -> Result<AuditQuery, Problem> {
+        let most = checked_range("most", self.most.unwrap_or(most), MOST)?;
         let micros = |at: i64| Micros(at.saturating_mul(1000));
         let (from, to) = (self.from.map_or(Micros(0), micros), self.to.map_or(Micros(i64::MAX), micros));
         if from >= to {
             return Err(Problem::bad("expected from to lie before to"));
         }
         let filled = |text: Option<String>| text.filter(|text| !text.is_empty());
-        Ok(Wanted { from, to, gauge: filled(self.gauge), who: filled(self.who), most })
+        Ok(AuditQuery { from, to, gauge: filled(self.gauge), who: filled(self.who), limit: most })
     }
 }
 
 /// A row of the audit trail.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Audited {
+pub struct AuditView {
     /// Its number, rising.
     id: i64,
     /// When, in milliseconds since 1970.
@@ -85,13 +85,13 @@ pub struct Audited {
     order: Option<String>,
 }
 
-impl From<Recorded> for Audited {
-    fn from(Recorded { id, entry }: Recorded) -> Self {
+impl From<AuditRow> for AuditView {
+    fn from(AuditRow { id, entry }: AuditRow) -> Self {
         Self {
             id,
-            at_ms: milliseconds(entry.at),
-            what: entry.what.word(),
-            of: entry.of,
+            at_ms: unix_ms(entry.at),
+            what: entry.action.word(),
+            of: entry.refers_to,
             who: entry.who,
             role: entry.role,
             peer: entry.peer,
@@ -102,29 +102,29 @@ impl From<Recorded> for Audited {
             before: entry.before,
             after: entry.after,
             outcome: entry.outcome,
-            order: entry.order,
+            order: entry.command_id,
         }
     }
 }
 
 /// Who did what, the latest first.
-#[utoipa::path(get, path = "/api/audit", params(Rows), responses((status = 200, body = [Audited]), (status = 400, body = Problem)))]
+#[utoipa::path(get, path = "/api/audit", params(AuditParameters), responses((status = 200, body = [AuditView]), (status = 400, body = Problem)))]
 pub async fn audit(
-    State(archive): State<Archive>,
-    rows: Result<Query<Rows>, QueryRejection>,
-) -> Result<Json<Vec<Audited>>, Problem> {
-    let wanted = taken(rows)?.wanted(200)?;
+    State(archive): State<DatabaseReaders>,
+    rows: Result<Query<AuditParameters>, QueryRejection>,
+) -> Result<Json<Vec<AuditView>>, Problem> {
+    let wanted = parsed_query(rows)?.wanted(200)?;
     let read = archive.read(move |reader| Ok(reader.audit(&wanted)?));
-    Ok(Json(read.await?.into_iter().map(Audited::from).collect()))
+    Ok(Json(read.await?.into_iter().map(AuditView::from).collect()))
 }
 
 /// The same as a table, the earliest first: times are ISO 8601 in UTC.
-#[utoipa::path(get, path = "/api/audit.csv", params(Rows), responses((status = 200, content_type = "text/csv", body = String), (status = 400, body = Problem)))]
+#[utoipa::path(get, path = "/api/audit.csv", params(AuditParameters), responses((status = 200, content_type = "text/csv", body = String), (status = 400, body = Problem)))]
 pub async fn csv(
-    State(archive): State<Archive>,
-    rows: Result<Query<Rows>, QueryRejection>,
+    State(archive): State<DatabaseReaders>,
+    rows: Result<Query<AuditParameters>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
-    let wanted = taken(rows)?.wanted(MOST)?;
+    let wanted = parsed_query(rows)?.wanted(MOST)?;
     let read = archive.read(move |reader| Ok(reader.audit(&wanted)?)).await?;
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\"")];
@@ -134,15 +134,15 @@ pub async fn csv(
 
 const HEAD: &str = "id,time,what,of,who,role,peer,gauge,segment,address,target,before,after,outcome,order\n";
 
-fn line(row: &Recorded) -> String {
-    let Recorded { id, entry } = row;
+fn line(row: &AuditRow) -> String {
+    let AuditRow { id, entry } = row;
     let text = |text: &Option<String>| text.as_deref().map(quoted).unwrap_or_default();
     let number = |number: Option<i64>| number.map(|number| number.to_string()).unwrap_or_default();
     let cells = [
         id.to_string(),
         iso(entry.at),
-        entry.what.word().to_owned(),
-        number(entry.of),
+        entry.action.word().to_owned(),
+        number(entry.refers_to),
         quoted(&entry.who),
         entry.role.clone(),
         text(&entry.peer),
@@ -153,7 +153,7 @@ fn line(row: &Recorded) -> String {
         text(&entry.before),
         text(&entry.after),
         text(&entry.outcome),
-        text(&entry.order),
+        text(&entry.command_id),
     ];
     cells.join(",") + "\n"
 }

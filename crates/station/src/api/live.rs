@@ -1,10 +1,10 @@
 //! Gauges and segments as they change.
 
-use super::gate::Visit;
-use crate::act;
-use crate::alarm::view::Standing;
-use crate::plant::Plant;
-use crate::view::{Gauge, Mastership, ReadSoFar, Segment, Station};
+use super::middleware::RequestContext;
+use crate::alarm::view::AlarmOverview;
+use crate::control;
+use crate::services::Services;
+use crate::view::{ControlAuthorityView, Gauge, ReadProgress, Segment, Station};
 use axum::extract::State;
 use axum::http::Extensions;
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -22,24 +22,24 @@ const PERIOD: Duration = Duration::from_millis(250);
 
 /// Everything that is seen at one moment.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct Moment {
+pub struct Snapshot {
     station: Station,
     segments: Vec<Segment>,
     gauges: Vec<Gauge>,
-    mastership: Mastership,
-    reading: Vec<ReadSoFar>,
-    alarms: Standing,
+    mastership: ControlAuthorityView,
+    reading: Vec<ReadProgress>,
+    alarms: AlarmOverview,
 }
 
 /// The present moment as JSON, made once for all who watch.
-pub struct Moments {
-    plant: Arc<Plant>,
+pub struct SnapshotSource {
+    plant: Arc<Services>,
     latest: Mutex<Option<(Instant, Arc<str>)>>,
 }
 
-impl Moments {
+impl SnapshotSource {
     /// The moments of a plant.
-    pub const fn of(plant: Arc<Plant>) -> Self {
+    pub const fn of(plant: Arc<Services>) -> Self {
         Self { plant, latest: Mutex::new(None) }
     }
 
@@ -58,10 +58,10 @@ impl Moments {
 
     fn json(&self) -> String {
         let Self { plant, .. } = self;
-        let mastership = act::mastership(plant, Instant::now());
+        let mastership = control::authority(plant, Instant::now());
         let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
-        let (reading, alarms) = (plant.reading(), plant.alarms().standing());
-        let moment = Moment { station, segments, gauges, mastership, reading, alarms };
+        let (reading, alarms) = (plant.read_progress(), plant.alarms().overview());
+        let moment = Snapshot { station, segments, gauges, mastership, reading, alarms };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_string(&moment).unwrap_or_default()
     }
@@ -69,15 +69,15 @@ impl Moments {
 
 /// Gauges and segments four times a second, as server-sent events named `moment`. Whoever is slow misses moments. It ends with
 /// the session it was asked for in.
-#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Moment)))]
+#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Snapshot)))]
 pub async fn live(
-    State(moments): State<Arc<Moments>>,
+    State(moments): State<Arc<SnapshotSource>>,
     extensions: Extensions,
 ) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
     let mut ticks = tokio::time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let visit = extensions.get::<Visit>().cloned();
-    let allowed = move |_: &_| visit.as_ref().is_none_or(Visit::lasts);
+    let visit = extensions.get::<RequestContext>().cloned();
+    let allowed = move |_: &_| visit.as_ref().is_none_or(RequestContext::is_still_authenticated);
     let ticks = IntervalStream::new(ticks).take_while(allowed);
     let moments = ticks.map(move |_| Ok(Event::default().event("moment").data(moments.at(Instant::now()))));
     Sse::new(moments).keep_alive(KeepAlive::default())
@@ -93,7 +93,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let moments = Moments::of(Arc::new(Plant::new("hall".to_owned(), file, recorder)));
+        let moments = SnapshotSource::of(Arc::new(Services::new("hall".to_owned(), file, recorder)));
         let begin = Instant::now();
         let first = moments.at(begin);
         assert!(first.starts_with("{\"station\":{\"name\":\"hall\""), "{first}");

@@ -25,27 +25,27 @@
 //! | `/api/live` | gauges and segments as they change, as server-sent events |
 //! | `/api/openapi.json` | this, for programs |
 
-mod acting;
 mod alarms;
-mod archive;
 mod audit;
 mod body;
-mod described;
-pub mod gate;
-pub mod guard;
+mod control;
+mod database;
+pub mod headers;
+mod history;
 mod live;
+pub mod middleware;
+mod openapi;
 mod problem;
-mod recorded;
-mod seen;
 mod session;
+mod snapshot;
 
-use crate::plant::Plant;
-use archive::Archive;
+use crate::services::Services;
 use axum::Router;
 use axum::extract::FromRef;
 use axum::routing::{delete, get, post};
-use described::Door;
-use live::Moments;
+use database::DatabaseReaders;
+use live::SnapshotSource;
+use openapi::CommonResponses;
 pub use problem::Problem;
 use std::sync::Arc;
 use utoipa::OpenApi;
@@ -57,17 +57,17 @@ use utoipa::OpenApi;
         title = "profivac station",
         description = "What a vacuum station sees and has recorded. Pressures in Pa, times in milliseconds since 1970."
     ),
-    modifiers(&Door),
+    modifiers(&CommonResponses),
     paths(
-        seen::station,
-        seen::segments,
-        seen::gauges,
-        seen::gauge,
-        seen::blocks,
-        recorded::trend,
-        recorded::events,
-        recorded::rise,
-        recorded::export,
+        snapshot::station,
+        snapshot::segments,
+        snapshot::gauges,
+        snapshot::gauge,
+        snapshot::blocks,
+        history::trend,
+        history::events,
+        history::rise,
+        history::export,
         alarms::alarms,
         alarms::history,
         alarms::acknowledge,
@@ -80,15 +80,15 @@ use utoipa::OpenApi;
         session::login,
         session::logout,
         session::password,
-        acting::commands,
-        acting::arm,
-        acting::fire,
-        acting::disarm,
-        acting::mastership,
-        acting::ask,
-        acting::release,
-        acting::grant,
-        acting::take_over,
+        control::commands,
+        control::arm,
+        control::execute,
+        control::disarm,
+        control::authority,
+        control::request,
+        control::release,
+        control::grant,
+        control::take_over,
         audit::audit,
         audit::csv
     )
@@ -104,24 +104,24 @@ pub fn description() -> String {
 /// What those who answer share.
 #[derive(Clone)]
 struct Shared {
-    plant: Arc<Plant>,
-    archive: Archive,
-    moments: Arc<Moments>,
+    plant: Arc<Services>,
+    archive: DatabaseReaders,
+    moments: Arc<SnapshotSource>,
 }
 
-impl FromRef<Shared> for Arc<Plant> {
+impl FromRef<Shared> for Arc<Services> {
     fn from_ref(shared: &Shared) -> Self {
         Self::clone(&shared.plant)
     }
 }
 
-impl FromRef<Shared> for Archive {
+impl FromRef<Shared> for DatabaseReaders {
     fn from_ref(shared: &Shared) -> Self {
         shared.archive.clone()
     }
 }
 
-impl FromRef<Shared> for Arc<Moments> {
+impl FromRef<Shared> for Arc<SnapshotSource> {
     fn from_ref(shared: &Shared) -> Self {
         Self::clone(&shared.moments)
     }
@@ -132,17 +132,17 @@ async fn method() -> Problem {
 }
 
 /// Everything that changes something.
-fn acts() -> Router<Shared> {
+fn control_routes() -> Router<Shared> {
     Router::new()
-        .route("/api/gauges/{name}/commands", get(acting::commands))
-        .route("/api/gauges/{name}/arm", post(acting::arm))
-        .route("/api/orders/{id}/fire", post(acting::fire))
-        .route("/api/orders/{id}", delete(acting::disarm))
-        .route("/api/mastership", get(acting::mastership))
-        .route("/api/mastership/ask", post(acting::ask))
-        .route("/api/mastership/release", post(acting::release))
-        .route("/api/mastership/grant", post(acting::grant))
-        .route("/api/mastership/take-over", post(acting::take_over))
+        .route("/api/gauges/{name}/commands", get(control::commands))
+        .route("/api/gauges/{name}/arm", post(control::arm))
+        .route("/api/orders/{id}/fire", post(control::execute))
+        .route("/api/orders/{id}", delete(control::disarm))
+        .route("/api/mastership", get(control::authority))
+        .route("/api/mastership/ask", post(control::request))
+        .route("/api/mastership/release", post(control::release))
+        .route("/api/mastership/grant", post(control::grant))
+        .route("/api/mastership/take-over", post(control::take_over))
 }
 
 fn alarm_routes() -> Router<Shared> {
@@ -157,18 +157,19 @@ fn alarm_routes() -> Router<Shared> {
 }
 
 /// The API of a plant, and the dashboard beside it.
-pub fn router(plant: Arc<Plant>) -> Router {
-    let (archive, moments) = (Archive::of(Arc::clone(&plant)), Arc::new(Moments::of(Arc::clone(&plant))));
+pub fn router(plant: Arc<Services>) -> Router {
+    let (archive, moments) =
+        (DatabaseReaders::of(Arc::clone(&plant)), Arc::new(SnapshotSource::of(Arc::clone(&plant))));
     Router::new()
-        .route("/api/station", get(seen::station))
-        .route("/api/segments", get(seen::segments))
-        .route("/api/gauges", get(seen::gauges))
-        .route("/api/gauges/{name}", get(seen::gauge))
-        .route("/api/gauges/{name}/blocks", get(seen::blocks))
-        .route("/api/trend", get(recorded::trend))
-        .route("/api/events", get(recorded::events))
-        .route("/api/rise", get(recorded::rise))
-        .route("/api/export.csv", get(recorded::export))
+        .route("/api/station", get(snapshot::station))
+        .route("/api/segments", get(snapshot::segments))
+        .route("/api/gauges", get(snapshot::gauges))
+        .route("/api/gauges/{name}", get(snapshot::gauge))
+        .route("/api/gauges/{name}/blocks", get(snapshot::blocks))
+        .route("/api/trend", get(history::trend))
+        .route("/api/events", get(history::events))
+        .route("/api/rise", get(history::rise))
+        .route("/api/export.csv", get(history::export))
         .merge(alarm_routes())
         .route("/api/session", get(session::session))
         .route("/api/login", post(session::login))
@@ -176,7 +177,7 @@ pub fn router(plant: Arc<Plant>) -> Router {
         .route("/api/password", post(session::password))
         .route("/api/audit", get(audit::audit))
         .route("/api/audit.csv", get(audit::csv))
-        .merge(acts())
+        .merge(control_routes())
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(
@@ -185,7 +186,7 @@ pub fn router(plant: Arc<Plant>) -> Router {
         )
         .fallback(get(crate::web::file).fallback(method))
         .method_not_allowed_fallback(method)
-        .layer(axum::middleware::from_fn(guard::caught))
-        .layer(axum::middleware::from_fn(guard::headers))
+        .layer(axum::middleware::from_fn(headers::catch_panic))
+        .layer(axum::middleware::from_fn(headers::headers))
         .with_state(Shared { plant, archive, moments })
 }

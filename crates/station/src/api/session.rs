@@ -1,11 +1,11 @@
 //! Who asks, as they are seen from here, and how they come and go.
 
 use super::body::Body;
-use super::gate::Visit;
+use super::middleware::RequestContext;
 use super::problem::Problem;
-use crate::people::secret::Secret;
-use crate::people::sessions::Known;
-use crate::people::{Person, Role};
+use crate::auth::secret::Secret;
+use crate::auth::sessions::AuthenticatedUser;
+use crate::auth::{Role, User};
 use axum::Json;
 use axum::http::header::SET_COOKIE;
 use axum::http::{Extensions, StatusCode};
@@ -16,7 +16,7 @@ use utoipa::ToSchema;
 /// How one comes in here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum DoorState {
+pub enum LoginState {
     /// Nobody logs in.
     Open,
     /// People log in, and whoever asks has.
@@ -35,12 +35,12 @@ pub struct Session {
     /// What has to stand in `x-csrf-token` of everything that is not only looked at; empty before one has logged in.
     token: String,
     /// Whether one logs in here.
-    door: DoorState,
+    door: LoginState,
 }
 
 impl Session {
-    fn of(known: &Known, door: DoorState) -> Self {
-        let Known { person: Person { name, role }, token } = known;
+    fn of(known: &AuthenticatedUser, door: LoginState) -> Self {
+        let AuthenticatedUser { user: User { name, role }, token } = known;
         Self { name: name.to_string(), role: *role, token: token.reveal().to_owned(), door }
     }
 }
@@ -67,17 +67,17 @@ pub struct NewPassword {
 
 /// Who asks.
 #[utoipa::path(get, path = "/api/session", responses((status = 200, body = Session)))]
-pub async fn session(person: Person, extensions: Extensions) -> Json<Session> {
-    let visit = extensions.get::<Visit>();
-    let locked = visit.is_some_and(|visit| visit.door().has_lock());
-    let door = if locked { DoorState::In } else { DoorState::Open };
-    Json(match visit.and_then(Visit::known) {
+pub async fn session(person: User, extensions: Extensions) -> Json<Session> {
+    let visit = extensions.get::<RequestContext>();
+    let locked = visit.is_some_and(|visit| visit.authenticator().requires_login());
+    let door = if locked { LoginState::In } else { LoginState::Open };
+    Json(match visit.and_then(RequestContext::user) {
         Some(known) => Session::of(known, door),
         None => Session {
             name: person.name.to_string(),
             role: person.role,
             token: String::new(),
-            door: if locked { DoorState::Out } else { DoorState::Open },
+            door: if locked { LoginState::Out } else { LoginState::Open },
         },
     })
 }
@@ -100,15 +100,15 @@ pub async fn login(
     Body(Login { name, password }): Body<Login>,
 ) -> Result<impl IntoResponse, Problem> {
     let visit = visit(&extensions)?;
-    let begun = visit.door().login(&name, password, visit.session(), visit.peer()).await?;
-    Ok(entered(visit, &begun))
+    let begun = visit.authenticator().login(&name, password, visit.session(), visit.peer()).await?;
+    Ok(session_response(visit, &begun))
 }
 
 /// Ends the session.
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401, body = Problem)))]
 pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem> {
     let visit = visit(&extensions)?;
-    visit.door().logout(visit.session(), visit.peer());
+    visit.authenticator().logout(visit.session(), visit.peer());
     Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, visit.cookie(None))])))
 }
 
@@ -125,20 +125,23 @@ pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem
     )
 )]
 pub async fn password(
-    person: Person,
+    person: User,
     extensions: Extensions,
     Body(NewPassword { current, new }): Body<NewPassword>,
 ) -> Result<impl IntoResponse, Problem> {
     let visit = visit(&extensions)?;
-    let door = visit.door();
+    let door = visit.authenticator();
     let begun = door.change_password(&person.name, (current, new), visit.session(), visit.peer()).await?;
-    Ok(entered(visit, &begun))
+    Ok(session_response(visit, &begun))
 }
 
-fn entered(visit: &Visit, (session, known): &(Secret, Known)) -> impl IntoResponse + use<> {
-    (AppendHeaders([(SET_COOKIE, visit.cookie(Some(session)))]), Json(Session::of(known, DoorState::In)))
+fn session_response(
+    visit: &RequestContext,
+    (session, known): &(Secret, AuthenticatedUser),
+) -> impl IntoResponse + use<> {
+    (AppendHeaders([(SET_COOKIE, visit.cookie(Some(session)))]), Json(Session::of(known, LoginState::In)))
 }
 
-fn visit(extensions: &Extensions) -> Result<&Visit, Problem> {
+fn visit(extensions: &Extensions) -> Result<&RequestContext, Problem> {
     extensions.get().ok_or_else(|| Problem::unknown("nobody logs in here: the station has no users"))
 }

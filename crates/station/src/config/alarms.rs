@@ -18,7 +18,7 @@
 //! ```
 
 use super::names::unique;
-use super::{ALIKE, Complaint, WrittenSegment};
+use super::{ALIKE, SegmentToml, SpannedMessage};
 use crate::alarm::{Condition, Priority, Rule, Subject};
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
@@ -45,7 +45,7 @@ const MOST_DECADES: f64 = 10.0;
 /// An alarm of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct WrittenAlarm {
+pub struct AlarmToml {
     name: Spanned<String>,
     gauge: Spanned<String>,
     above: Option<Spanned<Parsed<Pressure>>>,
@@ -63,24 +63,24 @@ pub struct WrittenAlarm {
 /// What is different about the alarms that there are by themselves.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct WrittenDefaults {
+pub struct DefaultAlarmsToml {
     #[serde(default)]
-    fault: WrittenDefault,
+    fault: DefaultAlarmToml,
     #[serde(default)]
-    stale: WrittenDefault,
+    stale: DefaultAlarmToml,
     #[serde(default)]
-    blind: WrittenDefault,
+    blind: DefaultAlarmToml,
     #[serde(default)]
-    segment: WrittenDefault,
+    segment: DefaultAlarmToml,
     #[serde(default)]
-    damage: WrittenDefault,
+    damage: DefaultAlarmToml,
     #[serde(default)]
-    record: WrittenDefault,
+    record: DefaultAlarmToml,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct WrittenDefault {
+struct DefaultAlarmToml {
     priority: Option<Spanned<String>>,
     delay: Option<Spanned<Parsed<humantime::Duration>>>,
     off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
@@ -109,10 +109,10 @@ const MOST_DAMAGED: f64 = 30.0;
 
 /// All alarms: those of the file, then those that there are by themselves.
 pub fn rules(
-    written: &[WrittenAlarm],
-    defaults: &WrittenDefaults,
-    segments: &[WrittenSegment],
-) -> Result<Vec<Rule>, Complaint> {
+    written: &[AlarmToml],
+    defaults: &DefaultAlarmsToml,
+    segments: &[SegmentToml],
+) -> Result<Vec<Rule>, SpannedMessage> {
     unique("alarm", written.iter().map(|alarm| &alarm.name))?;
     let mut rules = written.iter().map(|alarm| rule(alarm, segments)).collect::<Result<Vec<_>, _>>()?;
     let own = by_themselves(&rules, defaults, segments)?;
@@ -125,7 +125,7 @@ pub fn rules(
     Ok(rules)
 }
 
-fn rule(alarm: &WrittenAlarm, segments: &[WrittenSegment]) -> Result<Rule, Complaint> {
+fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, SpannedMessage> {
     let (delay, off_delay) = (delay(alarm.delay.as_ref(), DELAY)?, delay(alarm.off_delay.as_ref(), OFF_DELAY)?);
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
@@ -139,7 +139,7 @@ fn rule(alarm: &WrittenAlarm, segments: &[WrittenSegment]) -> Result<Rule, Compl
 }
 
 /// A gauge, or a channel of one.
-fn subject(name: &Spanned<String>, segments: &[WrittenSegment]) -> Result<Subject, Complaint> {
+fn subject(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Subject, SpannedMessage> {
     let series = name.get_ref();
     let known: Vec<_> = gauges(segments).collect();
     let channel = series.rsplit_once('.').filter(|(_, channel)| channel.parse::<u8>().is_ok());
@@ -155,7 +155,7 @@ fn subject(name: &Spanned<String>, segments: &[WrittenSegment]) -> Result<Subjec
     Ok(Subject::Series { gauge, series: series.clone() })
 }
 
-fn gauges(segments: &[WrittenSegment]) -> impl Iterator<Item = &String> {
+fn gauges(segments: &[SegmentToml]) -> impl Iterator<Item = &String> {
     segments.iter().flat_map(|segment| &segment.gauge).map(|gauge| gauge.name.get_ref())
 }
 
@@ -166,8 +166,8 @@ fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
     best.filter(|best| likeness(best) >= ALIKE).map(|best| format!("; did you mean {best:?}?")).unwrap_or_default()
 }
 
-fn condition(alarm: &WrittenAlarm) -> Result<Condition, Complaint> {
-    let WrittenAlarm { above, below, rise, reset, hysteresis, window, .. } = alarm;
+fn condition(alarm: &AlarmToml) -> Result<Condition, SpannedMessage> {
+    let AlarmToml { above, below, rise, reset, hysteresis, window, .. } = alarm;
     let name = alarm.name.get_ref();
     if let Some(window) = window.as_ref().filter(|_| rise.is_none()) {
         return Err((window.span(), "a window belongs to rise alone".to_owned()));
@@ -195,7 +195,7 @@ fn over(
     reset: Option<&Spanned<Parsed<Pressure>>>,
     hysteresis: Option<&Spanned<f64>>,
     side: f64,
-) -> Result<f64, Complaint> {
+) -> Result<f64, SpannedMessage> {
     let pa = limit.get_ref().0.pa();
     if pa <= 0.0 {
         return Err((limit.span(), format!("expected a pressure above nothing, got {}", limit.get_ref().0)));
@@ -225,7 +225,7 @@ fn rising(
     reset: Option<&Spanned<Parsed<Pressure>>>,
     hysteresis: Option<&Spanned<f64>>,
     window: Option<&Spanned<Parsed<humantime::Duration>>>,
-) -> Result<Condition, Complaint> {
+) -> Result<Condition, SpannedMessage> {
     if let Some(reset) = reset {
         return Err((reset.span(), "a rise has no reset: hysteresis says by how much slower it must be".to_owned()));
     }
@@ -243,7 +243,7 @@ fn rising(
     Ok(Condition::Rise { limit: rate, reset: rate - hysteresis, window })
 }
 
-fn number(given: &Spanned<f64>, what: &str, least: f64) -> Result<f64, Complaint> {
+fn number(given: &Spanned<f64>, what: &str, least: f64) -> Result<f64, SpannedMessage> {
     let value = *given.get_ref();
     let fits = (least..=MOST_DECADES).contains(&value);
     let least = if least > 0.0 { "above 0" } else { "from 0" };
@@ -254,7 +254,7 @@ fn number(given: &Spanned<f64>, what: &str, least: f64) -> Result<f64, Complaint
     }
 }
 
-fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, usual: Duration) -> Result<Duration, Complaint> {
+fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, usual: Duration) -> Result<Duration, SpannedMessage> {
     match given {
         Some(given) if Duration::from(given.get_ref().0) > LONGEST => {
             Err((given.span(), format!("expected a time up to 1h, got {}", given.get_ref().0)))
@@ -265,7 +265,11 @@ fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, usual: Duration) 
 }
 
 /// A priority; nothing for one of the words in `off`.
-pub fn priority(given: Option<&Spanned<String>>, usual: Priority, off: &[&str]) -> Result<Option<Priority>, Complaint> {
+pub fn priority(
+    given: Option<&Spanned<String>>,
+    usual: Priority,
+    off: &[&str],
+) -> Result<Option<Priority>, SpannedMessage> {
     let Some(given) = given else { return Ok(Some(usual)) };
     let word = given.get_ref().as_str();
     if off.contains(&word) {
@@ -286,7 +290,7 @@ struct Own<'a> {
 
 impl<'a> Own<'a> {
     /// `known` are the names of what such an alarm can be about.
-    fn of(written: &'a WrittenDefault, usual: &Usual, what: &str, known: &[&str]) -> Result<Self, Complaint> {
+    fn of(written: &'a DefaultAlarmToml, usual: &Usual, what: &str, known: &[&str]) -> Result<Self, SpannedMessage> {
         for name in &written.except {
             if !known.contains(&name.get_ref().as_str()) {
                 let meant = meant(name.get_ref(), known.iter().copied());
@@ -311,9 +315,9 @@ impl<'a> Own<'a> {
 
 fn by_themselves(
     rules: &[Rule],
-    defaults: &WrittenDefaults,
-    segments: &[WrittenSegment],
-) -> Result<Vec<Rule>, Complaint> {
+    defaults: &DefaultAlarmsToml,
+    segments: &[SegmentToml],
+) -> Result<Vec<Rule>, SpannedMessage> {
     let names: Vec<_> = gauges(segments).map(String::as_str).collect();
     let lines: Vec<_> = segments.iter().map(|segment| segment.name.get_ref().as_str()).collect();
     let fault = Own::of(&defaults.fault, &FAULT, "gauge", &names)?;
@@ -327,14 +331,14 @@ fn by_themselves(
     for segment in segments {
         let line = segment.name.get_ref();
         let about = || Subject::Segment(line.clone());
-        let is_down = down.rule(line, format!("segment {line}: down"), about(), Condition::Down);
+        let is_down = down.rule(line, format!("segment {line}: down"), about(), Condition::SegmentDown);
         let behind_segment = is_down.as_ref().map(|_| line.clone());
         own.extend(is_down);
         own.extend(damage.rule(
             line,
             format!("segment {line}: damage"),
             about(),
-            Condition::Damage { limit: most_damaged },
+            Condition::DamagedTelegrams { limit: most_damaged },
         ));
         for name in segment.gauge.iter().map(|gauge| gauge.name.get_ref()) {
             let about = || Subject::Gauge(name.clone());
@@ -345,9 +349,9 @@ fn by_themselves(
     }
     for (subject, limits) in limited(rules) {
         let Subject::Series { gauge, series } = &subject else { continue };
-        own.extend(blind.rule(gauge, format!("{series}: blind"), subject.clone(), Condition::Blind { limits }));
+        own.extend(blind.rule(gauge, format!("{series}: blind"), subject.clone(), Condition::NotMeasurable { limits }));
     }
-    own.extend(record.rule("record", "record: not written".to_owned(), Subject::Station, Condition::Unrecorded));
+    own.extend(record.rule("record", "record: not written".to_owned(), Subject::Station, Condition::NotRecording));
     Ok(own)
 }
 
@@ -365,8 +369,8 @@ fn limited(rules: &[Rule]) -> Vec<(Subject, Vec<f64>)> {
 }
 
 /// A limit is said of damage alone.
-fn most_damaged(defaults: &WrittenDefaults) -> Result<f64, Complaint> {
-    let WrittenDefaults { fault, stale, blind, segment, damage, record } = defaults;
+fn most_damaged(defaults: &DefaultAlarmsToml) -> Result<f64, SpannedMessage> {
+    let DefaultAlarmsToml { fault, stale, blind, segment, damage, record } = defaults;
     if let Some(limit) = [fault, stale, blind, segment, record].into_iter().find_map(|other| other.limit.as_ref()) {
         return Err((limit.span(), "only damage has a limit, in telegrams per minute".to_owned()));
     }

@@ -1,11 +1,11 @@
 //! Names in the file: each stands once, in one line.
 
-use super::Complaint;
+use super::SpannedMessage;
 use std::collections::HashSet;
 use toml::Spanned;
 
 /// No name may stand twice, and none be empty or hold what a terminal takes for a command.
-pub fn unique<'a>(what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Complaint> {
+pub fn unique<'a>(what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), SpannedMessage> {
     let mut seen = HashSet::new();
     for name in names {
         if name.get_ref().trim().is_empty() {

@@ -9,10 +9,10 @@
 //! ca-file = "our-ca.pem"           # trusted beside those of the system
 //! ```
 
-use super::Complaint;
+use super::SpannedMessage;
 use super::alarms::priority;
 use crate::alarm::Priority;
-use crate::people::private::{self, NotPrivate};
+use crate::auth::file_permissions::{self, PermissionError};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use serde::de::Error;
@@ -59,19 +59,19 @@ pub struct Webhook {
     /// Who vouches for it, beside those whom the system trusts.
     pub ca_file: Option<PathBuf>,
     /// The lowest priority it is told of.
-    pub least: Priority,
+    pub min_priority: Priority,
 }
 
 impl fmt::Debug for Webhook {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Webhook").field("name", &self.name).field("at", &self.place()).finish_non_exhaustive()
+        formatter.debug_struct("Webhook").field("name", &self.name).field("at", &self.origin()).finish_non_exhaustive()
     }
 }
 
 impl Webhook {
     /// Scheme and host: as much of the address as may be shown.
     #[must_use]
-    pub fn place(&self) -> String {
+    pub fn origin(&self) -> String {
         format!(
             "{}://{}",
             self.url.scheme_str().unwrap_or_default(),
@@ -83,7 +83,7 @@ impl Webhook {
 /// A webhook of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct WrittenWebhook {
+pub struct WebhookToml {
     name: Option<Spanned<String>>,
     url: Spanned<Parsed<Uri>>,
     token: Option<Spanned<Secret>>,
@@ -93,7 +93,7 @@ pub struct WrittenWebhook {
 }
 
 /// All webhooks of the file at `path`.
-pub fn webhooks(written: &[WrittenWebhook], path: &Path) -> Result<Vec<Webhook>, Complaint> {
+pub fn webhooks(written: &[WebhookToml], path: &Path) -> Result<Vec<Webhook>, SpannedMessage> {
     let mut all: Vec<Webhook> = Vec::new();
     for written in written {
         let webhook = webhook(written, path.parent().unwrap_or(Path::new("")))?;
@@ -106,7 +106,7 @@ pub fn webhooks(written: &[WrittenWebhook], path: &Path) -> Result<Vec<Webhook>,
     Ok(all)
 }
 
-fn webhook(written: &WrittenWebhook, folder: &Path) -> Result<Webhook, Complaint> {
+fn webhook(written: &WebhookToml, folder: &Path) -> Result<Webhook, SpannedMessage> {
     let url = written.url.get_ref().0.clone();
     let complain =
         |what: &str| Err((written.url.span(), format!("expected an address like https://host/path, {what}")));
@@ -133,20 +133,20 @@ fn webhook(written: &WrittenWebhook, folder: &Path) -> Result<Webhook, Complaint
         crate::webhook::certificates(&path).map_err(|error| (file.span(), error)).map(|_| path)
     });
     let least = priority(written.priority.as_ref(), Priority::Low, &[])?.unwrap_or(Priority::Low);
-    Ok(Webhook { name, url, token, ca_file: ca_file.transpose()?, least })
+    Ok(Webhook { name, url, token, ca_file: ca_file.transpose()?, min_priority: least })
 }
 
-fn token(written: &WrittenWebhook, folder: &Path) -> Result<Option<Secret>, Complaint> {
+fn token(written: &WebhookToml, folder: &Path) -> Result<Option<Secret>, SpannedMessage> {
     let (place, token) = match (&written.token, &written.token_file) {
         (None, None) => return Ok(None),
         (Some(token), None) => (token.span(), token.get_ref().0.clone()),
         (None, Some(file)) => {
             let path = folder.join(file.get_ref());
             let failed = |error| (file.span(), format!("{} cannot be read: {error}", path.display()));
-            match private::check(&path) {
-                Err(error @ NotPrivate::Open(..)) => return Err((file.span(), error.to_string())),
+            match file_permissions::check(&path) {
+                Err(error @ PermissionError::Open(..)) => return Err((file.span(), error.to_string())),
                 // Why it cannot be read is told by reading it.
-                Ok(()) | Err(NotPrivate::System(..)) => {}
+                Ok(()) | Err(PermissionError::System(..)) => {}
             }
             (file.span(), std::fs::read_to_string(&path).map_err(failed)?.trim().to_owned())
         }

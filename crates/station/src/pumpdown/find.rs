@@ -20,14 +20,14 @@ const BOTTOM: f64 = 0.301;
 
 /// From one moment to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
+pub struct TimeRange {
     /// The beginning.
     pub start: Micros,
     /// The end.
     pub end: Micros,
 }
 
-impl Span {
+impl TimeRange {
     /// Its length in seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
@@ -43,9 +43,9 @@ impl Span {
 
 /// A pump-down as one gauge saw it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chosen {
+pub struct PumpDown {
     /// From when to when.
-    pub span: Span,
+    pub span: TimeRange,
     /// Which gauge saw it, by its place in what was given.
     pub gauge: usize,
     /// The pressure at the beginning, in Pa.
@@ -56,7 +56,7 @@ pub struct Chosen {
     pub is_vented: bool,
 }
 
-impl Chosen {
+impl PumpDown {
     /// By how many decades the pressure fell.
     #[must_use]
     pub fn decades(&self) -> f64 {
@@ -88,10 +88,10 @@ enum Way {
 /// All pump-downs in the samples of one gauge, the earliest first. Overrange counts as the end of the range, and so does
 /// underrange.
 #[must_use]
-pub fn find(samples: &[Sample], gauge: usize) -> Vec<Chosen> {
+pub fn find(samples: &[Sample], gauge: usize) -> Vec<PumpDown> {
     let points: Vec<Point> = samples
         .iter()
-        .filter(|sample| matches!(sample.quality, Quality::Valid | Quality::Over | Quality::Under))
+        .filter(|sample| matches!(sample.quality, Quality::Valid | Quality::Overrange | Quality::Underrange))
         .filter_map(|sample| Some(Point { at: sample.at, y: sample.decades()? }))
         .collect();
     let mut found = Vec::new();
@@ -142,10 +142,10 @@ fn is_vented(points: &[Point], from: usize, low: f64, y: f64) -> bool {
     y >= low + LEAST && points.get(from).is_some_and(|start| y >= start.y - VENTED)
 }
 
-fn chosen_of(points: &[Point], gauge: usize, from: usize, low: f64, to: usize, is_vented: bool) -> Option<Chosen> {
+fn chosen_of(points: &[Point], gauge: usize, from: usize, low: f64, to: usize, is_vented: bool) -> Option<PumpDown> {
     let (from, to) = (points.get(from)?, points.get(to)?);
-    Some(Chosen {
-        span: Span { start: from.at, end: to.at },
+    Some(PumpDown {
+        span: TimeRange { start: from.at, end: to.at },
         gauge,
         start_pa: 10_f64.powf(from.y),
         lowest_pa: 10_f64.powf(low),
@@ -156,12 +156,12 @@ fn chosen_of(points: &[Point], gauge: usize, from: usize, low: f64, to: usize, i
 /// The pump-downs of a chamber that several gauges saw, the earliest first: what overlaps is one, and the gauge that saw
 /// most of it says when it was.
 #[must_use]
-pub fn chosen(mut found: Vec<Chosen>) -> Vec<Chosen> {
+pub fn select(mut found: Vec<PumpDown>) -> Vec<PumpDown> {
     found.sort_by(|one, two| {
         let ((height, decades), (other_height, other_decades)) = (two.rank(), one.rank());
         height.total_cmp(&other_height).then(decades.total_cmp(&other_decades))
     });
-    let mut leads: Vec<Chosen> = Vec::new();
+    let mut leads: Vec<PumpDown> = Vec::new();
     for one in found {
         if leads.iter().all(|lead| !lead.span.overlaps(&one.span)) {
             leads.push(one);

@@ -11,19 +11,19 @@
 //! | [`mod@tail`] | the slope at the end |
 //! | [`mod@rises`] | rises within a pump-down |
 
+pub mod crossing;
+pub mod final_slope;
 pub mod find;
-pub mod passage;
 pub mod rises;
 pub mod speed;
-pub mod tail;
 pub mod trace;
 
 #[cfg(test)]
 mod tests;
 
-pub use find::{Chosen, Span, chosen, find};
-pub use passage::{Passage, passage};
-pub use rises::{Climb, climbs};
+pub use crossing::{Crossing, crossing};
+pub use final_slope::{FinalSlope, final_slope};
+pub use find::{PumpDown, TimeRange, find, select};
+pub use rises::{PressureRise, pressure_rises};
 pub use speed::{Fall, falls, quickest};
-pub use tail::{Tail, tail};
-pub use trace::{Piece, Trace};
+pub use trace::{Section, Trace};

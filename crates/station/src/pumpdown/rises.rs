@@ -1,6 +1,6 @@
 //! Rises within a pump-down: a valve to the pump that was closed, a leak, a degas.
 
-use super::trace::{Piece, Trace};
+use super::trace::{Section, Trace};
 use crate::rise::{Rise, fit};
 
 /// A rise by so many decades, in so many seconds and samples, is one. free choice: three times the pressure.
@@ -19,7 +19,7 @@ const EXPLAINED: f64 = 0.98;
 
 /// A rise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Climb {
+pub struct PressureRise {
     /// From when, in seconds since the beginning.
     pub from_s: f64,
     /// Until when.
@@ -34,12 +34,12 @@ pub struct Climb {
 
 /// The rises there are, the earliest first.
 #[must_use]
-pub fn climbs(trace: &Trace) -> Vec<Climb> {
+pub fn pressure_rises(trace: &Trace) -> Vec<PressureRise> {
     trace.valid().flat_map(in_piece).collect()
 }
 
 /// Found in what is free of outliers, and fitted to what was measured: a median rounds corners.
-fn in_piece(piece: &Piece) -> Vec<Climb> {
+fn in_piece(piece: &Section) -> Vec<PressureRise> {
     let points = &piece.smooth;
     let mut found = Vec::new();
     // The lowest pressure, the last place near it, and the highest since.
@@ -61,12 +61,12 @@ fn in_piece(piece: &Piece) -> Vec<Climb> {
     found
 }
 
-fn climb(points: &[(f64, f64)], low: usize, high: usize) -> Option<Climb> {
+fn climb(points: &[(f64, f64)], low: usize, high: usize) -> Option<PressureRise> {
     let points = points.get(low..=high)?;
     let ((from_s, from_pa), (to_s, to_pa)) = (*points.first()?, *points.last()?);
     if to_s - from_s < SHORTEST_S || points.len() < SAMPLES {
         return None;
     }
     let fit = fit(points).ok().filter(|rise| rise.explained >= EXPLAINED);
-    Some(Climb { from_s, to_s, from_pa, to_pa, fit })
+    Some(PressureRise { from_s, to_s, from_pa, to_pa, fit })
 }

@@ -4,7 +4,7 @@
 //! What is taken is the time in which the pressure halves, at every sample: long enough for noise, short enough for a valve
 //! that opens.
 
-use super::trace::{Piece, Trace};
+use super::trace::{Section, Trace};
 
 /// A fall by this factor is measured. free choice: noise of 5 % makes an error of a tenth.
 const FACTOR: f64 = 2.0;
@@ -54,7 +54,7 @@ pub fn quickest(falls: &[Fall]) -> Option<Fall> {
 }
 
 /// At every sample: since the last one at which the pressure was twice as high.
-fn all(piece: &Piece) -> Vec<Fall> {
+fn all(piece: &Section) -> Vec<Fall> {
     let points = &piece.smooth;
     let mut foot = 0;
     let mut falls = Vec::new();

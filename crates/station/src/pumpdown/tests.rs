@@ -1,7 +1,7 @@
 //! Against closed forms: what is found must be what was put in.
 
 use super::*;
-use profivac_recorder::{Band, Micros, Quality, Sample};
+use profivac_recorder::{Deadband, Micros, Quality, Sample};
 use std::time::Duration;
 
 /// 1013.25 mbar.
@@ -21,14 +21,14 @@ fn valid(s: f64, pa: f64) -> Sample {
 fn recorded(seconds: f64, pressure: impl Fn(f64) -> f64) -> Vec<Sample> {
     let count = (seconds * 5.0) as u32;
     let all = (0..=count).map(|number| f64::from(number) / 5.0).map(|s| valid(s, pressure(s)));
-    let mut thinner = profivac_recorder::thin::Thinner::default();
-    let mut kept: Vec<_> = all.flat_map(|sample| thinner.push(&Band::default(), sample)).collect();
+    let mut thinner = profivac_recorder::deadband::DeadbandFilter::default();
+    let mut kept: Vec<_> = all.flat_map(|sample| thinner.push(&Deadband::default(), sample)).collect();
     kept.extend(thinner.flush());
     kept
 }
 
 fn whole(samples: &[Sample]) -> Trace {
-    Trace::new(samples, Span { start: samples[0].at, end: samples[samples.len() - 1].at })
+    Trace::new(samples, TimeRange { start: samples[0].at, end: samples[samples.len() - 1].at })
 }
 
 #[track_caller]
@@ -38,8 +38,8 @@ fn near(found: f64, expected: f64, percent: f64) {
 
 #[track_caller]
 fn reached(trace: &Trace, pa: f64) -> f64 {
-    match passage(trace, pa) {
-        Passage::Reached { s } => s,
+    match crossing(trace, pa) {
+        Crossing::Reached { s } => s,
         other => panic!("{pa}: {other:?}"),
     }
 }
@@ -71,7 +71,7 @@ fn an_exponential_is_timed_to_a_percent_and_its_speed_is_the_pumps() {
 fn the_outgassing_of_metal_has_the_slope_one_and_that_of_polymers_a_half() {
     for n in [1.0, 0.5] {
         let trace = whole(&recorded(10_000.0, |s| 1e-3 * (s + 1.0).powf(-n)));
-        let tail = tail(&trace).unwrap();
+        let tail = final_slope(&trace).unwrap();
         near(tail.exponent, n, 1.0);
         near(tail.tenth_s, 10_000.0 * 10_f64.powf(1.0 / n), 5.0);
         assert!(tail.error < 0.01);
@@ -81,8 +81,8 @@ fn the_outgassing_of_metal_has_the_slope_one_and_that_of_polymers_a_half() {
 #[test]
 fn a_pressure_that_stands_still_has_no_slope() {
     let trace = whole(&recorded(3_000.0, |_| 1e-5));
-    assert!(tail(&trace).unwrap().exponent.abs() < 1e-6);
-    assert_eq!(tail(&whole(&recorded(60.0, |_| 1e-5))), None);
+    assert!(final_slope(&trace).unwrap().exponent.abs() < 1e-6);
+    assert_eq!(final_slope(&whole(&recorded(60.0, |_| 1e-5))), None);
 }
 
 /// A rough pump with 2 l/s down to 10 Pa, a minute of waiting, then a turbo with 50 l/s on 100 l.
@@ -136,7 +136,7 @@ fn noise_of_five_percent_moves_times_and_speed_little() {
         .collect();
     let [found] = find(&samples, 0)[..] else { panic!("one") };
     assert!(trace::seconds(at(30.0), found.span.start).abs() < 2.0, "{:?}", found.span);
-    let trace = Trace::new(&samples, Span { start: at(30.0), ..found.span });
+    let trace = Trace::new(&samples, TimeRange { start: at(30.0), ..found.span });
     for pa in [1e3, 1.0] {
         near(reached(&trace, pa), 20.0 * (AIR / pa).ln(), 2.0);
     }
@@ -153,7 +153,7 @@ fn a_pressure_that_was_passed_in_a_gap_was_reached_somewhere_in_it() {
     samples.push(Sample::gap(at(passed - 3.9)));
     samples.sort_by_key(|sample| sample.at);
     let trace = whole(&samples);
-    let Passage::Between { from_s, to_s } = passage(&trace, level) else { panic!("{:?}", passage(&trace, level)) };
+    let Crossing::Between { from_s, to_s } = crossing(&trace, level) else { panic!("{:?}", crossing(&trace, level)) };
     assert!(from_s < passed && passed < to_s && to_s - from_s < 9.0, "{from_s} {to_s}");
     near(trace.seconds_of(Quality::Gap), 7.9, 5.0);
     near(reached(&trace, 1.0), 5.0 * AIR.ln(), 1.0);
@@ -167,34 +167,34 @@ fn minutes_without_a_sample_are_a_gap_although_nobody_wrote_one() {
         trace.pieces.iter().map(|piece| piece.quality).collect::<Vec<_>>(),
         [Quality::Valid, Quality::Gap, Quality::Valid]
     );
-    assert_eq!(passage(&trace, 10.0), Passage::Between { from_s: 2.0, to_s: 600.0 });
+    assert_eq!(crossing(&trace, 10.0), Crossing::Between { from_s: 2.0, to_s: 600.0 });
 }
 
 #[test]
 fn what_is_above_the_range_of_a_gauge_has_no_time() {
-    let over = |s| Sample::new(at(s), Some(1.0), Quality::Over);
+    let over = |s| Sample::new(at(s), Some(1.0), Quality::Overrange);
     let samples = [over(0.0), over(50.0), over(60.0), valid(60.2, 0.5), valid(100.0, 1e-3), valid(101.0, 1e-3)];
     let trace = whole(&samples);
-    assert_eq!(passage(&trace, 100.0), Passage::Before { s: 60.2 });
-    assert_eq!(passage(&trace, 0.7), Passage::Reached { s: 60.2 });
+    assert_eq!(crossing(&trace, 100.0), Crossing::Before { s: 60.2 });
+    assert_eq!(crossing(&trace, 0.7), Crossing::Reached { s: 60.2 });
     near(reached(&trace, 1e-2), 60.2 + 39.8 * 50_f64.ln() / 500_f64.ln(), 0.1);
-    assert_eq!(passage(&trace, 1e-4), Passage::Not);
+    assert_eq!(crossing(&trace, 1e-4), Crossing::Not);
 }
 
 #[test]
 fn the_end_of_the_range_below_counts_as_reached_only_down_to_it() {
-    let under = |s| Sample::new(at(s), Some(1e-3), Quality::Under);
+    let under = |s| Sample::new(at(s), Some(1e-3), Quality::Underrange);
     let samples = [valid(0.0, 1.0), valid(9.9, 2e-3), under(10.0), under(20.0)];
     let trace = whole(&samples);
-    assert_eq!(passage(&trace, 1e-3), Passage::Reached { s: 10.0 });
-    assert_eq!(passage(&trace, 9e-4), Passage::Not);
+    assert_eq!(crossing(&trace, 1e-3), Crossing::Reached { s: 10.0 });
+    assert_eq!(crossing(&trace, 9e-4), Crossing::Not);
 }
 
 #[test]
 fn a_decade_that_was_not_passed_is_not_reached_and_a_lower_start_is_there_already() {
     let trace = whole(&recorded(60.0, |s| 5.0 + 4.0 * (-s / 5.0).exp()));
-    assert_eq!(passage(&trace, 1.0), Passage::Not);
-    assert_eq!(passage(&trace, 10.0), Passage::Already);
+    assert_eq!(crossing(&trace, 1.0), Crossing::Not);
+    assert_eq!(crossing(&trace, 10.0), Crossing::Already);
     assert!(falls(&trace).is_empty() && find(&recorded(60.0, |s| 5.0 + 4.0 * (-s / 5.0).exp()), 0).is_empty());
 }
 
@@ -203,10 +203,10 @@ fn one_sample_and_none_are_no_pump_down() {
     let one = [valid(0.0, AIR)];
     assert!(find(&one, 0).is_empty());
     let trace = whole(&one);
-    assert_eq!((passage(&trace, 1.0), falls(&trace).len(), tail(&trace)), (Passage::Not, 0, None));
+    assert_eq!((crossing(&trace, 1.0), falls(&trace).len(), final_slope(&trace)), (Crossing::Not, 0, None));
     assert_eq!(trace.ends(), Some([(0.0, AIR); 3]));
-    let none = Trace::new(&[], Span { start: START, end: at(1.0) });
-    assert_eq!((none.ends(), passage(&none, 1.0), climbs(&none).len()), (None, Passage::Not, 0));
+    let none = Trace::new(&[], TimeRange { start: START, end: at(1.0) });
+    assert_eq!((none.ends(), crossing(&none, 1.0), pressure_rises(&none).len()), (None, Crossing::Not, 0));
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn readings_that_are_not_valid_say_nothing_about_pressure() {
     let samples: Vec<_> = (0..100).map(invalid).collect();
     assert!(find(&samples, 0).is_empty());
     let trace = whole(&samples);
-    assert_eq!((trace.ends(), passage(&trace, 1e9)), (None, Passage::Not));
+    assert_eq!((trace.ends(), crossing(&trace, 1e9)), (None, Crossing::Not));
     assert_eq!(trace.seconds_of(Quality::Invalid), 99.0);
 }
 
@@ -226,7 +226,7 @@ fn the_gauge_that_saw_the_air_says_when_it_began() {
     let found = [find(&ion, 0), find(&pirani, 1)].concat();
     assert_eq!(found.len(), 2);
     assert!(found[0].decades() > found[1].decades());
-    let [one] = chosen(found)[..] else { panic!("one") };
+    let [one] = select(found)[..] else { panic!("one") };
     assert_eq!(one.gauge, 1);
 }
 
@@ -248,7 +248,7 @@ fn a_closed_valve_is_a_rise_and_its_leak_is_found() {
         _ => 1e-4 + leak * 300.0 * (-(s - 600.0) / 2.0).exp(),
     });
     let trace = whole(&samples);
-    let [climb] = climbs(&trace)[..] else { panic!("{:?}", climbs(&trace)) };
+    let [climb] = pressure_rises(&trace)[..] else { panic!("{:?}", pressure_rises(&trace)) };
     near(climb.from_s, 300.0, 2.0);
     near(climb.to_s, 600.0, 2.0);
     near(climb.fit.unwrap().steady_pa_per_s, leak, 3.0);
@@ -258,7 +258,7 @@ fn a_closed_valve_is_a_rise_and_its_leak_is_found() {
 #[test]
 fn what_holds_at_the_end_is_told_by_the_next_sample() {
     let invalid = |s| Sample::new(at(s), None, Quality::Invalid);
-    let span = |end| Span { start: at(0.0), end: at(end) };
+    let span = |end| TimeRange { start: at(0.0), end: at(end) };
     let lost = [valid(0.0, 1.0), invalid(1.0), invalid(55.0)];
     assert_eq!(Trace::new(&lost, span(40.0)).seconds_of(Quality::Invalid), 39.0);
     let falling = [valid(0.0, 100.0), valid(50.0, 1.0)];
@@ -270,7 +270,7 @@ fn what_holds_at_the_end_is_told_by_the_next_sample() {
 #[test]
 fn what_was_held_at_the_beginning_holds_there() {
     let samples = [valid(0.0, 500.0), valid(50.0, 400.0), valid(51.0, 4.0), valid(52.0, 3.0)];
-    let trace = Trace::new(&samples, Span { start: at(10.0), end: at(52.0) });
+    let trace = Trace::new(&samples, TimeRange { start: at(10.0), end: at(52.0) });
     assert_eq!(trace.pieces[0].points[0], (0.0, 500.0));
     assert_eq!(trace.samples, 3);
 }
@@ -303,21 +303,21 @@ fn of_odd_records_nothing_is_told_that_is_no_number() {
     for _ in 0..2_000 {
         let samples = odd(&mut random);
         let found = find(&samples, 0);
-        let spans = found.iter().map(|one| one.span).chain([Span { start: START, end: at(1e9) }]);
+        let spans = found.iter().map(|one| one.span).chain([TimeRange { start: START, end: at(1e9) }]);
         for span in spans {
             let trace = Trace::new(&samples, span);
             let inside = |s: f64| (0.0..=span.seconds()).contains(&s);
             for pa in [1e-46, 1e-6, 1.0, 1e39] {
-                match passage(&trace, pa) {
-                    Passage::Reached { s } | Passage::Before { s } => assert!(inside(s), "{s}"),
-                    Passage::Between { from_s, to_s } => assert!(inside(from_s) && inside(to_s) && from_s <= to_s),
-                    Passage::Already | Passage::Not => {}
+                match crossing(&trace, pa) {
+                    Crossing::Reached { s } | Crossing::Before { s } => assert!(inside(s), "{s}"),
+                    Crossing::Between { from_s, to_s } => assert!(inside(from_s) && inside(to_s) && from_s <= to_s),
+                    Crossing::Already | Crossing::Not => {}
                 }
             }
             let falls = falls(&trace);
             assert!(falls.iter().all(|fall| inside(fall.s) && fall.pa.is_finite() && fall.per_s.is_finite()));
-            assert!(climbs(&trace).iter().all(|climb| climb.from_s <= climb.to_s && climb.to_pa.is_finite()));
-            assert!(tail(&trace).is_none_or(|tail| tail.exponent.is_finite() && tail.error.is_finite()));
+            assert!(pressure_rises(&trace).iter().all(|climb| climb.from_s <= climb.to_s && climb.to_pa.is_finite()));
+            assert!(final_slope(&trace).is_none_or(|tail| tail.exponent.is_finite() && tail.error.is_finite()));
             fallen += falls.len();
         }
         assert!(found.iter().all(|one| one.decades() >= 2.0 && one.span.start < one.span.end), "{found:?}");

@@ -3,15 +3,15 @@
 //! What the dead band left out is no gap: a pressure holds until the next sample. A gap is what the record calls one, or a
 //! time in which it has nothing although it keeps a sample a minute.
 
-use super::find::Span;
-use profivac_recorder::{Band, Micros, Quality, Sample};
+use super::find::TimeRange;
+use profivac_recorder::{Deadband, Micros, Quality, Sample};
 
 /// So many values in a row, of which the middle one counts: single outliers go, slopes and steps stay. free choice.
 const MEDIAN: usize = 5;
 
 /// A time of one quality.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
+pub struct Section {
     /// What the samples are worth.
     pub quality: Quality,
     /// Its beginning, in seconds since the beginning of the span.
@@ -28,7 +28,7 @@ pub struct Piece {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// Its pieces, in the order of time.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<Section>,
     /// How many samples they are made from.
     pub samples: usize,
     /// The time between two samples, in seconds: the middle one of all.
@@ -38,7 +38,7 @@ pub struct Trace {
 impl Trace {
     /// What `samples` show from the beginning of `span` to its end. Those before and after it say what held at its ends.
     #[must_use]
-    pub fn new(samples: &[Sample], span: Span) -> Self {
+    pub fn new(samples: &[Sample], span: TimeRange) -> Self {
         let first = samples.partition_point(|sample| sample.at < span.start);
         let end = samples.partition_point(|sample| sample.at <= span.end);
         let inside = samples.get(first..end).unwrap_or_default();
@@ -56,7 +56,7 @@ impl Trace {
         if let Some(next) = samples.get(end) {
             trace.hold(seconds(span.start, next.at), next.pa, span.seconds(), longest);
         }
-        trace.pieces.iter_mut().filter(|piece| piece.quality == Quality::Valid).for_each(Piece::calm);
+        trace.pieces.iter_mut().filter(|piece| piece.quality == Quality::Valid).for_each(Section::calm);
         trace
     }
 
@@ -67,14 +67,14 @@ impl Trace {
         match self.pieces.last_mut() {
             Some(piece) if is_hole => {
                 let from_s = piece.to_s;
-                self.pieces.push(Piece::begin(Quality::Gap, from_s));
+                self.pieces.push(Section::begin(Quality::Gap, from_s));
                 self.close(t);
-                self.pieces.push(Piece::begin(sample.quality, t));
+                self.pieces.push(Section::begin(sample.quality, t));
             }
             Some(piece) if piece.quality == sample.quality => {}
             _ => {
                 self.close(t);
-                self.pieces.push(Piece::begin(sample.quality, t));
+                self.pieces.push(Section::begin(sample.quality, t));
             }
         }
         if let Some(piece) = self.pieces.last_mut() {
@@ -101,7 +101,7 @@ impl Trace {
     }
 
     /// The pieces in which the gauge measures.
-    pub fn valid(&self) -> impl Iterator<Item = &Piece> {
+    pub fn valid(&self) -> impl Iterator<Item = &Section> {
         self.pieces.iter().filter(|piece| piece.quality == Quality::Valid)
     }
 
@@ -129,7 +129,7 @@ impl Trace {
     }
 }
 
-impl Piece {
+impl Section {
     const fn begin(quality: Quality, from_s: f64) -> Self {
         Self { quality, from_s, to_s: from_s, points: Vec::new(), smooth: Vec::new() }
     }
@@ -156,7 +156,7 @@ pub fn seconds(from: Micros, to: Micros) -> f64 {
 
 /// Longer without a sample is a gap: twice what the recorder lets pass.
 fn hole() -> f64 {
-    2.0 * Band::default().longest.as_secs_f64()
+    2.0 * Deadband::default().max_interval.as_secs_f64()
 }
 
 fn spacing(samples: &[Sample]) -> Option<f64> {

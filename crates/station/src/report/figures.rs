@@ -1,15 +1,17 @@
 //! The numbers of a report, as a program reads them: pressures in Pa, times in seconds since the beginning and as moments.
 
+use super::format::{Unit, target_pressure, timestamp};
 use super::series::{Series, series};
-use super::words::{Unit, asked, timestamp};
 use crate::config::Config;
 use crate::pumpdown::trace::seconds;
-use crate::pumpdown::{Climb, Fall, Passage, Span, Tail, Trace, climbs, falls, passage, quickest, tail};
+use crate::pumpdown::{
+    Crossing, Fall, FinalSlope, PressureRise, TimeRange, Trace, crossing, falls, final_slope, pressure_rises, quickest,
+};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use profivac_recorder::{Band, Event, Micros, Quality, Reader, StoreError};
+use profivac_recorder::{DatabaseError, Deadband, Event, Micros, Quality, Reader};
 use profivac_vacuum::Gas;
-use profivac_virtual::factory::entry;
+use profivac_virtual::device_spec::entry;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -21,7 +23,7 @@ const LOWEST_RATE: f64 = 1e-7;
 
 /// What a station's file says about a gauge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Identity {
+pub struct GaugeInfo {
     /// The device.
     pub device: Option<String>,
     /// Its address.
@@ -35,7 +37,7 @@ pub struct Identity {
     pub levels: Vec<(String, f64)>,
 }
 
-impl Identity {
+impl GaugeInfo {
     /// What `config` says about a series: a gauge's, or that of a channel of it (`name.2`).
     #[must_use]
     pub fn of(config: &Config, series: &str) -> Self {
@@ -56,7 +58,7 @@ impl Identity {
 
 /// What a report is to be about.
 #[derive(Clone, Debug)]
-pub struct Wish {
+pub struct ReportRequest {
     /// Its heading.
     pub title: String,
     /// The name of the station, if known.
@@ -64,11 +66,11 @@ pub struct Wish {
     /// The file.
     pub record: String,
     /// From when to when.
-    pub span: Span,
+    pub span: TimeRange,
     /// Why from then to then.
     pub why: String,
     /// Whose series.
-    pub gauges: Vec<(String, Identity)>,
+    pub gauges: Vec<(String, GaugeInfo)>,
     /// The volume, in m³.
     pub volume_m3: Option<f64>,
     /// Pressures whose times are wanted, in Pa.
@@ -83,7 +85,7 @@ pub struct Wish {
 
 /// A pressure whose time is wanted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Asked {
+pub struct TargetPressure {
     /// In Pa.
     pub pa: f64,
     /// The name of a level, if it is one.
@@ -107,7 +109,7 @@ pub struct Reached {
 
 /// A pressure at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Seen {
+pub struct PressurePoint {
     /// In Pa.
     pub pa: f64,
     /// In seconds since the beginning.
@@ -146,9 +148,9 @@ pub struct Slope {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rising {
     /// Where it began.
-    pub from: Seen,
+    pub from: PressurePoint,
     /// Where it ended.
-    pub to: Seen,
+    pub to: PressurePoint,
     /// The part that does not slow down, in Pa/s; nothing if it is no rise in a closed volume.
     pub steady_pa_per_s: Option<f64>,
     /// The part that does, at its beginning, in Pa/s.
@@ -159,7 +161,7 @@ pub struct Rising {
 
 /// What the numbers stand on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Standing {
+pub struct DataCoverage {
     /// Samples that were kept.
     pub samples: usize,
     /// The time between two of them, the middle one of all.
@@ -185,13 +187,13 @@ pub struct Gauge {
     pub name: String,
     /// What it is.
     #[serde(flatten)]
-    pub identity: Identity,
+    pub identity: GaugeInfo,
     /// The first pressure it measured.
-    pub first: Option<Seen>,
+    pub first: Option<PressurePoint>,
     /// The lowest.
-    pub lowest: Option<Seen>,
+    pub lowest: Option<PressurePoint>,
     /// The last.
-    pub last: Option<Seen>,
+    pub last: Option<PressurePoint>,
     /// When it reached what is asked for, in the order of [`Report::asked`].
     pub times: Vec<Reached>,
     /// The quickest fall.
@@ -203,7 +205,7 @@ pub struct Gauge {
     /// Rises.
     pub rises: Vec<Rising>,
     /// What all this stands on.
-    pub standing: Standing,
+    pub standing: DataCoverage,
     /// Its curve.
     #[serde(skip)]
     pub trace: Trace,
@@ -211,7 +213,7 @@ pub struct Gauge {
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Happening {
+pub struct ReportEvent {
     /// Its number in the pictures.
     pub number: usize,
     /// When.
@@ -253,18 +255,18 @@ pub struct Report {
     /// The volume, in m³.
     pub volume_m3: Option<f64>,
     /// The pressures whose times are told, from high to low.
-    pub asked: Vec<Asked>,
+    pub asked: Vec<TargetPressure>,
     /// The gauges.
     pub gauges: Vec<Gauge>,
     /// What happened, the earliest first.
-    pub events: Vec<Happening>,
+    pub events: Vec<ReportEvent>,
     /// Whether there were more events than are listed.
     pub has_more_events: bool,
     /// The dead band of a recorder as it is by default, in decades.
     pub dead_band_decades: f64,
     /// The span in microseconds.
     #[serde(skip)]
-    pub span: Span,
+    pub span: TimeRange,
     /// The zone of the page.
     #[serde(skip)]
     pub zone: TimeZone,
@@ -275,13 +277,13 @@ impl Report {
     ///
     /// # Errors
     /// [`StoreError`] when the record cannot be read.
-    pub fn make(reader: &Reader, wish: Wish) -> Result<Self, StoreError> {
+    pub fn make(reader: &Reader, wish: ReportRequest) -> Result<Self, DatabaseError> {
         let span = wish.span;
-        let read = |(name, identity): &(String, Identity)| {
+        let read = |(name, identity): &(String, GaugeInfo)| {
             let series = series(reader, name, span)?;
             Ok((name.clone(), identity.clone(), Trace::new(&series.samples, span), series))
         };
-        let read: Vec<_> = wish.gauges.iter().map(read).collect::<Result<_, StoreError>>()?;
+        let read: Vec<_> = wish.gauges.iter().map(read).collect::<Result<_, DatabaseError>>()?;
         let asked = wanted(&wish, read.iter().map(|(_, _, trace, _)| trace));
         let gauges = read
             .into_iter()
@@ -304,7 +306,7 @@ impl Report {
             gauges,
             events,
             has_more_events,
-            dead_band_decades: Band::default().decades,
+            dead_band_decades: Deadband::default().decades,
             span,
             zone: wish.zone,
         })
@@ -312,7 +314,7 @@ impl Report {
 }
 
 /// The last events of these gauges and of the station, the earliest first, and whether there were more.
-fn events(reader: &Reader, span: Span, gauges: &[Gauge]) -> Result<(Vec<Happening>, bool), StoreError> {
+fn events(reader: &Reader, span: TimeRange, gauges: &[Gauge]) -> Result<(Vec<ReportEvent>, bool), DatabaseError> {
     let mut events = reader.events(span.start, span.end, EVENTS + 1)?;
     let has_more = events.len() > EVENTS as usize;
     events.truncate(EVENTS as usize);
@@ -326,8 +328,8 @@ fn belongs(name: &str, of: &str) -> bool {
     name == of || name.strip_prefix(of).is_some_and(|rest| rest.starts_with('.'))
 }
 
-fn happening((place, event): (usize, Event)) -> Happening {
-    Happening {
+fn happening((place, event): (usize, Event)) -> ReportEvent {
+    ReportEvent {
         number: place + 1,
         at: timestamp(event.at),
         gauge: event.gauge,
@@ -338,7 +340,7 @@ fn happening((place, event): (usize, Event)) -> Happening {
 }
 
 /// Every power of ten that was passed, and the next one, the levels, and what was asked for; from high to low.
-fn wanted<'a>(wish: &Wish, traces: impl Iterator<Item = &'a Trace>) -> Vec<Asked> {
+fn wanted<'a>(wish: &ReportRequest, traces: impl Iterator<Item = &'a Trace>) -> Vec<TargetPressure> {
     let one = wish.unit.pa();
     let ends = traces.filter_map(Trace::ends);
     let (top, bottom) = ends.fold((f64::MIN, f64::MAX), |(top, bottom), [first, low, _]| {
@@ -346,11 +348,11 @@ fn wanted<'a>(wish: &Wish, traces: impl Iterator<Item = &'a Trace>) -> Vec<Asked
     });
     let decades = (top >= bottom).then(|| bottom.floor() as i32..=top.ceil() as i32 - 1).into_iter().flatten();
     let named = wish.gauges.iter().flat_map(|(_, identity)| &identity.levels);
-    let named = named.map(|(name, pa)| Asked { pa: *pa, name: Some(name.clone()) });
+    let named = named.map(|(name, pa)| TargetPressure { pa: *pa, name: Some(name.clone()) });
     // A power of ten above one is exact, its inverse is not.
     let power = |decade: i32| if decade < 0 { one / 10_f64.powi(-decade) } else { one * 10_f64.powi(decade) };
     let plain = wish.pressures.iter().copied().chain(decades.map(power));
-    let mut all: Vec<Asked> = named.chain(plain.map(|pa| Asked { pa, name: None })).collect();
+    let mut all: Vec<TargetPressure> = named.chain(plain.map(|pa| TargetPressure { pa, name: None })).collect();
     // Sorting keeps the order of equals, so a named one stays before a decade at the same pressure.
     all.sort_by(|one, two| two.pa.total_cmp(&one.pa));
     all.dedup_by(|later, kept| {
@@ -359,7 +361,14 @@ fn wanted<'a>(wish: &Wish, traces: impl Iterator<Item = &'a Trace>) -> Vec<Asked
     all
 }
 
-fn gauge(name: String, identity: Identity, trace: Trace, series: &Series, asked: &[Asked], wish: &Wish) -> Gauge {
+fn gauge(
+    name: String,
+    identity: GaugeInfo,
+    trace: Trace,
+    series: &Series,
+    asked: &[TargetPressure],
+    wish: &ReportRequest,
+) -> Gauge {
     let start = wish.span.start;
     let ends = trace.ends().map(|ends| ends.map(|point| seen(start, point)));
     let falls = falls(&trace);
@@ -370,11 +379,11 @@ fn gauge(name: String, identity: Identity, trace: Trace, series: &Series, asked:
         first: ends.map(|[first, _, _]| first),
         lowest: ends.map(|[_, lowest, _]| lowest),
         last: ends.map(|[_, _, last]| last),
-        times: asked.iter().map(|asked| reached(start, asked.pa, passage(&trace, asked.pa))).collect(),
+        times: asked.iter().map(|asked| reached(start, asked.pa, crossing(&trace, asked.pa))).collect(),
         quickest: quickest(&falls).as_ref().map(falling),
         falls: falls.iter().filter(|fall| fall.per_s > LOWEST_RATE).map(falling).collect(),
-        slope: tail(&trace).map(slope),
-        rises: climbs(&trace).iter().map(|climb| rising(start, climb, wish.volume_m3)).collect(),
+        slope: final_slope(&trace).map(slope),
+        rises: pressure_rises(&trace).iter().map(|climb| rising(start, climb, wish.volume_m3)).collect(),
         standing: standing(&trace, series),
         trace,
     }
@@ -384,17 +393,17 @@ fn after(start: Micros, s: f64) -> Micros {
     start.after(Duration::try_from_secs_f64(s).unwrap_or_default())
 }
 
-fn seen(start: Micros, (s, pa): (f64, f64)) -> Seen {
-    Seen { pa, s, at: timestamp(after(start, s)) }
+fn seen(start: Micros, (s, pa): (f64, f64)) -> PressurePoint {
+    PressurePoint { pa, s, at: timestamp(after(start, s)) }
 }
 
-fn reached(start: Micros, pa: f64, passage: Passage) -> Reached {
+fn reached(start: Micros, pa: f64, passage: Crossing) -> Reached {
     let (outcome, s, from_s) = match passage {
-        Passage::Reached { s } => ("reached", Some(s), None),
-        Passage::Between { from_s, to_s } => ("between", Some(to_s), Some(from_s)),
-        Passage::Before { s } => ("before", Some(s), None),
-        Passage::Already => ("already", Some(0.0), None),
-        Passage::Not => ("not", None, None),
+        Crossing::Reached { s } => ("reached", Some(s), None),
+        Crossing::Between { from_s, to_s } => ("between", Some(to_s), Some(from_s)),
+        Crossing::Before { s } => ("before", Some(s), None),
+        Crossing::Already => ("already", Some(0.0), None),
+        Crossing::Not => ("not", None, None),
     };
     Reached { pa, outcome, s, at: s.map(|s| timestamp(after(start, s))), from_s }
 }
@@ -404,11 +413,11 @@ fn falling(fall: &Fall, volume_m3: Option<f64>) -> Falling {
     Falling { s: fall.s, pa: fall.pa, time_constant_s: 1.0 / fall.per_s, speed_m3_per_s }
 }
 
-fn slope(tail: Tail) -> Slope {
+fn slope(tail: FinalSlope) -> Slope {
     Slope { exponent: tail.exponent, error: tail.error, from_s: tail.from_s, to_s: tail.to_s }
 }
 
-fn rising(start: Micros, climb: &Climb, volume_m3: Option<f64>) -> Rising {
+fn rising(start: Micros, climb: &PressureRise, volume_m3: Option<f64>) -> Rising {
     let steady_pa_per_s = climb.fit.map(|fit| fit.steady_pa_per_s);
     Rising {
         from: seen(start, (climb.from_s, climb.from_pa)),
@@ -419,24 +428,24 @@ fn rising(start: Micros, climb: &Climb, volume_m3: Option<f64>) -> Rising {
     }
 }
 
-fn standing(trace: &Trace, series: &Series) -> Standing {
-    Standing {
+fn standing(trace: &Trace, series: &Series) -> DataCoverage {
+    DataCoverage {
         samples: trace.samples,
         spacing_s: trace.spacing_s,
         coarsest_s: series.coarsest_s,
         valid_s: trace.seconds_of(Quality::Valid),
-        over_s: trace.seconds_of(Quality::Over),
-        under_s: trace.seconds_of(Quality::Under),
+        over_s: trace.seconds_of(Quality::Overrange),
+        under_s: trace.seconds_of(Quality::Underrange),
         invalid_s: trace.seconds_of(Quality::Invalid),
         gap_s: trace.seconds_of(Quality::Gap),
     }
 }
 
-impl Asked {
+impl TargetPressure {
     /// The pressure with its unit, and the name if it has one.
     #[must_use]
     pub fn words(&self, unit: Unit) -> String {
-        let pressure = format!("{}\u{a0}{}", asked(self.pa, unit), unit.name());
+        let pressure = format!("{}\u{a0}{}", target_pressure(self.pa, unit), unit.name());
         self.name.as_ref().map_or(pressure.clone(), |name| format!("{name}: {pressure}"))
     }
 }

@@ -10,16 +10,16 @@
 //! | `tables` | its tables |
 //! | [`words`] | numbers and times as people read them |
 
+mod charts;
 pub mod figures;
+pub mod format;
 pub mod page;
-mod pictures;
 mod plot;
 pub mod series;
 mod tables;
-pub mod words;
 
-pub use figures::{Asked, Identity, Report, Wish};
-pub use words::Unit;
+pub use figures::{GaugeInfo, Report, ReportRequest, TargetPressure};
+pub use format::Unit;
 
 /// From this likeness on a name may have been meant: half of its letters stand where they should. free choice.
 const ALIKE: f64 = 0.5;

@@ -1,11 +1,11 @@
 //! The page: one HTML file with everything in it. No script, nothing from elsewhere; it may lie beside a chamber for twenty
 //! years. Everything that comes from a file goes through [`escape`].
 
+use super::charts::{over_log_time, over_time, speeds};
 use super::figures::{Gauge, Reached, Report};
-use super::pictures::{over_log_time, over_time, speeds};
+use super::format::{duration, escape, moment, number, time_of_day, with_unit};
 use super::plot::{lane_swatch, swatch};
 use super::tables;
-use super::words::{duration, escape, moment, number, time_of_day, with_unit};
 use jiff::tz::TimeZone;
 use profivac_recorder::{Micros, Quality};
 use std::fmt::Write;
@@ -140,8 +140,8 @@ fn pictures(report: &Report) -> String {
 
 fn legend() -> String {
     let named = [
-        (Quality::Over, "above the range"),
-        (Quality::Under, "below the range"),
+        (Quality::Overrange, "above the range"),
+        (Quality::Underrange, "below the range"),
         (Quality::Invalid, "not valid"),
         (Quality::Gap, "nothing recorded"),
     ];

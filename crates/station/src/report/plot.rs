@@ -1,7 +1,7 @@
 //! A picture with curves, as SVG: lines and words. Colours, dashes and type stand in the style of the page, so that it is
 //! dark where the page is dark.
 
-use super::words::escape;
+use super::format::escape;
 use profivac_recorder::Quality;
 use std::fmt::Write;
 
@@ -253,8 +253,8 @@ impl Plot {
 /// A piece of a lane: overrange stands high, underrange low, invalid fills, a gap is an empty frame.
 fn span(x: f64, y: f64, width: f64, quality: Quality) -> String {
     let (top, height) = match quality {
-        Quality::Over => (y, 5.0),
-        Quality::Under => (y + 5.0, 5.0),
+        Quality::Overrange => (y, 5.0),
+        Quality::Underrange => (y + 5.0, 5.0),
         Quality::Valid | Quality::Invalid | Quality::Gap => (y, 10.0),
     };
     format!(

@@ -3,10 +3,10 @@
 //! A record may hold two years at five samples a second. The beginning of a pump-down is read as it was kept, later parts in
 //! longer and longer spans where there is too much of it, as the eye on a logarithm of time wants it anyway.
 
-use crate::pumpdown::{Chosen, Span, chosen, find};
-use profivac_recorder::reader::Bin;
-use profivac_recorder::rollup::{LEVELS, Level};
-use profivac_recorder::{Micros, Qualities, Quality, Reader, Sample, StoreError};
+use crate::pumpdown::{PumpDown, TimeRange, find, select};
+use profivac_recorder::reader::Span;
+use profivac_recorder::spans::{LEVELS, Level};
+use profivac_recorder::{DatabaseError, Micros, Qualities, Quality, Reader, Sample};
 use std::time::Duration;
 
 /// So many samples are read for each part of a span. free choice: some megabytes, some tenths of a second.
@@ -37,7 +37,7 @@ pub struct Series {
 ///
 /// # Errors
 /// [`StoreError`] when the record cannot be read.
-pub fn series(reader: &Reader, gauge: &str, span: Span) -> Result<Series, StoreError> {
+pub fn series(reader: &Reader, gauge: &str, span: TimeRange) -> Result<Series, DatabaseError> {
     let mut series = Series::default();
     let mut from = span.start.before(HELD);
     let end = span.end.after(HELD);
@@ -54,10 +54,10 @@ pub fn series(reader: &Reader, gauge: &str, span: Span) -> Result<Series, StoreE
 }
 
 impl Series {
-    fn read(&mut self, reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<(), StoreError> {
+    fn read(&mut self, reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<(), DatabaseError> {
         let page = reader.page(gauge, from, to, MOST)?;
         if page.len() >= MOST as usize {
-            let bins = reader.draw(gauge, from, to, BINS)?;
+            let bins = reader.trend(gauge, from, to, BINS)?;
             self.take(&bins, width(&bins));
         } else if page.is_empty() {
             let bins = older(reader, gauge, from, to)?;
@@ -68,37 +68,37 @@ impl Series {
         Ok(())
     }
 
-    fn take(&mut self, bins: &[Bin], width: Option<i64>) {
+    fn take(&mut self, bins: &[Span], width: Option<i64>) {
         let width = width.map(|width| width as f64 / Micros::SECOND as f64);
         self.coarsest_s = [self.coarsest_s, width].into_iter().flatten().reduce(f64::max);
-        self.samples.extend(bins.iter().map(|bin| Sample::new(bin.start, bin.extent.mean(), quality(bin))));
+        self.samples.extend(bins.iter().map(|bin| Sample::new(bin.start, bin.summary.mean(), quality(bin))));
     }
 }
 
 /// What is left of a time of which there are no samples any more. A span that reaches to where samples begin is not of it.
-fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Bin>, StoreError> {
-    let Some(first) = reader.first_sample(gauge)? else { return reader.draw(gauge, from, to, BINS) };
+fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Span>, DatabaseError> {
+    let Some(first) = reader.first_sample(gauge)? else { return reader.trend(gauge, from, to, BINS) };
     if first <= from {
         return Ok(Vec::new());
     }
-    let mut bins = reader.draw(gauge, from, to.min(first), BINS)?;
+    let mut bins = reader.trend(gauge, from, to.min(first), BINS)?;
     let width = width(&bins);
     bins.retain(|bin| width.is_some_and(|width| bin.start.0.saturating_add(width) <= first.0));
     Ok(bins)
 }
 
 /// How far bins are apart. Spans are moved to where pixels begin, so their length is the nearest one there is.
-fn width(bins: &[Bin]) -> Option<i64> {
+fn width(bins: &[Span]) -> Option<i64> {
     let least = bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min()?;
     let is_near = |level: &i64| level.abs_diff(least) < level.unsigned_abs() / 4;
     Some(LEVELS.into_iter().map(Level::micros).find(is_near).unwrap_or(least))
 }
 
 /// A span counts as what it is least of: a mean of valid pressures and the end of a range is neither.
-fn quality(bin: &Bin) -> Quality {
-    let occurred: Qualities = bin.extent.qualities;
-    let worst = [Quality::Over, Quality::Under].into_iter().find(|quality| occurred.contains(*quality));
-    match bin.extent.mean() {
+fn quality(bin: &Span) -> Quality {
+    let occurred: Qualities = bin.summary.qualities;
+    let worst = [Quality::Overrange, Quality::Underrange].into_iter().find(|quality| occurred.contains(*quality));
+    match bin.summary.mean() {
         Some(_) => worst.unwrap_or(Quality::Valid),
         None if occurred.contains(Quality::Gap) => Quality::Gap,
         None => Quality::Invalid,
@@ -110,7 +110,7 @@ fn quality(bin: &Bin) -> Quality {
 ///
 /// # Errors
 /// [`StoreError`] when the record cannot be read.
-pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Vec<Chosen>, StoreError> {
+pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Vec<PumpDown>, DatabaseError> {
     let Some(known) = known(reader, gauges)? else { return Ok(Vec::new()) };
     for (back, width) in LOOKS {
         let is_last = back == i64::MAX || known.end.0 - back.saturating_mul(Micros::SECOND) <= known.start.0;
@@ -118,13 +118,13 @@ pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Ve
             continue;
         }
         let start = if is_last { known.start } else { Micros(known.end.0 - back * Micros::SECOND) };
-        let looked = Span { start, end: known.end };
+        let looked = TimeRange { start, end: known.end };
         let found = within(reader, gauges, looked, width)?;
         // One that begins where the look begins may have begun before.
-        let begun = |one: &Chosen| one.span.start.0 > start.0 + 60 * Micros::SECOND;
+        let begun = |one: &PumpDown| one.span.start.0 > start.0 + 60 * Micros::SECOND;
         if is_last || found.last().is_some_and(begun) {
             let sharp: Result<Vec<_>, _> = found.iter().map(|one| sharpened(reader, gauges, one, width)).collect();
-            return Ok(chosen(sharp?.into_iter().flatten().collect()));
+            return Ok(select(sharp?.into_iter().flatten().collect()));
         }
     }
     Ok(Vec::new())
@@ -134,12 +134,12 @@ pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Ve
 ///
 /// # Errors
 /// [`StoreError`] when the record cannot be read.
-pub fn known(reader: &Reader, gauges: &[String]) -> Result<Option<Span>, StoreError> {
-    let mut known: Option<Span> = None;
+pub fn known(reader: &Reader, gauges: &[String]) -> Result<Option<TimeRange>, DatabaseError> {
+    let mut known: Option<TimeRange> = None;
     for gauge in gauges {
-        if let Some((start, end)) = reader.extent(gauge)? {
-            let all = known.get_or_insert(Span { start, end });
-            *all = Span { start: all.start.min(start), end: all.end.max(end) };
+        if let Some((start, end)) = reader.time_range(gauge)? {
+            let all = known.get_or_insert(TimeRange { start, end });
+            *all = TimeRange { start: all.start.min(start), end: all.end.max(end) };
         }
     }
     Ok(known)
@@ -149,43 +149,48 @@ pub fn known(reader: &Reader, gauges: &[String]) -> Result<Option<Span>, StoreEr
 ///
 /// # Errors
 /// [`StoreError`] when the record cannot be read.
-pub fn moved(reader: &Reader, gauge: &str, span: Span) -> Result<Option<f64>, StoreError> {
+pub fn moved(reader: &Reader, gauge: &str, span: TimeRange) -> Result<Option<f64>, DatabaseError> {
     let is_sampled = !reader.page(gauge, span.start, span.end, 1)?.is_empty();
     let bins = if is_sampled {
-        reader.draw(gauge, span.start, span.end, 1_000)?
+        reader.trend(gauge, span.start, span.end, 1_000)?
     } else {
         older(reader, gauge, span.start, span.end)?
     };
-    let low = bins.iter().filter_map(|bin| bin.extent.low).reduce(f64::min);
-    let high = bins.iter().filter_map(|bin| bin.extent.high).reduce(f64::max);
+    let low = bins.iter().filter_map(|bin| bin.summary.low).reduce(f64::min);
+    let high = bins.iter().filter_map(|bin| bin.summary.high).reduce(f64::max);
     let moved = high.zip(low).map(|(high, low)| (high / low).log10());
     Ok(moved.or(is_sampled.then_some(0.0)))
 }
 
-fn within(reader: &Reader, gauges: &[String], span: Span, width: i64) -> Result<Vec<Chosen>, StoreError> {
+fn within(reader: &Reader, gauges: &[String], span: TimeRange, width: i64) -> Result<Vec<PumpDown>, DatabaseError> {
     let pixels = u32::try_from((span.seconds() / width as f64).ceil() as i64).unwrap_or(u32::MAX).max(1);
     let mut found = Vec::new();
     for (place, gauge) in gauges.iter().enumerate() {
-        let bins = reader.draw(gauge, span.start, span.end, pixels)?;
+        let bins = reader.trend(gauge, span.start, span.end, pixels)?;
         found.extend(find(&outlines(&bins), place));
     }
-    Ok(chosen(found))
+    Ok(select(found))
 }
 
 /// The highest and the lowest of each bin, in the order of a pressure that falls.
-fn outlines(bins: &[Bin]) -> Vec<Sample> {
-    let sample = |bin: &Bin, pa| Sample::new(bin.start, pa, quality(bin));
-    bins.iter().flat_map(|bin| [sample(bin, bin.extent.high), sample(bin, bin.extent.low)]).collect()
+fn outlines(bins: &[Span]) -> Vec<Sample> {
+    let sample = |bin: &Span, pa| Sample::new(bin.start, pa, quality(bin));
+    bins.iter().flat_map(|bin| [sample(bin, bin.summary.high), sample(bin, bin.summary.low)]).collect()
 }
 
 /// The same pump-down in the samples themselves; nothing if it was none, but a rise and a fall in one bin.
-fn sharpened(reader: &Reader, gauges: &[String], one: &Chosen, width: i64) -> Result<Option<Chosen>, StoreError> {
+fn sharpened(
+    reader: &Reader,
+    gauges: &[String],
+    one: &PumpDown,
+    width: i64,
+) -> Result<Option<PumpDown>, DatabaseError> {
     let margin = Duration::from_secs(width.unsigned_abs().saturating_mul(3));
-    let around = Span { start: one.span.start.before(margin), end: one.span.end.after(margin) };
+    let around = TimeRange { start: one.span.start.before(margin), end: one.span.end.after(margin) };
     let Some(gauge) = gauges.get(one.gauge) else { return Ok(None) };
     let found = find(&series(reader, gauge, around)?.samples, one.gauge);
     let nearest = found.into_iter().filter(|other| other.span.overlaps(&one.span));
     let longest = nearest.max_by(|one, two| one.span.seconds().total_cmp(&two.span.seconds()));
     // What vented it may lie behind a gap, and so behind what was read here.
-    Ok(longest.map(|sharp| Chosen { is_vented: sharp.is_vented || one.is_vented, ..sharp }))
+    Ok(longest.map(|sharp| PumpDown { is_vented: sharp.is_vented || one.is_vented, ..sharp }))
 }

@@ -1,9 +1,9 @@
 //! The tables of a report.
 
-use super::figures::{Gauge, Happening, Report, Rising, Seen, Slope};
+use super::figures::{Gauge, PressurePoint, Report, ReportEvent, Rising, Slope};
+use super::format::{Unit, duration, escape, number, pressure, target_pressure, time_of_day, with_unit};
 use super::page::{columns, reached};
 use super::plot::swatch;
-use super::words::{Unit, asked, duration, escape, number, pressure, time_of_day, with_unit};
 use crate::pumpdown::trace::seconds;
 use profivac_recorder::Micros;
 
@@ -41,7 +41,8 @@ pub fn gauges(report: &Report) -> String {
     let is_known = report.gauges.iter().any(|gauge| gauge.identity.device.is_some());
     let row = |(style, gauge): (usize, &Gauge)| {
         let identity = if is_known { identity(gauge) } else { String::new() };
-        let pressure = |seen: Option<Seen>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
+        let pressure =
+            |seen: Option<PressurePoint>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
         let ends = [gauge.first, gauge.lowest, gauge.last].map(|seen| cell(&pressure(seen)));
         named(style, gauge) + &identity + &ends.concat()
     };
@@ -99,7 +100,8 @@ fn decade_row(report: &Report, from: usize, to: usize) -> Option<String> {
         .iter()
         .map(|gauge| took(gauge).map_or("<td class=\"no\">–</td>".to_owned(), |s| cell(&duration(s))));
     let [from, to] = [from, to].map(|place| report.asked.get(place).map_or(0.0, |asked| asked.pa));
-    let head = format!("<th scope=\"row\">{} – {}</th>", asked(from, report.unit), asked(to, report.unit));
+    let head =
+        format!("<th scope=\"row\">{} – {}</th>", target_pressure(from, report.unit), target_pressure(to, report.unit));
     Some(head + &cells.collect::<String>())
 }
 
@@ -181,7 +183,7 @@ pub fn rises(report: &Report) -> String {
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
-    let place = |seen: Seen| {
+    let place = |seen: PressurePoint| {
         let at = Micros(seen.at.as_microsecond());
         format!(
             "{}<small>{}</small>",
@@ -208,7 +210,7 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
 
 /// What happened.
 pub fn events(report: &Report) -> String {
-    let row = |event: &Happening| {
+    let row = |event: &ReportEvent| {
         let s = seconds(report.span.start, event.moment);
         let at = time_of_day(event.moment, report.span.start, &report.zone);
         let cells = [

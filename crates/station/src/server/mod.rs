@@ -3,26 +3,26 @@
 //! Whoever is on the net may ask too much, too slowly, or never end: each costs one of a limited number of connections and
 //! nothing else. Other computers reach it only over TLS, and only those who log in.
 
-mod brisk;
-mod places;
+mod connection_limit;
+mod slow_client;
 mod tls;
 
-use crate::api::gate::{self, Gate, Peer};
-use crate::api::guard::{self, Hosts};
-use crate::people::Access;
-use crate::people::door::Door;
-use crate::people::rates::Paces;
-use crate::people::users::{Users, UsersError};
-use crate::plant::Plant;
+use crate::api::headers::{self, Hosts};
+use crate::api::middleware::{self, Peer, RequestGuard};
+use crate::auth::Access;
+use crate::auth::authenticator::Authenticator;
+use crate::auth::rate_limit::RateLimits;
+use crate::auth::users::{Users, UsersError};
+use crate::services::Services;
 use axum::Router;
 use axum::extract::Request;
 use axum::middleware::{from_fn, from_fn_with_state};
-use brisk::Brisk;
+use connection_limit::ConnectionLimit;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use places::Places;
+use slow_client::StallTimeout;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -60,7 +60,7 @@ pub struct Limits {
     /// Whoever takes nothing of an answer for so long is left.
     pub stalled: Duration,
     /// How often what may be asked.
-    pub paces: Paces,
+    pub paces: RateLimits,
 }
 
 impl Default for Limits {
@@ -69,7 +69,7 @@ impl Default for Limits {
             connections: 256,
             head: Duration::from_secs(15),
             stalled: Duration::from_secs(30),
-            paces: Paces::default(),
+            paces: RateLimits::default(),
         }
     }
 }
@@ -146,23 +146,23 @@ impl Server {
     ///
     /// # Errors
     /// [`ServerError`] says what is in the way.
-    pub fn start(plant: Arc<Plant>, setup: Setup) -> Result<Self, ServerError> {
+    pub fn start(plant: Arc<Services>, setup: Setup) -> Result<Self, ServerError> {
         let Setup { listen, access, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
-        let door = Arc::new(Door::new(Arc::clone(&plant), access, limits.paces)?);
-        may_begin(listen, &hosts, keys.is_some(), door.has_users())?;
+        let door = Arc::new(Authenticator::new(Arc::clone(&plant), access, limits.paces)?);
+        check_exposure(listen, &hosts, keys.is_some(), door.has_users())?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;
         let listener = runtime.block_on(TcpListener::bind(listen)).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let gate = Gate {
-            door: Arc::clone(&door),
+        let gate = RequestGuard {
+            authenticator: Arc::clone(&door),
             hosts: Hosts { loopback: listen.ip().is_loopback(), given: hosts },
             tls: keys.is_some(),
             port: address.port(),
-            patience: limits.head,
+            body_timeout: limits.head,
         };
-        let served = Served { router: router(plant, gate), keys: keys.clone(), limits };
+        let served = Connections { router: router(plant, gate), keys: keys.clone(), limits };
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::spawn(move || run(runtime, &listener, &served, &door, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
@@ -176,9 +176,9 @@ impl Server {
         let keys = setup.tls.clone().map(Keys::read).transpose()?;
         let users = match &setup.access {
             Access::Users(file) => !Users::read(file)?.is_empty(),
-            Access::Everybody(_) => false,
+            Access::Anonymous(_) => false,
         };
-        may_begin(setup.listen, &setup.hosts, keys.is_some(), users)
+        check_exposure(setup.listen, &setup.hosts, keys.is_some(), users)
     }
 
     /// Where it listens.
@@ -212,7 +212,7 @@ impl Drop for Server {
 }
 
 /// Nothing, unless others would reach us who should not, or whose passwords would be heard.
-fn may_begin(listen: SocketAddr, hosts: &[String], tls: bool, users: bool) -> Result<(), ServerError> {
+fn check_exposure(listen: SocketAddr, hosts: &[String], tls: bool, users: bool) -> Result<(), ServerError> {
     let loopback = listen.ip().is_loopback();
     match (loopback, tls, users) {
         (false, false, _) => Err(ServerError::NoTls(listen)),
@@ -223,11 +223,17 @@ fn may_begin(listen: SocketAddr, hosts: &[String], tls: bool, users: bool) -> Re
 }
 
 /// Serves until it is told to stop.
-fn run(runtime: Runtime, listener: &TcpListener, served: &Served, door: &Arc<Door>, stopped: oneshot::Receiver<()>) {
+fn run(
+    runtime: Runtime,
+    listener: &TcpListener,
+    served: &Connections,
+    door: &Arc<Authenticator>,
+    stopped: oneshot::Receiver<()>,
+) {
     runtime.block_on(async {
         tokio::select! {
             () = serve(listener, served) => {}
-            () = look(door) => {}
+            () = watch_users(door) => {}
             _ = stopped => {}
         }
     });
@@ -237,18 +243,19 @@ fn run(runtime: Runtime, listener: &TcpListener, served: &Served, door: &Arc<Doo
 
 /// What every connection needs.
 #[derive(Clone)]
-struct Served {
+struct Connections {
     router: Router,
     keys: Option<Arc<Keys>>,
     limits: Limits,
 }
 
 /// The API behind its gate; headers stand above refusals as well.
-fn router(plant: Arc<Plant>, gate: Gate) -> Router {
+fn router(plant: Arc<Services>, gate: RequestGuard) -> Router {
     let tls = gate.tls;
-    let router =
-        crate::api::router(plant).layer(from_fn_with_state(Arc::new(gate), gate::admit)).layer(from_fn(guard::headers));
-    if tls { router.layer(from_fn(guard::tls_only)) } else { router }
+    let router = crate::api::router(plant)
+        .layer(from_fn_with_state(Arc::new(gate), middleware::authorise))
+        .layer(from_fn(headers::headers));
+    if tls { router.layer(from_fn(headers::tls_only)) } else { router }
 }
 
 fn runtime() -> std::io::Result<Runtime> {
@@ -256,18 +263,18 @@ fn runtime() -> std::io::Result<Runtime> {
 }
 
 /// Sees when the users change, for ever.
-async fn look(door: &Arc<Door>) {
+async fn watch_users(door: &Arc<Authenticator>) {
     loop {
         tokio::time::sleep(LOOK).await;
         let door = Arc::clone(door);
         // It never panics; if it did, the users would stay as they were.
-        tokio::task::spawn_blocking(move || door.look_again()).await.ok();
+        tokio::task::spawn_blocking(move || door.reload_users()).await.ok();
     }
 }
 
 /// Takes connections, for ever.
-async fn serve(listener: &TcpListener, served: &Served) {
-    let places = Places::new(served.limits.connections);
+async fn serve(listener: &TcpListener, served: &Connections) {
+    let places = ConnectionLimit::new(served.limits.connections);
     loop {
         let Ok((stream, peer)) = listener.accept().await else {
             tokio::time::sleep(NO_ROOM).await;
@@ -276,16 +283,16 @@ async fn serve(listener: &TcpListener, served: &Served) {
         if let Some(place) = places.take(peer.ip()) {
             let served = served.clone();
             tokio::spawn(async move {
-                served.meet(stream, peer.ip()).await;
+                served.accept(stream, peer.ip()).await;
                 drop(place);
             });
         }
     }
 }
 
-impl Served {
+impl Connections {
     /// Answers what comes over a connection, until it ends.
-    async fn meet(self, mut stream: TcpStream, peer: IpAddr) {
+    async fn accept(self, mut stream: TcpStream, peer: IpAddr) {
         let Some(keys) = &self.keys else { return self.answer(stream, peer).await };
         let acceptor = TlsAcceptor::from(keys.config());
         let greeted = async {
@@ -308,7 +315,7 @@ impl Served {
         let mut protocol = http1::Builder::new();
         protocol.timer(TokioTimer::new()).header_read_timeout(self.limits.head).max_buf_size(LONGEST_HEAD);
         // Whoever asked may go at any time.
-        let stream = Brisk::new(stream, self.limits.stalled);
+        let stream = StallTimeout::new(stream, self.limits.stalled);
         protocol.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router)).await.ok();
     }
 }

@@ -1,6 +1,6 @@
 //! TLS: certificate and key, read again when they are renewed.
 
-use crate::people::private::{self, NotPrivate};
+use crate::auth::file_permissions::{self, PermissionError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
 use tokio_rustls::rustls::crypto::ring::default_provider;
@@ -22,7 +22,7 @@ pub struct TlsFiles {
 pub enum TlsError {
     /// Others may read the key.
     #[error(transparent)]
-    Private(#[from] NotPrivate),
+    Private(#[from] PermissionError),
     /// What stands in a file, which is never repeated.
     #[error("{file}: expected {what} as PEM: {error}", file = file.display())]
     Pem {
@@ -77,7 +77,7 @@ impl Keys {
 }
 
 fn config(files: &TlsFiles) -> Result<ServerConfig, TlsError> {
-    private::check(&files.key)?;
+    file_permissions::check(&files.key)?;
     let certificates = CertificateDer::pem_file_iter(&files.certificate)
         .and_then(Iterator::collect::<Result<Vec<_>, _>>)
         .and_then(|all| if all.is_empty() { Err(pem::Error::NoItemsFound) } else { Ok(all) })

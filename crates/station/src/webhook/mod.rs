@@ -15,13 +15,13 @@
 //! | [`courier`] | the thread that delivers |
 
 pub mod client;
-pub mod courier;
+pub mod delivery;
 
 pub use client::certificates;
-pub use courier::{Courier, Patience};
+pub use delivery::{DeliverySettings, DeliveryThread};
 
-use crate::view::milliseconds;
-use profivac_recorder::{Micros, Reader, StoreError};
+use crate::view::unix_ms;
+use profivac_recorder::{DatabaseError, Micros, Reader};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -50,11 +50,11 @@ pub struct WebhookView {
 
 /// How all webhooks are, for whoever wants to know.
 #[derive(Default)]
-pub struct Board {
+pub struct DeliveryStatus {
     all: Mutex<BTreeMap<String, WebhookView>>,
 }
 
-impl Board {
+impl DeliveryStatus {
     fn all(&self) -> MutexGuard<'_, BTreeMap<String, WebhookView>> {
         self.all.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -63,10 +63,10 @@ impl Board {
     ///
     /// # Errors
     /// [`StoreError`] when the record cannot be read.
-    pub fn views(&self, reader: &Reader) -> Result<Vec<WebhookView>, StoreError> {
+    pub fn views(&self, reader: &Reader) -> Result<Vec<WebhookView>, DatabaseError> {
         let mut views: Vec<_> = self.all().values().cloned().collect();
         for view in &mut views {
-            view.waiting = reader.letters(&view.name)?.len();
+            view.waiting = reader.queued_notifications(&view.name)?.len();
         }
         Ok(views)
     }
@@ -80,10 +80,10 @@ impl Board {
     }
 
     /// Says whether it failed before.
-    fn took(&self, name: &str) -> bool {
+    fn delivered(&self, name: &str) -> bool {
         self.all().get_mut(name).is_some_and(|view| {
             view.delivered = view.delivered.saturating_add(1);
-            view.delivered_ms = Some(milliseconds(Micros::now()));
+            view.delivered_ms = Some(unix_ms(Micros::now()));
             view.failing_since_ms = None;
             view.problem.take().is_some()
         })
@@ -92,7 +92,7 @@ impl Board {
     /// Says whether it did not fail before.
     fn failed(&self, name: &str, problem: &str) -> bool {
         self.all().get_mut(name).is_some_and(|view| {
-            view.failing_since_ms.get_or_insert_with(|| milliseconds(Micros::now()));
+            view.failing_since_ms.get_or_insert_with(|| unix_ms(Micros::now()));
             view.problem.replace(problem.to_owned()).is_none()
         })
     }

@@ -5,20 +5,20 @@
 
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
+use profivac_client::cyclic::CyclicSlave;
 use profivac_client::pressure::Pressure;
-use profivac_client::watch::Watched;
 use profivac_dp::link::Baud;
 use profivac_recorder::{Recorder, Settings};
 use profivac_station::api::router;
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Plant;
-use profivac_station::segment::Exhibit;
-use profivac_station::view::{Gauge, Standing};
+use profivac_station::auth::{Role, User};
+use profivac_station::segment::DemoSegment;
+use profivac_station::services::Services;
+use profivac_station::view::{BusStationState, Gauge};
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::{Spec, entry};
-use profivac_virtual::memory::Memory;
-use profivac_virtual::scene::Scene;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::{DeviceSpec, entry};
+use profivac_virtual::memory_segment::MemorySegment;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -41,22 +41,22 @@ pub const ENGINEER: (&str, Role) = ("Erna", Role::Engineer);
 type Who = (&'static str, Role);
 
 /// Something that is done to the segment from outside.
-type Blow = Box<dyn FnOnce(&mut Scene) + Send>;
+type Blow = Box<dyn FnOnce(&mut MemorySegment) + Send>;
 
 /// What is around the gauges.
 pub struct Outside;
 
 impl Outside {
-    pub fn mbar(mbar: f64) -> Conditions {
+    pub fn mbar(mbar: f64) -> GasConditions {
         let atmosphere = Pressure::from_mbar(1013.25);
-        Conditions { pressure: Pressure::from_mbar(mbar), atmosphere, gas: Gas::N2 }
+        GasConditions { pressure: Pressure::from_mbar(mbar), atmosphere, gas: Gas::N2 }
     }
 }
 
 /// A station with a bcg450 called chamber.
 pub struct Desk {
     folder: TempDir,
-    pub plant: Arc<Plant>,
+    pub plant: Arc<Services>,
     blows: Option<Sender<Blow>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -67,14 +67,14 @@ impl Desk {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
         let (blows, inbox) = channel();
         let shown = Arc::clone(&plant);
         let thread = std::thread::spawn(move || live(shown, mbar, &inbox));
         let desk = Self { folder, plant, blows: Some(blows), thread: Some(thread) };
         desk.until_pa(|pa| (pa / (mbar * 100.0) - 1.0).abs() < 0.1);
         until("it exchanges data", || {
-            desk.plant.gauge("chamber").filter(|gauge| gauge.standing == Standing::Exchanging)
+            desk.plant.gauge("chamber").filter(|gauge| gauge.standing == BusStationState::Exchanging)
         });
         desk
     }
@@ -95,12 +95,12 @@ impl Desk {
     }
 
     /// Does something to the segment, and returns when it is done.
-    pub fn outside(&self, blow: impl FnOnce(&mut Scene) + Send + 'static) {
+    pub fn outside(&self, blow: impl FnOnce(&mut MemorySegment) + Send + 'static) {
         self.ask_outside(blow);
     }
 
     /// Asks the segment something from outside.
-    pub fn ask_outside<T: Send + 'static>(&self, question: impl FnOnce(&mut Scene) -> T + Send + 'static) -> T {
+    pub fn ask_outside<T: Send + 'static>(&self, question: impl FnOnce(&mut MemorySegment) -> T + Send + 'static) -> T {
         let (answer, wait) = channel();
         let blow: Blow = Box::new(move |scene| answer.send(question(scene)).unwrap());
         self.blows.as_ref().unwrap().send(blow).unwrap();
@@ -202,22 +202,27 @@ pub fn until<T>(what: &str, mut seen: impl FnMut() -> Option<T>) -> T {
 }
 
 fn request(who: Who, method: &str, path: &str, kind: &str, body: String) -> Request<Body> {
-    let person = Person { name: Arc::from(who.0), role: who.1 };
+    let person = User { name: Arc::from(who.0), role: who.1 };
     let request = Request::builder().method(method).uri(path).header("content-type", kind);
     request.extension(person).body(Body::from(body)).unwrap()
 }
 
 /// The segment, until nobody can do anything to it any more.
-fn live(plant: Arc<Plant>, mbar: f64, inbox: &Receiver<Blow>) {
-    let spec: Spec = "bcg450@5".parse().unwrap();
-    let unit = spec.build(Memory::volatile(), BAUD).unwrap();
+fn live(plant: Arc<Services>, mbar: f64, inbox: &Receiver<Blow>) {
+    let spec: DeviceSpec = "bcg450@5".parse().unwrap();
+    let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
     let device = VirtualDevice::new(unit, 5, BAUD, Outside::mbar(mbar));
     let model = entry("bcg450").unwrap().model;
     let unit = model.unit_named("mbar").unwrap();
-    let watched =
-        Watched { address: 5, model, configuration: model.default_configuration, unit, fitted: Default::default() };
-    let mut scene = Scene::new(vec![device], vec![watched], 1, BAUD).unwrap();
-    let mut exhibit = Exhibit::new(plant, "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
+    let watched = CyclicSlave {
+        address: 5,
+        model,
+        configuration: model.default_configuration,
+        unit,
+        principles: Default::default(),
+    };
+    let mut scene = MemorySegment::new(vec![device], vec![watched], 1, BAUD).unwrap();
+    let mut exhibit = DemoSegment::new(plant, "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
     loop {
         match inbox.recv_timeout(Duration::from_millis(1)) {
             Ok(blow) => blow(&mut scene),
@@ -225,6 +230,6 @@ fn live(plant: Arc<Plant>, mbar: f64, inbox: &Receiver<Blow>) {
             Err(RecvTimeoutError::Disconnected) => return,
         }
         scene.run_until(scene.seconds() + 0.02);
-        exhibit.look(&mut scene);
+        exhibit.run_once(&mut scene);
     }
 }

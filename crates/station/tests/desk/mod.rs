@@ -2,26 +2,26 @@
 
 #![allow(dead_code, reason = "each test uses what it needs")]
 
-use profivac_station::act::Actor;
-use profivac_station::alarm::Sight;
-use profivac_station::people::{Person, Role};
-use profivac_station::plant::Scenery;
-use profivac_station::view::{Gauge, Reading, Segment, SegmentState, Standing};
+use profivac_station::alarm::Inputs;
+use profivac_station::auth::{Role, User};
+use profivac_station::control::Actor;
+use profivac_station::services::SegmentSnapshot;
+use profivac_station::view::{BusStationState, Gauge, Reading, Segment, SegmentState};
 use std::sync::Arc;
 
 /// An engineer at a computer beside.
 pub fn actor(name: &str) -> Actor {
-    Actor { person: Person { name: Arc::from(name), role: Role::Engineer }, peer: Some([10, 0, 0, 7].into()) }
+    Actor { user: User { name: Arc::from(name), role: Role::Engineer }, peer: Some([10, 0, 0, 7].into()) }
 }
 
 /// The gauge `chamber` on the segment `hall` shows this now.
-pub fn sight(pa: f64, quality: &'static str) -> Sight {
-    let Scenery { segment, gauges } = scenery(pa, quality);
-    Sight { segments: vec![segment], gauges, unrecorded: None }
+pub fn sight(pa: f64, quality: &'static str) -> Inputs {
+    let SegmentSnapshot { segment, gauges } = scenery(pa, quality);
+    Inputs { segments: vec![segment], gauges, recorder_error: None }
 }
 
 /// It has been silent for a minute.
-pub fn silent() -> Sight {
+pub fn silent() -> Inputs {
     let mut sight = sight(1.0, "gap");
     for gauge in &mut sight.gauges {
         gauge.age_ms = Some(60_000);
@@ -30,7 +30,7 @@ pub fn silent() -> Sight {
 }
 
 /// The same as a segment shows it.
-pub fn scenery(pa: f64, quality: &'static str) -> Scenery {
+pub fn scenery(pa: f64, quality: &'static str) -> SegmentSnapshot {
     let known = ["valid", "overrange", "underrange"].contains(&quality);
     let reading = Reading {
         series: "chamber".to_owned(),
@@ -45,7 +45,7 @@ pub fn scenery(pa: f64, quality: &'static str) -> Scenery {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
-        standing: Standing::Exchanging,
+        standing: BusStationState::Exchanging,
         trouble: None,
         exceptions: Vec::new(),
         gas: "n2".to_owned(),
@@ -65,5 +65,5 @@ pub fn scenery(pa: f64, quality: &'static str) -> Scenery {
         damaged: 0,
         stations: Vec::new(),
     };
-    Scenery { segment, gauges: vec![gauge] }
+    SegmentSnapshot { segment, gauges: vec![gauge] }
 }

@@ -8,9 +8,9 @@ use profivac_host::port::TcpServer;
 use profivac_host::segment::Segment;
 use profivac_station::config::Config;
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::Spec;
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::DeviceSpec;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_wire::Telegram;
 use std::io::Write;
 use std::net::TcpStream;
@@ -103,7 +103,7 @@ const LAST_MS2: u8 = 50;
 
 impl Station for Struck {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        let is_ms2 = matches!(telegram, Telegram::Frame(frame) if frame.dsap.is_some_and(|sap| sap <= LAST_MS2));
+        let is_ms2 = matches!(telegram, Telegram::Data(frame) if frame.dsap.is_some_and(|sap| sap <= LAST_MS2));
         if self.is_deaf && is_ms2 { None } else { self.device.telegram(end, telegram) }
     }
 
@@ -121,11 +121,14 @@ impl Station for Struck {
 }
 
 fn built(text: &str) -> Struck {
-    let spec: Spec = text.parse().unwrap();
-    let conditions =
-        Conditions { pressure: "2e-3 mbar".parse().unwrap(), atmosphere: "1000 mbar".parse().unwrap(), gas: Gas::N2 };
-    let unit = spec.build(Memory::volatile(), BAUD).unwrap();
-    Struck { device: VirtualDevice::new(unit, spec.place, BAUD, conditions), is_deaf: false }
+    let spec: DeviceSpec = text.parse().unwrap();
+    let conditions = GasConditions {
+        pressure: "2e-3 mbar".parse().unwrap(),
+        atmosphere: "1000 mbar".parse().unwrap(),
+        gas: Gas::N2,
+    };
+    let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
+    Struck { device: VirtualDevice::new(unit, spec.address, BAUD, conditions), is_deaf: false }
 }
 
 /// Serves the line, cut by cut, until nobody strikes any more.
@@ -162,7 +165,7 @@ fn serve(server: TcpServer, devices: Vec<Struck>, blows: &Receiver<Blow>) -> Opt
 
 fn strike(devices: &mut [Struck], blow: Blow) {
     match blow {
-        Blow::Power(place, on) => at(devices, place).device.power(on),
+        Blow::Power(place, on) => at(devices, place).device.set_power(on),
         Blow::Deaf(place, is_deaf) => at(devices, place).is_deaf = is_deaf,
         Blow::Swap(place, other) => *at(devices, place) = built(other),
         Blow::Cut | Blow::Mend => {}
@@ -170,5 +173,5 @@ fn strike(devices: &mut [Struck], blow: Blow) {
 }
 
 fn at(devices: &mut [Struck], place: u8) -> &mut Struck {
-    devices.iter_mut().find(|struck| struck.device.place() == place).unwrap()
+    devices.iter_mut().find(|struck| struck.device.switch_address() == place).unwrap()
 }

@@ -2,8 +2,8 @@
 
 use crate::bench;
 use crate::desk::{Answer, Ask, Desk, Page};
-use profivac_station::act;
-use profivac_station::people::Role;
+use profivac_station::auth::Role;
+use profivac_station::control;
 use serde_json::{Value, json};
 
 /// A gauge in a vacuum in which it may be degassed, and a station around it with users.
@@ -34,7 +34,7 @@ fn last(desk: &Desk, reader: &Page) -> (String, String) {
 }
 
 fn until_free(desk: &Desk) {
-    bench::until("the mastership is free", || act::holder(&desk.plant).is_none().then_some(()));
+    bench::until("the mastership is free", || control::holder(&desk.plant).is_none().then_some(()));
 }
 
 #[test]
@@ -43,9 +43,9 @@ fn who_logs_out_everywhere_has_no_mastership_and_nothing_armed() {
     let (one, other, vera) = (desk.login("olga"), desk.login("olga"), desk.login("vera"));
     let fire = armed(&desk, &one);
     assert_eq!(post(&desk, &one, "/api/logout", &json!(null)).status, 204);
-    assert!(act::holder(&desk.plant).is_some(), "another window of hers is open");
+    assert!(control::holder(&desk.plant).is_some(), "another window of hers is open");
     assert_eq!(post(&desk, &other, "/api/logout", &json!(null)).status, 204);
-    assert_eq!(act::holder(&desk.plant), None);
+    assert_eq!(control::holder(&desk.plant), None);
     let left = ("olga".to_owned(), "has left, and the mastership is free".to_owned());
     assert_eq!(last(&desk, &vera), left);
     let back = desk.login("olga");
@@ -62,7 +62,7 @@ fn who_logs_in_as_somebody_else_leaves_the_mastership() {
     let olga = desk.login("olga");
     armed(&desk, &olga);
     assert_eq!(Ask::login("vera", crate::desk::PASSWORD).cookie(&olga).to(&desk).status, 200);
-    assert_eq!(act::holder(&desk.plant), None);
+    assert_eq!(control::holder(&desk.plant), None);
 }
 
 #[test]

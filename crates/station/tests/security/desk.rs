@@ -1,11 +1,11 @@
 //! A station with users on loopback, and whoever asks it: by hand, so that nothing is sent that a test does not say.
 
 use profivac_recorder::{Micros, Recorder, Settings};
-use profivac_station::people::password::Hash;
-use profivac_station::people::users::Users;
-use profivac_station::people::{Access, Role};
-use profivac_station::plant::Plant;
+use profivac_station::auth::password::Hash;
+use profivac_station::auth::users::Users;
+use profivac_station::auth::{Access, Role};
 use profivac_station::server::{Server, Setup, TlsFiles};
+use profivac_station::services::Services;
 use rcgen::{CertifiedKey, generate_simple_self_signed};
 use serde_json::Value;
 use std::fs;
@@ -34,7 +34,7 @@ static HASH: LazyLock<Hash> = LazyLock::new(|| Hash::of(PASSWORD).unwrap());
 /// A station that runs.
 pub struct Desk {
     folder: TempDir,
-    pub plant: Arc<Plant>,
+    pub plant: Arc<Services>,
     pub server: Server,
 }
 
@@ -51,23 +51,23 @@ impl Desk {
 
     /// Nobody logs in.
     pub fn open(role: Role) -> Self {
-        Self::with(|setup, _| setup.access = Access::everybody("demo", role))
+        Self::with(|setup, _| setup.access = Access::anonymous("demo", role))
     }
 
     pub fn with(change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Plant::new("Target hall".to_owned(), file, recorder));
+        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
         Self::around(plant, folder, change)
     }
 
     /// Around a plant that somebody else runs.
-    pub fn over(plant: &Arc<Plant>) -> Self {
+    pub fn over(plant: &Arc<Services>) -> Self {
         Self::around(Arc::clone(plant), tempfile::tempdir().unwrap(), |_, _| {})
     }
 
-    fn around(plant: Arc<Plant>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
+    fn around(plant: Arc<Services>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let users = folder.path().join("users.toml");
         Users::change(&users, |users| {
             users.add("ada", Role::Engineer, HASH.clone())?;
@@ -112,7 +112,7 @@ impl Desk {
         let end = Instant::now() + PATIENCE;
         loop {
             assert!(self.plant.recorder().flush());
-            let events = self.plant.reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+            let events = self.plant.open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
             let access = events.into_iter().rev().filter(|event| event.kind.word() == "access");
             let texts: Vec<_> = access.map(|event| event.text).collect();
             if texts.iter().any(|text| text.contains(sentence)) {

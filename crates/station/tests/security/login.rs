@@ -1,9 +1,9 @@
 //! Names and passwords.
 
 use crate::desk::{Ask, Desk, PASSWORD, Page};
-use profivac_station::people::Role;
-use profivac_station::people::password::Hash;
-use profivac_station::people::rates::{Pace, Paces};
+use profivac_station::auth::Role;
+use profivac_station::auth::password::Hash;
+use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;
 use serde_json::json;
 use std::fs;
@@ -108,7 +108,7 @@ fn one_changes_ones_password_with_the_one_before() {
 #[test]
 fn who_guesses_waits_and_is_told_how_long() {
     // A try an hour: a computer that is busy takes long for twenty passwords.
-    let paces = Paces { logins: Pace::new(20, Duration::from_secs(3600)), ..Paces::default() };
+    let paces = RateLimits { logins: RateLimit::new(20, Duration::from_secs(3600)), ..RateLimits::default() };
     let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
     let page = desk.login("vera");
     let answers: Vec<_> = (0..24).map(|number| Ask::login("ada", &format!("guess {number}")).to(&desk)).collect();
@@ -166,16 +166,16 @@ fn a_users_file_that_others_can_read_or_that_is_wrong_changes_nothing() {
 #[test]
 fn others_reach_only_what_has_tls_and_users() {
     use profivac_recorder::{Recorder, Settings};
-    use profivac_station::people::Access;
-    use profivac_station::people::users::Users;
-    use profivac_station::plant::Plant;
+    use profivac_station::auth::Access;
+    use profivac_station::auth::users::Users;
     use profivac_station::server::{Server, Setup};
+    use profivac_station::services::Services;
     let folder = tempfile::tempdir().unwrap();
     let users = folder.path().join("users.toml");
     Users::change(&users, |_| Ok(())).unwrap();
     let file = folder.path().join("plant.db");
     let recorder = Recorder::start(&file, Settings::default()).unwrap();
-    let plant = std::sync::Arc::new(Plant::new("hall".to_owned(), file, recorder));
+    let plant = std::sync::Arc::new(Services::new("hall".to_owned(), file, recorder));
     let everywhere: SocketAddr = "0.0.0.0:0".parse().unwrap();
     let start = |access: Access, with_tls: bool| {
         let tls = with_tls.then(|| crate::desk::certificate(&folder));
@@ -184,7 +184,7 @@ fn others_reach_only_what_has_tls_and_users() {
     };
     let of_file = || Access::Users(users.clone());
     assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
-    for nobody in [of_file(), Access::look(), Access::everybody("demo", Role::Engineer)] {
+    for nobody in [of_file(), Access::anonymous_viewer(), Access::anonymous("demo", Role::Engineer)] {
         assert!(start(nobody, true).unwrap_err().contains("that needs users"));
     }
     let behind = |access: Access| {
@@ -192,7 +192,7 @@ fn others_reach_only_what_has_tls_and_users() {
         let setup = Setup { hosts, ..Setup::new("127.0.0.1:0".parse().unwrap(), access) };
         Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
     };
-    assert!(behind(Access::look()).unwrap_err().contains("through a proxy: that needs users"));
+    assert!(behind(Access::anonymous_viewer()).unwrap_err().contains("through a proxy: that needs users"));
     let hash = Hash::of(PASSWORD).unwrap();
     Users::change(&users, |users| users.add("ada", Role::Engineer, hash)).unwrap();
     assert_eq!((start(of_file(), true), behind(of_file())), (Ok(()), Ok(())));

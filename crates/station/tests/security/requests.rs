@@ -1,8 +1,8 @@
 //! Forged and malformed requests, and what stands above every answer.
 
 use crate::desk::{Answer, Ask, Desk};
-use profivac_station::people::Role;
-use profivac_station::people::rates::{Pace, Paces};
+use profivac_station::auth::Role;
+use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;
 use serde_json::json;
 use std::io::{Read, Write};
@@ -198,7 +198,7 @@ fn bodies_are_small_quick_and_json() {
 
 #[test]
 fn who_asks_for_too_much_waits() {
-    let paces = Paces { requests: Pace::new(100, Duration::from_secs(86_400)), ..Paces::default() };
+    let paces = RateLimits { requests: RateLimit::new(100, Duration::from_secs(86_400)), ..RateLimits::default() };
     let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
     let page = desk.login("ada");
     let ask = Ask::get("/api/session").by(&page);
@@ -322,7 +322,7 @@ fn who_takes_no_answer_is_left() {
 
 #[test]
 fn who_changes_very_much_waits_and_keeps_nobody_else_out() {
-    let paces = Paces { acts: Pace::new(5, Duration::from_secs(600)), ..Paces::default() };
+    let paces = RateLimits { acts: RateLimit::new(5, Duration::from_secs(600)), ..RateLimits::default() };
     let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
     let (olga, ada) = (desk.login("olga"), desk.login("ada"));
     let ask = |page| Ask::post("/api/mastership/ask", &json!(null)).by(page).to(&desk).status;

@@ -1,8 +1,8 @@
 //! Sessions and their cookies.
 
 use crate::desk::{Answer, Ask, Desk, PATIENCE, Page};
-use profivac_station::people::Role;
-use profivac_station::people::users::Users;
+use profivac_station::auth::Role;
+use profivac_station::auth::users::Users;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io::{Read, Write};

@@ -6,7 +6,7 @@ use crate::atmosphere::Atmosphere;
 use crate::conductance::Conductance;
 use crate::gas::{GAS_COUNT, Gas, Mixture};
 use crate::pump::{Roughing, Turbo};
-use crate::series::{Lanes, add};
+use crate::series::{PerGas, add};
 use crate::surface::Surface;
 use step::Step;
 
@@ -67,22 +67,22 @@ pub enum Supply {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
     /// What was there at the beginning and all that came in since.
-    pub came: Mixture,
+    pub entered: Mixture,
     /// What the pumps took, and what flowed out of openings.
     pub left: Mixture,
     /// What is in all volumes.
-    pub there: Mixture,
+    pub present: Mixture,
 }
 
 #[derive(Clone, Debug)]
-struct Join {
+struct JointState {
     conductance: Conductance,
     /// 0 closed, 1 open.
     opening: f64,
 }
 
 #[derive(Clone, Debug)]
-struct Hole {
+struct OpeningState {
     at: usize,
     conductance: Conductance,
     outside: Outside,
@@ -90,7 +90,7 @@ struct Hole {
 }
 
 #[derive(Clone, Debug)]
-struct Feed {
+struct InletState {
     at: usize,
     gas: Gas,
     supply: Supply,
@@ -102,18 +102,18 @@ pub struct Network {
     atmosphere: Atmosphere,
     /// In m^3.
     volumes: Vec<f64>,
-    joins: Vec<Join>,
+    joins: Vec<JointState>,
     turbos: Vec<Turbo>,
     roughings: Vec<(usize, Roughing)>,
-    holes: Vec<Hole>,
-    feeds: Vec<Feed>,
+    holes: Vec<OpeningState>,
+    feeds: Vec<InletState>,
     surfaces: Vec<(usize, Surface)>,
     /// What gauges and the like give off into each volume, in Pa m^3/s.
-    loads: Vec<Lanes>,
+    loads: Vec<PerGas>,
     /// What each volume has, in Pa m^3.
-    amounts: Vec<Lanes>,
-    came: Lanes,
-    left: Lanes,
+    amounts: Vec<PerGas>,
+    came: PerGas,
+    left: PerGas,
     /// The ends of the joints, then those of the turbos.
     ends: Vec<(usize, usize)>,
     step: Step,
@@ -127,9 +127,9 @@ impl Network {
     }
 
     /// A volume in m^3, filled with `gas`.
-    pub fn volume(&mut self, m3: f64, gas: Mixture) -> Volume {
+    pub fn add_volume(&mut self, m3: f64, gas: Mixture) -> Volume {
         let mut amount = [0.0; GAS_COUNT];
-        add(&mut amount, gas.lanes(), m3);
+        add(&mut amount, gas.as_array(), m3);
         add(&mut self.came, &amount, 1.0);
         self.volumes.push(m3);
         self.amounts.push(amount);
@@ -139,15 +139,15 @@ impl Network {
     }
 
     /// Joins two volumes by an open tube or valve.
-    pub fn join(&mut self, one: Volume, other: Volume, conductance: Conductance) -> Joint {
+    pub fn add_joint(&mut self, one: Volume, other: Volume, conductance: Conductance) -> Joint {
         self.ends.insert(self.joins.len(), (one.0, other.0));
-        self.joins.push(Join { conductance, opening: 1.0 });
+        self.joins.push(JointState { conductance, opening: 1.0 });
         self.changed();
         Joint(self.joins.len() - 1)
     }
 
     /// Puts a turbomolecular pump between two volumes.
-    pub fn turbo(&mut self, inlet: Volume, fore: Volume, turbo: Turbo) -> TurboPump {
+    pub fn add_turbo_pump(&mut self, inlet: Volume, fore: Volume, turbo: Turbo) -> TurboPump {
         self.ends.push((inlet.0, fore.0));
         self.turbos.push(turbo);
         self.changed();
@@ -155,53 +155,53 @@ impl Network {
     }
 
     /// Puts a roughing pump at a volume.
-    pub fn roughing(&mut self, at: Volume, pump: Roughing) -> RoughingPump {
+    pub fn add_roughing_pump(&mut self, at: Volume, pump: Roughing) -> RoughingPump {
         self.roughings.push((at.0, pump));
         self.changed();
         RoughingPump(self.roughings.len() - 1)
     }
 
     /// A closed leak or vent: a way to what is outside.
-    pub fn opening(&mut self, at: Volume, conductance: Conductance, outside: Outside) -> Opening {
-        self.holes.push(Hole { at: at.0, conductance, outside, opening: 0.0 });
+    pub fn add_opening(&mut self, at: Volume, conductance: Conductance, outside: Outside) -> Opening {
+        self.holes.push(OpeningState { at: at.0, conductance, outside, opening: 0.0 });
         self.changed();
         Opening(self.holes.len() - 1)
     }
 
     /// A closed gas inlet.
-    pub fn inlet(&mut self, at: Volume, gas: Gas) -> Inlet {
-        self.feeds.push(Feed { at: at.0, gas, supply: Supply::Closed });
+    pub fn add_inlet(&mut self, at: Volume, gas: Gas) -> Inlet {
+        self.feeds.push(InletState { at: at.0, gas, supply: Supply::Closed });
         self.changed();
         Inlet(self.feeds.len() - 1)
     }
 
     /// A wall of a volume.
-    pub fn wall(&mut self, of: Volume, surface: Surface) -> Wall {
+    pub fn add_wall(&mut self, of: Volume, surface: Surface) -> Wall {
         self.surfaces.push((of.0, surface));
         self.changed();
         Wall(self.surfaces.len() - 1)
     }
 
     /// Opens a joint as far as 0 (closed) to 1.
-    pub fn open(&mut self, joint: Joint, opening: f64) {
+    pub fn set_joint(&mut self, joint: Joint, opening: f64) {
         self.joins[joint.0].opening = opening;
         self.step.current = false;
     }
 
     /// Opens a leak or vent as far as 0 (closed) to 1.
-    pub fn vent(&mut self, opening: Opening, how_far: f64) {
+    pub fn set_opening(&mut self, opening: Opening, how_far: f64) {
         self.holes[opening.0].opening = how_far;
         self.step.current = false;
     }
 
     /// Replaces what is behind a leak or vent.
-    pub fn spray(&mut self, opening: Opening, outside: Outside) {
+    pub fn set_outside(&mut self, opening: Opening, outside: Outside) {
         self.holes[opening.0].outside = outside;
         self.step.current = false;
     }
 
     /// Sets a gas inlet.
-    pub fn feed(&mut self, inlet: Inlet, supply: Supply) {
+    pub fn set_inlet(&mut self, inlet: Inlet, supply: Supply) {
         self.feeds[inlet.0].supply = supply;
         self.step.current = false;
     }
@@ -219,17 +219,17 @@ impl Network {
     }
 
     /// Heats a wall, or lets it cool, to so many kelvin.
-    pub fn heat(&mut self, wall: Wall, kelvin: f64) {
-        self.surfaces[wall.0].1.kelvin = kelvin;
+    pub fn set_wall_temperature(&mut self, wall: Wall, kelvin: f64) {
+        self.surfaces[wall.0].1.temperature_k = kelvin;
     }
 
     /// What gauges and the like give off into a volume from now on, in Pa m^3/s.
-    pub fn load(&mut self, volume: Volume, flow: &Mixture) {
-        self.loads[volume.0] = *flow.lanes();
+    pub fn set_load(&mut self, volume: Volume, flow: &Mixture) {
+        self.loads[volume.0] = *flow.as_array();
     }
 
     /// The air around the plant changes.
-    pub fn surround(&mut self, atmosphere: Atmosphere) {
+    pub fn set_atmosphere(&mut self, atmosphere: Atmosphere) {
         self.atmosphere = atmosphere;
         self.step.current = false;
     }
@@ -248,38 +248,38 @@ impl Network {
 
     /// How far a joint is open.
     #[must_use]
-    pub fn opening_of(&self, joint: Joint) -> f64 {
+    pub fn joint_opening(&self, joint: Joint) -> f64 {
         self.joins[joint.0].opening
     }
 
     /// How far a leak or a vent is open.
     #[must_use]
-    pub fn vent_of(&self, opening: Opening) -> f64 {
+    pub fn vent_opening(&self, opening: Opening) -> f64 {
         self.holes[opening.0].opening
     }
 
     /// Whether a roughing pump runs.
     #[must_use]
-    pub fn roughs(&self, pump: RoughingPump) -> bool {
+    pub fn is_roughing_pump_running(&self, pump: RoughingPump) -> bool {
         self.roughings[pump.0].1.running
     }
 
     /// Whether a gas inlet lets something in.
     #[must_use]
-    pub fn feeds(&self, inlet: Inlet) -> bool {
+    pub fn is_inlet_open(&self, inlet: Inlet) -> bool {
         self.feeds[inlet.0].supply != Supply::Closed
     }
 
     /// How fast the rotor of a turbomolecular pump turns, 0 to 1.
     #[must_use]
-    pub fn rotor(&self, pump: TurboPump) -> f64 {
+    pub fn rotor_speed(&self, pump: TurboPump) -> f64 {
         self.turbos[pump.0].rotor
     }
 
     /// The temperature of a wall, in K.
     #[must_use]
-    pub fn kelvin(&self, wall: Wall) -> f64 {
-        self.surfaces[wall.0].1.kelvin
+    pub fn wall_temperature_k(&self, wall: Wall) -> f64 {
+        self.surfaces[wall.0].1.temperature_k
     }
 
     /// What came, left and is there.
@@ -287,7 +287,7 @@ impl Network {
     pub fn balance(&self) -> Balance {
         let mut there = [0.0; GAS_COUNT];
         self.amounts.iter().for_each(|amount| add(&mut there, amount, 1.0));
-        Balance { came: self.came.into(), left: self.left.into(), there: there.into() }
+        Balance { entered: self.came.into(), left: self.left.into(), present: there.into() }
     }
 
     fn changed(&mut self) {

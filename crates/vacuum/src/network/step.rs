@@ -6,11 +6,11 @@
 //! step is made again with the mean of both; if it is more, it is halved. The length of the steps a caller takes hence
 //! hardly matters.
 
-use super::{Feed, Hole, Network, Outside, Supply};
-use crate::conductance::{Conductance, quickness};
+use super::{InletState, Network, OpeningState, Outside, Supply};
+use crate::conductance::{Conductance, relative_speeds};
 use crate::gas::{GAS_COUNT, Gas};
-use crate::pump::{Turbo, roots};
-use crate::series::{Edge, Lanes, Rates, Work, add, sum};
+use crate::pump::{Turbo, mass_roots};
+use crate::series::{Edge, PerGas, Rates, Work, add, sum};
 
 /// A step stands if other rates would have moved less than this part of the gas of every volume.
 const STANDS: f64 = 1e-6;
@@ -38,16 +38,16 @@ pub(super) struct Step {
     now: Rates,
     then: Rates,
     used: Rates,
-    walls: Vec<Lanes>,
+    walls: Vec<PerGas>,
     /// How much less walls give off at the end of a step than on average, in Pa m^3/s.
     slack: Vec<f64>,
-    tried: Vec<Lanes>,
-    tried_left: Lanes,
+    tried: Vec<PerGas>,
+    tried_left: PerGas,
     turned: Vec<Turbo>,
     net: [Vec<f64>; 2],
     work: Work,
-    quickness: Lanes,
-    roots: Lanes,
+    quickness: PerGas,
+    roots: PerGas,
     /// The longest step that stood, in s.
     length: f64,
 }
@@ -87,8 +87,8 @@ impl Network {
             turned: self.turbos.clone(),
             net: [vec![0.0; volumes], vec![0.0; volumes]],
             work: Work::new(volumes),
-            quickness: quickness(),
-            roots: roots(),
+            quickness: relative_speeds(),
+            roots: mass_roots(),
             length: 1.0,
         };
     }
@@ -168,7 +168,7 @@ impl Network {
         }
         add(&mut self.left, &step.tried_left, 1.0);
         for (volume, surface) in &mut self.surfaces {
-            surface.live(seconds, self.amounts[*volume][Gas::H2o as usize] / self.volumes[*volume]);
+            surface.advance(seconds, self.amounts[*volume][Gas::H2o as usize] / self.volumes[*volume]);
         }
         self.amounts.copy_from_slice(&step.tried);
         self.turbos.copy_from_slice(&step.turned);
@@ -182,17 +182,17 @@ impl Network {
         step.walls.copy_from_slice(&self.loads);
         step.slack.fill(0.0);
         for (volume, surface) in &self.surfaces {
-            step.slack[*volume] += surface.give(seconds, &mut step.walls[*volume]);
+            step.slack[*volume] += surface.outgas(seconds, &mut step.walls[*volume]);
         }
     }
 
     /// The total pressure in a volume that has `amounts`.
-    fn pa(&self, amounts: &[Lanes], volume: usize) -> f64 {
+    fn pa(&self, amounts: &[PerGas], volume: usize) -> f64 {
         sum(&amounts[volume]) / self.volumes[volume]
     }
 
     /// All rates at these amounts, without the walls.
-    fn rates(&self, amounts: &[Lanes], turbos: &[Turbo], rates: &mut Rates, quickness: &Lanes, roots: &Lanes) {
+    fn rates(&self, amounts: &[PerGas], turbos: &[Turbo], rates: &mut Rates, quickness: &PerGas, roots: &PerGas) {
         rates.out.fill([0.0; GAS_COUNT]);
         rates.source.fill([0.0; GAS_COUNT]);
         let (joints, rotors) = rates.edges.split_at_mut(self.joins.len());
@@ -212,7 +212,7 @@ impl Network {
     }
 
     /// Conductances in m^3/s make rates in 1/s.
-    fn between(&self, edge: &mut Edge, forward: &Lanes, back: &Lanes) {
+    fn between(&self, edge: &mut Edge, forward: &PerGas, back: &PerGas) {
         let (from, to) = (self.volumes[edge.from].recip(), self.volumes[edge.to].recip());
         edge.forward = forward.map(|conductance| conductance * from);
         edge.back = back.map(|conductance| conductance * to);
@@ -222,11 +222,11 @@ impl Network {
         for (at, pump) in self.roughings.iter().filter(|(_, pump)| pump.running) {
             let rate = pump.speed / self.volumes[*at];
             rates.out[*at].iter_mut().for_each(|out| *out += rate);
-            add(&mut rates.source[*at], pump.ultimate.lanes(), pump.speed);
+            add(&mut rates.source[*at], pump.ultimate.as_array(), pump.speed);
         }
     }
 
-    fn through(&self, hole: &Hole, amounts: &[Lanes], rates: &mut Rates, quickness: &Lanes) {
+    fn through(&self, hole: &OpeningState, amounts: &[PerGas], rates: &mut Rates, quickness: &PerGas) {
         if hole.opening == 0.0 {
             return;
         }
@@ -237,12 +237,12 @@ impl Network {
         let mean = f64::midpoint(outside.total(), self.pa(amounts, hole.at));
         let passed = passes(&hole.conductance, mean, hole.opening, quickness);
         add(&mut rates.out[hole.at], &passed, self.volumes[hole.at].recip());
-        for ((source, passed), pa) in rates.source[hole.at].iter_mut().zip(passed).zip(outside.lanes()) {
+        for ((source, passed), pa) in rates.source[hole.at].iter_mut().zip(passed).zip(outside.as_array()) {
             *source += passed * pa;
         }
     }
 
-    fn fed(&self, feed: &Feed, amounts: &[Lanes], rates: &mut Rates) {
+    fn fed(&self, feed: &InletState, amounts: &[PerGas], rates: &mut Rates) {
         let gas = feed.gas as usize;
         let source = &mut rates.source[feed.at][gas];
         match feed.supply {
@@ -265,10 +265,10 @@ impl Network {
 }
 
 /// What passes a conductance that is open so far, gas by gas in m^3/s.
-fn passes(conductance: &Conductance, mean_pa: f64, opening: f64, quickness: &Lanes) -> Lanes {
+fn passes(conductance: &Conductance, mean_pa: f64, opening: f64, quickness: &PerGas) -> PerGas {
     if opening == 0.0 {
         return [0.0; GAS_COUNT];
     }
-    let (molecules, wind) = conductance.at(mean_pa);
+    let (molecules, wind) = conductance.parts_at(mean_pa);
     quickness.map(|quick| opening * (molecules * quick + wind))
 }

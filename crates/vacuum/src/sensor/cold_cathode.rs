@@ -1,6 +1,6 @@
 //! Cold cathode: a discharge in a magnetic field, which has to begin by itself.
 
-use super::flaws::Tolerance;
+use super::imperfections::Tolerance;
 use super::{Drive, Range};
 use fastrand::Rng;
 
@@ -17,7 +17,7 @@ const IGNITION_PA_S: f64 = 2e-4;
 pub struct ColdCathode {
     range: Range,
     /// What it has waited for the discharge, in Pa s.
-    waited_pa_s: f64,
+    dose_pa_s: f64,
     /// How often it has been lit.
     ignitions: u64,
     burns: bool,
@@ -36,7 +36,7 @@ impl ColdCathode {
     };
 
     pub const fn new(range: Range) -> Self {
-        Self { range, waited_pa_s: 0.0, ignitions: 0, burns: false }
+        Self { range, dose_pa_s: 0.0, ignitions: 0, burns: false }
     }
 
     /// The current of the discharge, as `p^n`; none until it burns.
@@ -46,34 +46,34 @@ impl ColdCathode {
             return 0.0;
         }
         let current = pa.powf(EXPONENT);
-        current / (1.0 + current / self.most())
+        current / (1.0 + current / self.saturation())
     }
 
     /// free choice: a discharge goes out two decades below the range.
     fn burn(&mut self, pa: f64, drive: Drive, seconds: f64, seed: u64) {
         if drive == Drive::Off || pa < self.range.lowest_pa / 100.0 {
             self.burns = false;
-            self.waited_pa_s = 0.0;
+            self.dose_pa_s = 0.0;
         } else if !self.burns {
-            self.waited_pa_s += pa * seconds;
-            self.burns = self.waited_pa_s >= self.patience(seed);
+            self.dose_pa_s += pa * seconds;
+            self.burns = self.dose_pa_s >= self.ignition_dose_pa_s(seed);
             self.ignitions += u64::from(self.burns);
         }
     }
 
     /// Chance decides about a discharge: half as long, or half as long again.
-    fn patience(&self, seed: u64) -> f64 {
+    fn ignition_dose_pa_s(&self, seed: u64) -> f64 {
         IGNITION_PA_S * (0.5 + Rng::with_seed(seed.wrapping_add(self.ignitions)).f64())
     }
 
     /// The pressure of nitrogen that makes this current. In saturation nothing more is to be seen.
     pub fn nitrogen_pa(&self, signal: f64) -> f64 {
-        let share = (signal / self.most()).clamp(0.0, 0.95);
-        (share * self.most() / (1.0 - share)).powf(1.0 / EXPONENT)
+        let share = (signal / self.saturation()).clamp(0.0, 0.95);
+        (share * self.saturation() / (1.0 - share)).powf(1.0 / EXPONENT)
     }
 
     /// The current saturates: general knowledge, near the end of the range.
-    fn most(&self) -> f64 {
+    fn saturation(&self) -> f64 {
         (3.0 * self.range.highest_pa).powf(EXPONENT)
     }
 }

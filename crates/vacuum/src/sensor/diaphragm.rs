@@ -1,7 +1,7 @@
 //! Capacitance diaphragm: the force of the gas bends a membrane. Linear, and the same for every gas.
 
-use super::flaws::Tolerance;
-use super::{Range, Surroundings};
+use super::imperfections::Tolerance;
+use super::{Environment, Range};
 
 /// A capacitance diaphragm.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ impl Diaphragm {
     }
 
     /// The pressure in the head.
-    pub fn signal(&self, around: &Surroundings) -> f64 {
+    pub fn signal(&self, around: &Environment) -> f64 {
         let pa = around.gas.total();
         self.head_k.map_or(pa, |head_k| pa * transpiration(pa, head_k, around.temperature_k))
     }
@@ -65,8 +65,8 @@ mod tests {
 
     const RANGE: Range = Range { lowest_pa: 10.0, highest_pa: 1e5 };
 
-    fn around(gas: Gas, pa: f64) -> Surroundings {
-        Surroundings { gas: Mixture::pure(gas, pa), atmosphere_pa: 1e5, temperature_k: REFERENCE_K }
+    fn around(gas: Gas, pa: f64) -> Environment {
+        Environment { gas: Mixture::pure(gas, pa), atmosphere_pa: 1e5, temperature_k: REFERENCE_K }
     }
 
     #[test]

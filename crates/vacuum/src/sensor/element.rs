@@ -5,10 +5,10 @@
 
 use super::cold_cathode::ColdCathode;
 use super::diaphragm::Diaphragm;
-use super::flaws::Tolerance;
 use super::hot_cathode::HotCathode;
+use super::imperfections::Tolerance;
 use super::pirani::Pirani;
-use super::{Drive, Principle, Range, Surroundings};
+use super::{Drive, Environment, Principle, Range};
 
 /// What senses.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ impl Element {
     }
 
     /// What one without a flaw indicates.
-    pub fn ideal_pa(&self, around: &Surroundings) -> f64 {
+    pub fn ideal_pa(&self, around: &Environment) -> f64 {
         match self {
             Self::Pirani(_) => Pirani::ideal_pa(&around.gas),
             Self::Diaphragm(_) => around.gas.total(),
@@ -42,7 +42,7 @@ impl Element {
     }
 
     /// Time passes, and this is the signal.
-    pub fn signal(&mut self, around: &Surroundings, drive: Drive, seconds: f64, seed: u64) -> f64 {
+    pub fn signal(&mut self, around: &Environment, drive: Drive, seconds: f64, seed: u64) -> f64 {
         match self {
             Self::Pirani(pirani) => pirani.signal(&around.gas),
             Self::Diaphragm(diaphragm) => diaphragm.signal(around),
@@ -86,6 +86,6 @@ const PIEZO: Tolerance = Tolerance {
 };
 
 /// What an ionisation gauge for nitrogen sees: each gas by its sensitivity.
-pub fn ionised_pa(around: &Surroundings) -> f64 {
+pub fn ionised_pa(around: &Environment) -> f64 {
     around.gas.iter().map(|(gas, pa)| pa / gas.ion_factor()).sum()
 }

@@ -5,8 +5,8 @@
 //! gauges emit little there. Filament and grid give off gas, most of all in a degas, and much oxygen burns the filament.
 
 use super::element::ionised_pa;
-use super::flaws::Tolerance;
-use super::{Drive, Range, Surroundings};
+use super::imperfections::Tolerance;
+use super::{Drive, Environment, Range};
 use crate::gas::Gas;
 
 /// A hot cathode gauge: one for the range of a Bayard-Alpert, of an extractor, or of a high pressure gauge.
@@ -38,23 +38,23 @@ impl HotCathode {
     }
 
     /// The ion current by S and emission. A gauge without emission is told what it would see: it looks before it switches on.
-    pub fn signal(&mut self, around: &Surroundings, drive: Drive, seconds: f64) -> f64 {
-        let given_off_pa = self.give_off(around.gas.total(), drive, seconds);
+    pub fn signal(&mut self, around: &Environment, drive: Drive, seconds: f64) -> f64 {
+        let given_off_pa = self.outgas_pa(around.gas.total(), drive, seconds);
         let pa = ionised_pa(around) + given_off_pa + self.x_ray_pa(drive);
         if drive != Drive::Off {
             self.filament.burn(around, 10.0 * self.range.highest_pa, seconds);
         }
-        if self.filament.is_broken() { 0.0 } else { pa / (1.0 + pa / self.most_pa(drive)) }
+        if self.filament.is_broken() { 0.0 } else { pa / (1.0 + pa / self.saturation_pa(drive)) }
     }
 
     /// The pressure of nitrogen that makes this current. Beyond 95 % of what there can be, nothing more is to be seen.
     pub fn nitrogen_pa(&self, signal: f64, drive: Drive) -> f64 {
-        let share = (signal / self.most_pa(drive)).min(0.95);
-        signal.min(0.95 * self.most_pa(drive)) / (1.0 - share)
+        let share = (signal / self.saturation_pa(drive)).min(0.95);
+        signal.min(0.95 * self.saturation_pa(drive)) / (1.0 - share)
     }
 
     /// The pressure by gas from the gauge itself. Gas comes and goes exponentially, so any step is exact.
-    fn give_off(&mut self, pa: f64, drive: Drive, seconds: f64) -> f64 {
+    fn outgas_pa(&mut self, pa: f64, drive: Drive, seconds: f64) -> f64 {
         let (leaving, pressure_pa) = match drive {
             Drive::Off => (0.0, 0.0),
             Drive::Emission { degas: true, .. } => (1.0 / DEGAS_S, DEGAS_PA),
@@ -84,7 +84,7 @@ impl HotCathode {
 
     /// Where ions hinder each other: general knowledge, linear until they are some 2 % of the electrons and
     /// hopeless at 20 to 30 %; with much emission sooner.
-    fn most_pa(&self, drive: Drive) -> f64 {
+    fn saturation_pa(&self, drive: Drive) -> f64 {
         let milliamperes = if let Drive::Emission { milliamperes, .. } = drive { milliamperes } else { 0.0 };
         2.0 * self.range.highest_pa / (1.0 + milliamperes)
     }
@@ -146,7 +146,7 @@ impl Filament {
 
     /// A hot filament wears by decades of the gas above what it can stand. General knowledge: oxygen burns it, and
     /// who vents with nitrogen spares it; free choice: a hundredfold.
-    fn burn(&mut self, around: &Surroundings, stands_pa: f64, seconds: f64) {
+    fn burn(&mut self, around: &Environment, stands_pa: f64, seconds: f64) {
         let gas = &around.gas;
         let oxidising = gas[Gas::O2] + 0.21 * gas[Gas::Air] + gas[Gas::H2o] + gas[Gas::Co2];
         let harmful_pa = oxidising + 0.01 * gas.total();
@@ -169,8 +169,8 @@ mod tests {
     const LOW: Drive = Drive::Emission { milliamperes: 0.025, degas: false };
     const DEGAS: Drive = Drive::Emission { milliamperes: 20.0, degas: true };
 
-    fn around(gas: Gas, pa: f64) -> Surroundings {
-        Surroundings { gas: Mixture::pure(gas, pa), atmosphere_pa: 1e5, temperature_k: REFERENCE_K }
+    fn around(gas: Gas, pa: f64) -> Environment {
+        Environment { gas: Mixture::pure(gas, pa), atmosphere_pa: 1e5, temperature_k: REFERENCE_K }
     }
 
     /// A gauge that has run for weeks.

@@ -7,24 +7,24 @@
 mod cold_cathode;
 mod diaphragm;
 mod element;
-mod flaws;
 mod hot_cathode;
+mod imperfections;
 mod pirani;
 #[cfg(test)]
 mod tests;
 
 use crate::gas::Mixture;
 use element::Element;
-pub use flaws::Flaws;
-use flaws::Lag;
 pub use hot_cathode::Filament;
+pub use imperfections::Imperfections;
+use imperfections::Lag;
 
 /// Where sensors are calibrated, in K: 23 °C.
 pub const REFERENCE_K: f64 = 296.15;
 
 /// What surrounds a gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surroundings {
+pub struct Environment {
     /// The gas in front of it.
     pub gas: Mixture,
     /// The pressure outside of the chamber, in Pa.
@@ -83,7 +83,7 @@ pub struct Sensor {
 /// What a real sensor has beside its formula.
 #[derive(Clone, Debug)]
 struct Real {
-    flaws: Flaws,
+    imperfections: Imperfections,
     lag: Lag,
     time_s: f64,
 }
@@ -99,19 +99,21 @@ impl Sensor {
     #[must_use]
     pub fn real(principle: Principle, range: Range, seed: u64) -> Self {
         let element = Element::new(principle, range);
-        let flaws = Flaws::new(&element.tolerance(), seed);
-        Self { element, real: Some(Real { flaws, lag: Lag::default(), time_s: 0.0 }) }
+        let flaws = Imperfections::new(&element.tolerance(), seed);
+        Self { element, real: Some(Real { imperfections: flaws, lag: Lag::default(), time_s: 0.0 }) }
     }
 
     /// Time passes, and the sensor indicates this much, in Pa. With 0 s nothing moves that takes time.
     ///
     /// Noise and drift are functions of seed and time: it does not matter in which steps time passes.
-    pub fn read(&mut self, around: &Surroundings, drive: Drive, seconds: f64) -> f64 {
-        let Some(Real { flaws, lag, time_s }) = &mut self.real else { return self.element.ideal_pa(around) };
+    pub fn read(&mut self, around: &Environment, drive: Drive, seconds: f64) -> f64 {
+        let Some(Real { imperfections: flaws, lag, time_s }) = &mut self.real else {
+            return self.element.ideal_pa(around);
+        };
         *time_s += seconds;
         let signal = self.element.signal(around, drive, seconds, flaws.seed);
         let lagged = lag.follow(signal, seconds, flaws.lag_s);
-        self.element.indicated_pa(flaws.spoil(lagged, *time_s, around.temperature_k), drive)
+        self.element.indicated_pa(flaws.apply(lagged, *time_s, around.temperature_k), drive)
     }
 
     /// The sensor has had all the time that its lag wants.
@@ -122,8 +124,8 @@ impl Sensor {
     }
 
     /// What is wrong with it; nothing is with an ideal one.
-    pub fn flaws_mut(&mut self) -> Option<&mut Flaws> {
-        self.real.as_mut().map(|real| &mut real.flaws)
+    pub fn imperfections_mut(&mut self) -> Option<&mut Imperfections> {
+        self.real.as_mut().map(|real| &mut real.imperfections)
     }
 
     /// How dirty the wire of a Pirani is, from 0 to 1: heat goes into the layer, and less of it into the gas. An ideal

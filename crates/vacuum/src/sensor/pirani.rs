@@ -6,7 +6,7 @@
 //! the curve of nitrogen, so that other gases diverge where their conductivity comes in.
 
 use super::Range;
-use super::flaws::Tolerance;
+use super::imperfections::Tolerance;
 use crate::gas::{Gas, Mixture};
 
 /// Up to this signal the power is proportional to the pressure, in Pa of nitrogen.

@@ -13,8 +13,8 @@ const PRINCIPLES: [(Principle, Range); 5] = [
 
 const LOW_EMISSION: Drive = Drive::Emission { milliamperes: 0.025, degas: false };
 
-fn around(gas: Gas, pa: f64) -> Surroundings {
-    Surroundings { gas: Mixture::pure(gas, pa), atmosphere_pa: 98_700.0, temperature_k: REFERENCE_K }
+fn around(gas: Gas, pa: f64) -> Environment {
+    Environment { gas: Mixture::pure(gas, pa), atmosphere_pa: 98_700.0, temperature_k: REFERENCE_K }
 }
 
 #[test]
@@ -25,7 +25,7 @@ fn an_ideal_sensor_in_nitrogen_indicates_the_truth_whatever_is_done_to_it() {
             let expected = if principle == Principle::Atmosphere { 98_700.0 } else { pa };
             assert_eq!(sensor.read(&around(Gas::N2, pa), drive, 5.0), expected, "{principle:?}");
         }
-        assert!(sensor.flaws_mut().is_none() && sensor.filament().is_none());
+        assert!(sensor.imperfections_mut().is_none() && sensor.filament().is_none());
         sensor.contaminate(1.0);
         assert_eq!(sensor.read(&around(Gas::N2, 1e-9), Drive::On, 1.0) > 1.0, principle == Principle::Atmosphere);
     }
@@ -82,9 +82,9 @@ fn a_step_of_pressure_takes_the_time_of_the_principle() {
         [(Principle::Pirani, PRINCIPLES[0].1, 0.08), (Principle::Diaphragm, PRINCIPLES[1].1, 0.03)]
     {
         let mut sensor = Sensor::real(principle, range, 5);
-        let flaws = sensor.flaws_mut().unwrap();
+        let flaws = sensor.imperfections_mut().unwrap();
         assert_eq!(flaws.lag_s, lag_s);
-        *flaws = Flaws { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        *flaws = Imperfections { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
         sensor.read(&around(Gas::N2, 0.0), Drive::On, 1.0);
         assert_eq!(sensor.read(&around(Gas::N2, 100.0), Drive::On, 0.0), 0.0);
         let after = sensor.read(&around(Gas::N2, 100.0), Drive::On, lag_s);
@@ -98,8 +98,8 @@ fn a_step_of_pressure_takes_the_time_of_the_principle() {
 fn a_head_is_heated_on_request() {
     let (principle, range) = PRINCIPLES[1];
     let read = |mut sensor: Sensor, heated: bool| {
-        if let Some(flaws) = sensor.flaws_mut() {
-            *flaws = Flaws { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        if let Some(flaws) = sensor.imperfections_mut() {
+            *flaws = Imperfections { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
         }
         if heated {
             sensor.heat_head(373.15);

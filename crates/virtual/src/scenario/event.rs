@@ -2,9 +2,9 @@
 
 use super::file::{Entry, Expect, File, Flow};
 use super::plant::{Part, Plant, air};
-use super::words::{self, PART, TIME, Text, Wrong, flow, pressure, temperature};
-use crate::factory::Spec;
-use crate::memory::Memory;
+use super::quantities::{self, PART, TIME, Text, TextError, flow, pressure, temperature};
+use crate::device_spec::DeviceSpec;
+use crate::nonvolatile::NonvolatileMemory;
 use profivac_devices::Action;
 use profivac_dp::link::Baud;
 use profivac_vacuum::Atmosphere;
@@ -12,13 +12,13 @@ use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, Turb
 use toml::Spanned;
 
 /// What a regulated inlet lets in when it is open, in Pa m^3/s: 200 sccm. free choice
-const MOST: f64 = 0.36;
+const MAX_INLET_FLOW: f64 = 0.36;
 
 /// What a potentiometer may be turned to, either way, in V: its supply.
-const VOLTS: f64 = 24.0;
+const MAX_VOLTS: f64 = 24.0;
 
 /// How near `near` is unless `within` says it.
-const NEAR: f64 = 0.1;
+const DEFAULT_TOLERANCE: f64 = 0.1;
 
 /// What happens at one time: first what is expected is looked at, then what is done is done.
 #[derive(Clone, Debug)]
@@ -26,16 +26,16 @@ pub struct Event {
     /// After so many steps.
     pub step: u64,
     /// What to tell people.
-    pub say: Option<String>,
+    pub message: Option<String>,
     /// What is done.
-    pub acts: Vec<Act>,
+    pub actions: Vec<ScenarioAction>,
     /// What has to be so.
     pub expectations: Vec<Expectation>,
 }
 
 /// Something is done.
 #[derive(Clone, Debug)]
-pub enum Act {
+pub enum ScenarioAction {
     /// A tube or a valve is opened as far as 0 to 1.
     Joint(Joint, f64),
     /// A leak or a vent is.
@@ -53,12 +53,12 @@ pub enum Act {
     /// Noise damages this part of the octets on the bus, 0 to 1.
     Noise(f64),
     /// Something happens to the device at this place.
-    Device(u8, DeviceAct),
+    Device(u8, DeviceAction),
 }
 
 /// Something happens to a device.
 #[derive(Clone, Debug)]
-pub enum DeviceAct {
+pub enum DeviceAction {
     /// A fault begins or ends.
     Fault(String, bool),
     /// Its power is switched.
@@ -75,7 +75,7 @@ pub enum DeviceAct {
     Write(u8, u8, Vec<u8>),
 }
 
-impl DeviceAct {
+impl DeviceAction {
     /// As the instrument knows it, if it is something people do to it.
     #[must_use]
     pub fn action(&self) -> Option<Action<'_>> {
@@ -95,7 +95,7 @@ pub struct Expectation {
     /// The line of the file.
     pub line: usize,
     /// Of what.
-    pub of: Subject,
+    pub subject: Subject,
     /// What has to be so.
     pub checks: Vec<Check>,
 }
@@ -131,11 +131,11 @@ pub enum Check {
 }
 
 /// Looks everything up.
-pub struct Reader<'a> {
+pub struct EventParser<'a> {
     /// The plant.
     pub plant: &'a Plant,
     /// The devices.
-    pub specs: &'a [Spec],
+    pub specs: &'a [DeviceSpec],
     /// The text of the file.
     pub text: &'a str,
     /// In s.
@@ -144,9 +144,9 @@ pub struct Reader<'a> {
     pub until_s: f64,
 }
 
-impl Reader<'_> {
+impl EventParser<'_> {
     /// The timeline in the order of time.
-    pub fn events(&self, file: &File) -> Result<Vec<Event>, Wrong> {
+    pub fn events(&self, file: &File) -> Result<Vec<Event>, TextError> {
         let mut atmosphere = self.plant.network.atmosphere();
         let events = file.timeline.iter().map(|entry| self.event(entry.get_ref(), &mut atmosphere));
         let mut events = events.collect::<Result<Vec<_>, _>>()?;
@@ -154,42 +154,42 @@ impl Reader<'_> {
         Ok(events)
     }
 
-    fn event(&self, entry: &Entry, atmosphere: &mut Atmosphere) -> Result<Event, Wrong> {
+    fn event(&self, entry: &Entry, atmosphere: &mut Atmosphere) -> Result<Event, TextError> {
         let seconds = TIME.parse(&entry.at)?;
         if seconds > self.until_s {
             let what = format!("expected a time before the end of the scenario, got {:?}", entry.at.get_ref());
-            return Err(Wrong::at(&entry.at.span(), what));
+            return Err(TextError::at(&entry.at.span(), what));
         }
-        let mut acts = self.plant_acts(entry)?;
+        let mut acts = self.plant_actions(entry)?;
         if entry.atmosphere.is_some() {
             *atmosphere = air(entry.atmosphere.as_ref(), *atmosphere)?;
-            acts.push(Act::Air(*atmosphere));
+            acts.push(ScenarioAction::Air(*atmosphere));
         }
         if let Some(part) = &entry.noise {
-            acts.push(Act::Noise(PART.parse(part)?));
+            acts.push(ScenarioAction::Noise(PART.parse(part)?));
         }
-        self.device_acts(entry, &mut acts)?;
+        self.device_actions(entry, &mut acts)?;
         let expectations = entry.expect.iter().map(|expect| self.expectation(expect)).collect::<Result<_, _>>()?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
         let step = (seconds / self.step_s).round() as u64;
-        Ok(Event { step, say: entry.say.clone(), acts, expectations })
+        Ok(Event { step, message: entry.say.clone(), actions: acts, expectations })
     }
 
-    fn plant_acts(&self, entry: &Entry) -> Result<Vec<Act>, Wrong> {
+    fn plant_actions(&self, entry: &Entry) -> Result<Vec<ScenarioAction>, TextError> {
         let mut acts = Vec::new();
         let opened = entry.open.iter().map(|name| (name, 1.0)).chain(entry.close.iter().map(|name| (name, 0.0)));
         for (name, how_far) in opened {
             acts.push(self.plant.part("a valve, tube, leak or vent", name, |part| match part {
-                Part::Joint(joint) => Some(Act::Joint(joint, how_far)),
-                Part::Opening(opening) => Some(Act::Opening(opening, how_far)),
+                Part::Joint(joint) => Some(ScenarioAction::Joint(joint, how_far)),
+                Part::Opening(opening) => Some(ScenarioAction::Opening(opening, how_far)),
                 _ => None,
             })?);
         }
         let started = entry.start.iter().map(|name| (name, true)).chain(entry.stop.iter().map(|name| (name, false)));
         for (name, running) in started {
             acts.push(self.plant.part("a pump", name, |part| match part {
-                Part::Roughing(pump) => Some(Act::Roughing(pump, running)),
-                Part::Turbo(pump) => Some(Act::Turbo(pump, running)),
+                Part::Roughing(pump) => Some(ScenarioAction::Roughing(pump, running)),
+                Part::Turbo(pump) => Some(ScenarioAction::Turbo(pump, running)),
                 _ => None,
             })?);
         }
@@ -199,14 +199,14 @@ impl Reader<'_> {
         for heat in &entry.heat {
             let kelvin = temperature(&heat.to)?;
             acts.push(self.plant.part("a wall", &heat.wall, |part| match part {
-                Part::Wall(wall) => Some(Act::Heat(wall, kelvin)),
+                Part::Wall(wall) => Some(ScenarioAction::Heat(wall, kelvin)),
                 _ => None,
             })?);
         }
         Ok(acts)
     }
 
-    fn feed(&self, set: &Flow) -> Result<Act, Wrong> {
+    fn feed(&self, set: &Flow) -> Result<ScenarioAction, TextError> {
         let supply = match (&set.flow, &set.pressure) {
             (Some(text), None) => match flow(text)? {
                 0.0 => Supply::Closed,
@@ -214,90 +214,96 @@ impl Reader<'_> {
             },
             (None, Some(text)) => match pressure(text)? {
                 0.0 => Supply::Closed,
-                pa => Supply::Pressure { pa, most: MOST },
+                pa => Supply::Pressure { pa, most: MAX_INLET_FLOW },
             },
-            _ => return Err(Wrong::at(&set.inlet.span(), "expected a flow or a pressure")),
+            _ => return Err(TextError::at(&set.inlet.span(), "expected a flow or a pressure")),
         };
         self.plant.part("a gas inlet", &set.inlet, |part| match part {
-            Part::Inlet(inlet) => Some(Act::Feed(inlet, supply)),
+            Part::Inlet(inlet) => Some(ScenarioAction::Feed(inlet, supply)),
             _ => None,
         })
     }
 
-    fn device_acts(&self, entry: &Entry, acts: &mut Vec<Act>) -> Result<(), Wrong> {
+    fn device_actions(&self, entry: &Entry, acts: &mut Vec<ScenarioAction>) -> Result<(), TextError> {
         let mut add = |device: &Spanned<u8>, at: std::ops::Range<usize>, act| {
-            acts.push(Act::Device(self.possible(device, &at, &act)?, act));
-            Ok::<(), Wrong>(())
+            acts.push(ScenarioAction::Device(self.check_action(device, &at, &act)?, act));
+            Ok::<(), TextError>(())
         };
         for (faults, present) in [(&entry.fault, true), (&entry.clear, false)] {
             for fault in faults {
-                add(&fault.device, fault.name.span(), DeviceAct::Fault(fault.name.get_ref().clone(), present))?;
+                add(&fault.device, fault.name.span(), DeviceAction::Fault(fault.name.get_ref().clone(), present))?;
             }
         }
         for (places, on) in [(&entry.power_off, false), (&entry.power_on, true)] {
-            places.iter().try_for_each(|place| add(place, place.span(), DeviceAct::Power(on)))?;
+            places.iter().try_for_each(|place| add(place, place.span(), DeviceAction::Power(on)))?;
         }
         for (places, on) in [(&entry.unplug, false), (&entry.plug, true)] {
-            places.iter().try_for_each(|place| add(place, place.span(), DeviceAct::Plug(on)))?;
+            places.iter().try_for_each(|place| add(place, place.span(), DeviceAction::Plug(on)))?;
         }
         for button in &entry.button {
-            add(&button.device, button.number.span(), DeviceAct::Button(*button.number.get_ref()))?;
+            add(&button.device, button.number.span(), DeviceAction::Button(*button.number.get_ref()))?;
         }
         for switch in &entry.switch {
-            let act = DeviceAct::Switch(switch.name.get_ref().clone(), switch.value.get_ref().clone());
+            let act = DeviceAction::Switch(switch.name.get_ref().clone(), switch.value.get_ref().clone());
             add(&switch.device, switch.name.span(), act)?;
         }
         for pot in &entry.pot {
             let volts = *pot.volts.get_ref();
-            if !(-VOLTS..=VOLTS).contains(&volts) {
-                let what = format!("expected volts from -{VOLTS} to {VOLTS}, got {volts}");
-                return Err(Wrong::at(&pot.volts.span(), what));
+            if !(-MAX_VOLTS..=MAX_VOLTS).contains(&volts) {
+                let what = format!("expected volts from -{MAX_VOLTS} to {MAX_VOLTS}, got {volts}");
+                return Err(TextError::at(&pot.volts.span(), what));
             }
-            add(&pot.device, pot.which.span(), DeviceAct::Pot(*pot.which.get_ref(), volts))?;
+            add(&pot.device, pot.which.span(), DeviceAction::Pot(*pot.which.get_ref(), volts))?;
         }
         for write in &entry.write {
-            let act = DeviceAct::Write(write.slot, write.index, write.octets.clone());
+            let act = DeviceAction::Write(write.slot, write.index, write.octets.clone());
             add(&write.device, write.device.span(), act)?;
         }
         Ok(())
     }
 
     /// Tries it on a device that nobody needs.
-    fn possible(&self, device: &Spanned<u8>, at: &std::ops::Range<usize>, act: &DeviceAct) -> Result<u8, Wrong> {
+    fn check_action(
+        &self,
+        device: &Spanned<u8>,
+        at: &std::ops::Range<usize>,
+        act: &DeviceAction,
+    ) -> Result<u8, TextError> {
         let spec = self.spec(device)?;
-        let Some(action) = act.action() else { return Ok(spec.place) };
-        let mut unit = spec.build(Memory::volatile(), Baud::B19200).map_err(|error| Wrong::at(at, error))?;
+        let Some(action) = act.action() else { return Ok(spec.address) };
+        let mut unit =
+            spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
         let name = unit.instrument().name();
         unit.instrument_mut().operate(action).map_err(|unknown| {
             let has = if unknown.expected.is_empty() { "nothing".to_owned() } else { unknown.expected.join(", ") };
             let given = match act {
-                DeviceAct::Fault(fault, _) => fault.clone(),
-                DeviceAct::Switch(name, value) => format!("{name} = {value}"),
-                DeviceAct::Button(number) => number.to_string(),
-                DeviceAct::Pot(which, _) => which.to_string(),
-                DeviceAct::Power(_) | DeviceAct::Plug(_) | DeviceAct::Write(..) => String::new(),
+                DeviceAction::Fault(fault, _) => fault.clone(),
+                DeviceAction::Switch(name, value) => format!("{name} = {value}"),
+                DeviceAction::Button(number) => number.to_string(),
+                DeviceAction::Pot(which, _) => which.to_string(),
+                DeviceAction::Power(_) | DeviceAction::Plug(_) | DeviceAction::Write(..) => String::new(),
             };
-            let near = words::nearest(&given, unknown.expected.iter().copied());
+            let near = quantities::nearest(&given, unknown.expected.iter().copied());
             let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
-            Wrong::at(at, format!("expected something {name} has, got {given:?}; it has {has}{near}"))
+            TextError::at(at, format!("expected something {name} has, got {given:?}; it has {has}{near}"))
         })?;
-        Ok(spec.place)
+        Ok(spec.address)
     }
 
-    fn spec(&self, device: &Spanned<u8>) -> Result<&Spec, Wrong> {
+    fn spec(&self, device: &Spanned<u8>) -> Result<&DeviceSpec, TextError> {
         let place = *device.get_ref();
-        self.specs.iter().find(|spec| spec.place == place).ok_or_else(|| {
-            let there = self.specs.iter().map(|spec| spec.place.to_string()).collect::<Vec<_>>().join(", ");
-            Wrong::at(&device.span(), format!("expected the address of a gauge, got {place}; there are {there}"))
+        self.specs.iter().find(|spec| spec.address == place).ok_or_else(|| {
+            let there = self.specs.iter().map(|spec| spec.address.to_string()).collect::<Vec<_>>().join(", ");
+            TextError::at(&device.span(), format!("expected the address of a gauge, got {place}; there are {there}"))
         })
     }
 
-    fn expectation(&self, written: &Spanned<Expect>) -> Result<Expectation, Wrong> {
+    fn expectation(&self, written: &Spanned<Expect>) -> Result<Expectation, TextError> {
         let expect = written.get_ref();
-        let wrong = |what: &str| Wrong::at(&written.span(), what);
+        let wrong = |what: &str| TextError::at(&written.span(), what);
         let of = match (&expect.volume, &expect.device) {
             (Some(volume), None) => Subject::Volume(volume.get_ref().clone(), self.plant.at(volume)?),
-            (None, Some(device)) => Subject::Device(self.spec(device)?.place, expect.instance),
+            (None, Some(device)) => Subject::Device(self.spec(device)?.address, expect.instance),
             _ => return Err(wrong("expected a volume or a device to look at")),
         };
         let checks = checks(expect, &wrong)?;
@@ -307,12 +313,12 @@ impl Reader<'_> {
         if matches!(of, Subject::Volume(..)) && checks.iter().any(|check| !matches!(check, Check::Pressure(..))) {
             return Err(wrong("expected of a volume nothing but its pressure: above, below, or near"));
         }
-        let (line, _) = profivac_host::text_file::place_of(self.text, written.span().start);
-        Ok(Expectation { line, of, checks })
+        let (line, _) = profivac_host::text_file::line_and_column(self.text, written.span().start);
+        Ok(Expectation { line, subject: of, checks })
     }
 }
 
-fn checks(expect: &Expect, wrong: &impl Fn(&str) -> Wrong) -> Result<Vec<Check>, Wrong> {
+fn checks(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Vec<Check>, TextError> {
     let mut checks = Vec::new();
     if let Some(bounds) = bounds(expect, wrong)? {
         checks.push(bounds);
@@ -331,12 +337,12 @@ fn checks(expect: &Expect, wrong: &impl Fn(&str) -> Wrong) -> Result<Vec<Check>,
     Ok(checks)
 }
 
-fn bounds(expect: &Expect, wrong: &impl Fn(&str) -> Wrong) -> Result<Option<Check>, Wrong> {
+fn bounds(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Option<Check>, TextError> {
     let pa = |text: &Option<Text>| text.as_ref().map(pressure).transpose();
     let within = expect.within.as_ref().map(|text| PART.parse(text)).transpose()?;
     match (pa(&expect.above)?, pa(&expect.below)?, pa(&expect.near)?) {
         (None, None, Some(near)) => {
-            let part = within.unwrap_or(NEAR);
+            let part = within.unwrap_or(DEFAULT_TOLERANCE);
             Ok(Some(Check::Pressure(near * (1.0 - part), near * (1.0 + part))))
         }
         _ if within.is_some() => Err(wrong("expected near where within is")),

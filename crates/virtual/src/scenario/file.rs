@@ -1,6 +1,6 @@
 //! The file as it is written: keys and texts, not yet understood.
 
-use super::words::Text;
+use super::quantities::Text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;

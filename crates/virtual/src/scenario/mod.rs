@@ -29,26 +29,26 @@
 mod event;
 mod file;
 mod plant;
+mod quantities;
 mod run;
-mod words;
 
-pub use event::{Act, Check, DeviceAct, Event, Expectation, Subject};
+pub use event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 pub use plant::{Part, Plant};
-pub use run::{Bus, Finding, Run};
+pub use run::{FailedExpectation, MasterPresence, Run};
 
 use crate::device::VirtualDevice;
-use crate::factory::{Spec, SpecError, check_places, entry};
-use crate::memory::Memory;
-use crate::scene::Scene;
-use event::Reader;
+use crate::device_spec::{DeviceSpec, SpecError, check_addresses, entry};
+use crate::memory_segment::MemorySegment;
+use crate::nonvolatile::NonvolatileMemory;
+use event::EventParser;
 use file::File;
-use profivac_client::watch::{Fitted, Watched};
+use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_vacuum::network::Volume;
-use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
+use profivac_vacuum::sensor::{Environment, REFERENCE_K};
+use quantities::{TIME, Text, TextError, unknown};
 use std::path::Path;
-use words::{TIME, Text, Wrong, unknown};
 
 /// The length of a step unless the file says it, in s, and the longest.
 const STEP_S: f64 = 0.01;
@@ -67,7 +67,7 @@ pub enum ScenarioError {
     },
     /// Something in it is wrong.
     #[error("{name}:{line}:{column}: {what}")]
-    Wrong {
+    Invalid {
         /// The file.
         name: String,
         /// From 1.
@@ -81,7 +81,7 @@ pub enum ScenarioError {
 
 /// Why there is no segment in memory.
 #[derive(Debug, thiserror::Error)]
-pub enum SceneError {
+pub enum MemorySegmentError {
     /// A device.
     #[error(transparent)]
     Spec(#[from] SpecError),
@@ -99,7 +99,7 @@ pub struct Scenario {
     pub until_s: f64,
     name: String,
     seed: u64,
-    real: bool,
+    has_real_sensors: bool,
     step_s: f64,
     plant: Plant,
     gauges: Vec<Gauge>,
@@ -123,30 +123,31 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError::Wrong`] with the place in the text and what was expected there.
     pub fn parse(text: &str, name: &str) -> Result<Self, ScenarioError> {
-        Self::make(text, name).map_err(|Wrong { at, what }| {
-            let (line, column) = profivac_host::text_file::place_of(text, at);
-            ScenarioError::Wrong { name: name.to_owned(), line, column, what }
+        Self::make(text, name).map_err(|TextError { at, message: what }| {
+            let (line, column) = profivac_host::text_file::line_and_column(text, at);
+            ScenarioError::Invalid { name: name.to_owned(), line, column, what }
         })
     }
 
-    fn make(text: &str, name: &str) -> Result<Self, Wrong> {
-        let file: File = toml::from_str(text)
-            .map_err(|error| Wrong::at(&error.span().unwrap_or_default(), words::parser_sentence(error.message())))?;
+    fn make(text: &str, name: &str) -> Result<Self, TextError> {
+        let file: File = toml::from_str(text).map_err(|error| {
+            TextError::at(&error.span().unwrap_or_default(), quantities::parser_message(error.message()))
+        })?;
         let plant = Plant::new(&file)?;
         let mut gauges = gauges(&file, &plant)?;
         channels(&file, &plant, &mut gauges)?;
-        let specs: Vec<Spec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
+        let specs: Vec<DeviceSpec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
         let step_s = file.step.as_ref().map(step).transpose()?.unwrap_or(STEP_S);
         let until_s = TIME.positive(&file.until)?;
-        let reader = Reader { plant: &plant, specs: &specs, text, step_s, until_s };
+        let reader = EventParser { plant: &plant, specs: &specs, text, step_s, until_s };
         let events = reader.events(&file)?;
-        let real = real(&file)?;
+        let real = has_real_sensors(&file)?;
         let File { title, seed, .. } = file;
-        Ok(Self { title, until_s, name: name.to_owned(), seed, real, step_s, plant, gauges, events })
+        Ok(Self { title, until_s, name: name.to_owned(), seed, has_real_sensors: real, step_s, plant, gauges, events })
     }
 
     /// The devices by which the plant is watched.
-    pub fn specs(&self) -> impl Iterator<Item = &Spec> {
+    pub fn specs(&self) -> impl Iterator<Item = &DeviceSpec> {
         self.gauges.iter().map(|gauge| &gauge.spec)
     }
 
@@ -157,18 +158,18 @@ impl Scenario {
     pub fn devices<E: From<SpecError>>(
         &self,
         baud: Baud,
-        memory: impl Fn(&Spec) -> Result<Memory, E>,
+        memory: impl Fn(&DeviceSpec) -> Result<NonvolatileMemory, E>,
     ) -> Result<Vec<VirtualDevice>, E> {
-        let device = |Gauge { spec, volume, elsewhere }: &Gauge| {
+        let device = |Gauge { spec, volume, channel_volumes: elsewhere }: &Gauge| {
             let unit = spec.build(memory(spec)?, baud)?;
-            let mut device = VirtualDevice::new(unit, spec.place, baud, around(&self.plant, *volume));
+            let mut device = VirtualDevice::new(unit, spec.address, baud, surroundings(&self.plant, *volume));
             for (instance, volume) in elsewhere {
-                device.surround_part(*instance, around(&self.plant, *volume));
+                device.set_part_surroundings(*instance, surroundings(&self.plant, *volume));
             }
-            if self.real {
+            if self.has_real_sensors {
                 device = device.with_real_sensors(self.seed);
             }
-            Ok(device.driven())
+            Ok(device.with_external_time())
         };
         self.gauges.iter().map(device).collect()
     }
@@ -177,35 +178,42 @@ impl Scenario {
     ///
     /// # Errors
     /// [`SceneError`] when the master cannot have so many slaves, or a device is not as the file says; it has been checked.
-    pub fn scene(&self, address: u8, baud: Baud) -> Result<Scene, SceneError> {
-        let devices = self.devices(baud, |_| Ok::<_, SpecError>(Memory::volatile()))?;
+    pub fn memory_segment(&self, address: u8, baud: Baud) -> Result<MemorySegment, MemorySegmentError> {
+        let devices = self.devices(baud, |_| Ok::<_, SpecError>(NonvolatileMemory::volatile()))?;
         let watched = |Gauge { spec, .. }: &Gauge| {
             let model = entry(&spec.device)?.model;
-            let configuration = telling(model);
+            let configuration = cyclic_configuration(model);
             // Every device knows mbar; without it what it shows could not be told from counts.
-            let unit = model.unit_named("mbar").ok_or_else(|| SpecError::Device(spec.device.clone()))?;
-            Ok::<_, SpecError>(Watched { address: spec.place, model, configuration, unit, fitted: Fitted::default() })
+            let unit = model.unit_named("mbar").ok_or_else(|| SpecError::UnknownDevice(spec.device.clone()))?;
+            Ok::<_, SpecError>(CyclicSlave {
+                address: spec.address,
+                model,
+                configuration,
+                unit,
+                principles: ChannelPrinciples::default(),
+            })
         };
         let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
-        Scene::new(devices, watched, address, baud).map_err(|error| SceneError::Master(error.to_string()))
+        MemorySegment::new(devices, watched, address, baud)
+            .map_err(|error| MemorySegmentError::Master(error.to_string()))
     }
 
     /// A run from the beginning.
     #[must_use]
-    pub fn start(&self, bus: Bus) -> Run {
+    pub fn start(&self, bus: MasterPresence) -> Run {
         Run::new(self, bus)
     }
 }
 
 /// The length of a step.
-fn step(text: &Text) -> Result<f64, Wrong> {
+fn step(text: &Text) -> Result<f64, TextError> {
     let step_s = TIME.positive(text)?;
     let what = || format!("expected a step of at most 1 h, got {:?}", text.get_ref());
-    if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(Wrong::at(&text.span(), what())) }
+    if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(TextError::at(&text.span(), what())) }
 }
 
 /// The first configuration that tells a number as it is and which sensor it comes from, or the usual one.
-fn telling(model: &'static Model) -> &'static Configuration {
+fn cyclic_configuration(model: &'static Model) -> &'static Configuration {
     let tells = |configuration: &&Configuration| {
         let has = |field| configuration.inputs.is_some_and(|inputs| inputs.fields.contains(&field));
         has(Field::PvSelector) && has(Field::ProcessValue(NumberType::Float)) && configuration.outputs.is_none()
@@ -216,58 +224,59 @@ fn telling(model: &'static Model) -> &'static Configuration {
 /// A device and where it sits.
 #[derive(Clone, Debug)]
 struct Gauge {
-    spec: Spec,
+    spec: DeviceSpec,
     volume: Volume,
     /// Measuring parts that sit elsewhere, by their instances.
-    elsewhere: Vec<(u8, Volume)>,
+    channel_volumes: Vec<(u8, Volume)>,
 }
 
 /// What surrounds a gauge at a volume.
-fn around(plant: &Plant, volume: Volume) -> Surroundings {
-    Surroundings {
+fn surroundings(plant: &Plant, volume: Volume) -> Environment {
+    Environment {
         gas: plant.network.mixture(volume),
-        atmosphere_pa: plant.network.atmosphere().pa,
+        atmosphere_pa: plant.network.atmosphere().pressure_pa,
         temperature_k: REFERENCE_K,
     }
 }
 
 /// The devices and where they sit, in the order of their addresses.
-fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, Wrong> {
+fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, TextError> {
     let mut gauges: Vec<Gauge> = Vec::new();
     for (written, at) in &file.gauges {
-        let spec: Spec = words::parsed(written)?;
-        spec.build(Memory::volatile(), Baud::B19200).map_err(|error| Wrong::at(&written.span(), error))?;
+        let spec: DeviceSpec = quantities::parsed(written)?;
+        spec.build(NonvolatileMemory::volatile(), Baud::B19200)
+            .map_err(|error| TextError::at(&written.span(), error))?;
         let volume = plant.at(at)?;
-        gauges.push(Gauge { spec, volume, elsewhere: Vec::new() });
-        let specs: Vec<Spec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
-        check_places(&specs).map_err(|error| Wrong::at(&written.span(), error))?;
+        gauges.push(Gauge { spec, volume, channel_volumes: Vec::new() });
+        let specs: Vec<DeviceSpec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
+        check_addresses(&specs).map_err(|error| TextError::at(&written.span(), error))?;
     }
-    gauges.sort_by_key(|gauge| gauge.spec.place);
+    gauges.sort_by_key(|gauge| gauge.spec.address);
     Ok(gauges)
 }
 
 /// The measuring parts that sit elsewhere.
-fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), Wrong> {
+fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), TextError> {
     for (address, channels) in &file.channels {
-        let places: Vec<String> = gauges.iter().map(|gauge| gauge.spec.place.to_string()).collect();
+        let places: Vec<String> = gauges.iter().map(|gauge| gauge.spec.address.to_string()).collect();
         let wrong = || unknown("the address of a gauge", address, places.iter().map(String::as_str));
         let at = places.iter().position(|place| place == address.get_ref()).ok_or_else(wrong)?;
         let Some(gauge) = gauges.get_mut(at) else { continue };
-        let unit = gauge.spec.build(Memory::volatile(), Baud::B19200);
-        let unit = unit.map_err(|error| Wrong::at(&address.span(), error))?;
+        let unit = gauge.spec.build(NonvolatileMemory::volatile(), Baud::B19200);
+        let unit = unit.map_err(|error| TextError::at(&address.span(), error))?;
         let instances: Vec<String> = unit.instrument().parts().iter().map(|part| part.instance.to_string()).collect();
         for (instance, volume) in channels {
             let wrong = || unknown("an instance of a sensor", instance, instances.iter().map(String::as_str));
             let known =
                 instances.iter().find(|known| *known == instance.get_ref()).and_then(|known| known.parse().ok());
-            gauge.elsewhere.push((known.ok_or_else(wrong)?, plant.at(volume)?));
+            gauge.channel_volumes.push((known.ok_or_else(wrong)?, plant.at(volume)?));
         }
     }
     Ok(())
 }
 
 /// Whether sensors are as they are bought.
-fn real(file: &File) -> Result<bool, Wrong> {
+fn has_real_sensors(file: &File) -> Result<bool, TextError> {
     match &file.sensors {
         None => Ok(true),
         Some(text) if text.get_ref() == "real" => Ok(true),

@@ -1,7 +1,9 @@
 //! The plant a file describes, made of what `profivac_vacuum` has.
 
 use super::file::{File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
-use super::words::{self, AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, Wrong, flow, parsed, temperature, unknown};
+use super::quantities::{
+    self, AREA, LENGTH, PART, SPEED, TIME, Text, TextError, VOLUME, flow, parsed, temperature, unknown,
+};
 use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA};
 use profivac_vacuum::network::{self, Network, Outside};
 use profivac_vacuum::surface::{MATERIALS, Material, Surface};
@@ -46,12 +48,12 @@ pub struct Plant {
 
 impl Plant {
     /// Makes what the file describes.
-    pub fn new(file: &File) -> Result<Self, Wrong> {
+    pub fn new(file: &File) -> Result<Self, TextError> {
         let atmosphere = air(file.atmosphere.as_ref(), Atmosphere::default())?;
         let mut plant = Self { network: Network::new(atmosphere), volumes: BTreeMap::new(), parts: BTreeMap::new() };
         let mut volumes = file.volumes.values().map(Spanned::span).chain(file.pockets.values().map(Spanned::span));
         if let Some(span) = volumes.nth(MOST_VOLUMES) {
-            return Err(Wrong::at(&span, format!("expected at most {MOST_VOLUMES} volumes with those of pockets")));
+            return Err(TextError::at(&span, format!("expected at most {MOST_VOLUMES} volumes with those of pockets")));
         }
         each(&file.volumes, |name, volume| plant.volume(name, volume))?;
         each(&file.walls, |name, wall| plant.wall(name, wall))?;
@@ -67,45 +69,45 @@ impl Plant {
     }
 
     /// The volume of this name.
-    pub fn at(&self, name: &Text) -> Result<network::Volume, Wrong> {
+    pub fn at(&self, name: &Text) -> Result<network::Volume, TextError> {
         let known = || self.volumes.keys().map(String::as_str);
         self.volumes.get(name.get_ref()).copied().ok_or_else(|| unknown("a volume", name, known()))
     }
 
     /// Something that can be operated, if `pick` takes it.
-    pub fn part<T>(&self, what: &str, name: &Text, pick: impl Fn(Part) -> Option<T>) -> Result<T, Wrong> {
+    pub fn part<T>(&self, what: &str, name: &Text, pick: impl Fn(Part) -> Option<T>) -> Result<T, TextError> {
         let known = self.parts.iter().filter(|(_, part)| pick(**part).is_some()).map(|(name, _)| name.as_str());
         self.parts.get(name.get_ref()).copied().and_then(&pick).ok_or_else(|| unknown(what, name, known))
     }
 
-    fn add(&mut self, name: &str, span: &Spanned<impl Sized>, part: Part) -> Result<(), Wrong> {
+    fn add(&mut self, name: &str, span: &Spanned<impl Sized>, part: Part) -> Result<(), TextError> {
         match self.parts.insert(name.to_owned(), part) {
             None => Ok(()),
-            Some(_) => Err(Wrong::at(&span.span(), format!("the name {name:?} is given twice"))),
+            Some(_) => Err(TextError::at(&span.span(), format!("the name {name:?} is given twice"))),
         }
     }
 
     /// Two volumes that are not the same.
-    fn two(&self, one: &Text, other: &Text) -> Result<(network::Volume, network::Volume), Wrong> {
+    fn two(&self, one: &Text, other: &Text) -> Result<(network::Volume, network::Volume), TextError> {
         let (first, second) = (self.at(one)?, self.at(other)?);
         let what = || format!("expected another volume than {:?}, got it twice", other.get_ref());
-        if first == second { Err(Wrong::at(&other.span(), what())) } else { Ok((first, second)) }
+        if first == second { Err(TextError::at(&other.span(), what())) } else { Ok((first, second)) }
     }
 
-    fn volume(&mut self, name: &str, volume: &Spanned<Volume>) -> Result<(), Wrong> {
+    fn volume(&mut self, name: &str, volume: &Spanned<Volume>) -> Result<(), TextError> {
         let Volume { volume, gas, pressure } = volume.get_ref();
         let air = self.network.atmosphere().mixture();
-        let pa = pressure.as_ref().map(words::pressure).transpose()?.unwrap_or_else(|| air.total());
+        let pa = pressure.as_ref().map(quantities::pressure).transpose()?.unwrap_or_else(|| air.total());
         let filled = match gas.as_ref().map(parsed).transpose()? {
             None | Some(Gas::Air) => air.scaled(pa / air.total()),
             Some(gas) => Mixture::pure(gas, pa),
         };
-        let made = self.network.volume(VOLUME.positive(volume)?, filled);
+        let made = self.network.add_volume(VOLUME.positive(volume)?, filled);
         self.volumes.insert(name.to_owned(), made);
         Ok(())
     }
 
-    fn wall(&mut self, name: &str, wall: &Spanned<Wall>) -> Result<(), Wrong> {
+    fn wall(&mut self, name: &str, wall: &Spanned<Wall>) -> Result<(), TextError> {
         let Wall { of, material, area, aged, aged_at } = wall.get_ref();
         let known = || MATERIALS.iter().map(|material| material.name);
         let made = Material::named(material.get_ref()).ok_or_else(|| unknown("a material", material, known()))?;
@@ -115,97 +117,97 @@ impl Plant {
             surface = surface.aged(TIME.parse(aged)?, kelvin);
         }
         let of = self.at(of)?;
-        let made = self.network.wall(of, surface);
+        let made = self.network.add_wall(of, surface);
         self.add(name, wall, Part::Wall(made))
     }
 
-    fn tube(&mut self, name: &str, tube: &Spanned<Tube>) -> Result<(), Wrong> {
+    fn tube(&mut self, name: &str, tube: &Spanned<Tube>) -> Result<(), TextError> {
         let Tube { between: [one, other], diameter, length, conductance, open } = tube.get_ref();
         let conductance = match (diameter, length, conductance) {
             (Some(diameter), Some(length), None) => {
                 Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?)
             }
             (None, None, Some(conductance)) => Conductance::fixed(SPEED.positive(conductance)?),
-            _ => return Err(Wrong::at(&tube.span(), "expected diameter and length, or conductance")),
+            _ => return Err(TextError::at(&tube.span(), "expected diameter and length, or conductance")),
         };
         let (one, other) = self.two(one, other)?;
-        let made = self.network.join(one, other, conductance);
-        self.network.open(made, if open.unwrap_or(true) { 1.0 } else { 0.0 });
+        let made = self.network.add_joint(one, other, conductance);
+        self.network.set_joint(made, if open.unwrap_or(true) { 1.0 } else { 0.0 });
         self.add(name, tube, Part::Joint(made))
     }
 
-    fn pocket(&mut self, name: &str, pocket: &Spanned<Pocket>) -> Result<(), Wrong> {
+    fn pocket(&mut self, name: &str, pocket: &Spanned<Pocket>) -> Result<(), TextError> {
         let Pocket { of, volume, conductance } = pocket.get_ref();
         let air = self.network.atmosphere().mixture();
         let of = self.at(of)?;
-        let inside = self.network.volume(VOLUME.positive(volume)?, air);
-        let made = self.network.join(of, inside, Conductance::wind(SPEED.positive(conductance)?));
+        let inside = self.network.add_volume(VOLUME.positive(volume)?, air);
+        let made = self.network.add_joint(of, inside, Conductance::wind(SPEED.positive(conductance)?));
         self.add(name, pocket, Part::Joint(made))
     }
 
-    fn roughing(&mut self, name: &str, pump: &Spanned<Roughing>) -> Result<(), Wrong> {
+    fn roughing(&mut self, name: &str, pump: &Spanned<Roughing>) -> Result<(), TextError> {
         let Roughing { at, speed, ultimate, running } = pump.get_ref();
         let made = pump::Roughing {
             running: *running,
-            ..pump::Roughing::dry(SPEED.positive(speed)?, words::pressure(ultimate)?)
+            ..pump::Roughing::dry(SPEED.positive(speed)?, quantities::pressure(ultimate)?)
         };
         let at = self.at(at)?;
-        let made = self.network.roughing(at, made);
+        let made = self.network.add_roughing_pump(at, made);
         self.add(name, pump, Part::Roughing(made))
     }
 
-    fn turbo(&mut self, name: &str, pump: &Spanned<Turbo>) -> Result<(), Wrong> {
+    fn turbo(&mut self, name: &str, pump: &Spanned<Turbo>) -> Result<(), TextError> {
         let Turbo { inlet, fore, speed, compression, critical_pressure, spin_up, running } = pump.get_ref();
         let mut turbo = pump::Turbo::ordinary(SPEED.positive(speed)?);
-        turbo.through = Conductance::tube(ROTOR_M[0], ROTOR_M[1]);
+        turbo.standstill = Conductance::tube(ROTOR_M[0], ROTOR_M[1]);
         turbo.running = *running;
         // What runs at the beginning has been running for long.
         turbo.rotor = if *running { 1.0 } else { 0.0 };
         match compression {
             Some(compression) if !(1.0..=HIGHEST_COMPRESSION).contains(compression.get_ref()) => {
                 let what = format!("expected a compression from 1 to 1e15, got {:e}", compression.get_ref());
-                return Err(Wrong::at(&compression.span(), what));
+                return Err(TextError::at(&compression.span(), what));
             }
             Some(compression) => turbo.compression = *compression.get_ref(),
             None => {}
         }
         if let Some(pressure) = critical_pressure {
-            turbo.critical_pa = words::pressure(pressure)?.max(f64::MIN_POSITIVE);
+            turbo.critical_pa = quantities::pressure(pressure)?.max(f64::MIN_POSITIVE);
         }
         if let Some(time) = spin_up {
-            turbo.spin_up = TIME.positive(time)?;
+            turbo.spin_up_s = TIME.positive(time)?;
         }
         let (inlet, fore) = self.two(inlet, fore)?;
-        let made = self.network.turbo(inlet, fore, turbo);
+        let made = self.network.add_turbo_pump(inlet, fore, turbo);
         self.add(name, pump, Part::Turbo(made))
     }
 
-    fn leak(&mut self, name: &str, leak: &Spanned<Leak>) -> Result<(), Wrong> {
+    fn leak(&mut self, name: &str, leak: &Spanned<Leak>) -> Result<(), TextError> {
         let Leak { at, rate, open } = leak.get_ref();
         let conductance = Conductance::wind(flow(rate)? / STANDARD_PA);
         let at = self.at(at)?;
-        let made = self.network.opening(at, conductance, Outside::Air);
-        self.network.vent(made, if *open { 1.0 } else { 0.0 });
+        let made = self.network.add_opening(at, conductance, Outside::Air);
+        self.network.set_opening(made, if *open { 1.0 } else { 0.0 });
         self.add(name, leak, Part::Opening(made))
     }
 
-    fn vent(&mut self, name: &str, vent: &Spanned<Vent>) -> Result<(), Wrong> {
+    fn vent(&mut self, name: &str, vent: &Spanned<Vent>) -> Result<(), TextError> {
         let Vent { at, diameter, length, gas, open } = vent.get_ref();
         let conductance = Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?);
         let outside = match gas.as_ref().map(parsed).transpose()? {
             None | Some(Gas::Air) => Outside::Air,
-            Some(gas) => Outside::Gas(Mixture::pure(gas, self.network.atmosphere().pa)),
+            Some(gas) => Outside::Gas(Mixture::pure(gas, self.network.atmosphere().pressure_pa)),
         };
         let at = self.at(at)?;
-        let made = self.network.opening(at, conductance, outside);
-        self.network.vent(made, if *open { 1.0 } else { 0.0 });
+        let made = self.network.add_opening(at, conductance, outside);
+        self.network.set_opening(made, if *open { 1.0 } else { 0.0 });
         self.add(name, vent, Part::Opening(made))
     }
 
-    fn inlet(&mut self, name: &str, inlet: &Spanned<Inlet>) -> Result<(), Wrong> {
+    fn inlet(&mut self, name: &str, inlet: &Spanned<Inlet>) -> Result<(), TextError> {
         let Inlet { at, gas } = inlet.get_ref();
         let (at, gas) = (self.at(at)?, parsed(gas)?);
-        let made = self.network.inlet(at, gas);
+        let made = self.network.add_inlet(at, gas);
         self.add(name, inlet, Part::Inlet(made))
     }
 }
@@ -213,18 +215,18 @@ impl Plant {
 /// Does something with each part, in the order of the names.
 fn each<T>(
     parts: &BTreeMap<String, Spanned<T>>,
-    mut make: impl FnMut(&str, &Spanned<T>) -> Result<(), Wrong>,
-) -> Result<(), Wrong> {
+    mut make: impl FnMut(&str, &Spanned<T>) -> Result<(), TextError>,
+) -> Result<(), TextError> {
     parts.iter().try_for_each(|(name, part)| make(name, part))
 }
 
 /// The air outside, as before where nothing is said.
-pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosphere, Wrong> {
+pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosphere, TextError> {
     let Some(air) = air else { return Ok(before) };
-    let pa = air.pressure.as_ref().map(words::pressure).transpose()?.unwrap_or(before.pa);
+    let pa = air.pressure.as_ref().map(quantities::pressure).transpose()?.unwrap_or(before.pressure_pa);
     let humidity = match &air.humidity {
         None => before.humidity,
         Some(text) => PART.parse(text)?,
     };
-    Ok(Atmosphere { pa, humidity })
+    Ok(Atmosphere { pressure_pa: pa, humidity })
 }

@@ -1,30 +1,30 @@
 //! A scenario as it happens, step by step.
 
-use super::event::{Act, Check, DeviceAct, Event, Expectation, Subject};
+use super::event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 use super::plant::{Part, Plant};
-use super::{Gauge, Scenario, around};
+use super::{Gauge, Scenario, surroundings};
 use crate::device::VirtualDevice;
-use crate::scene::Scene;
-use profivac_devices::Report;
+use crate::memory_segment::MemorySegment;
+use profivac_devices::StateReport;
 use profivac_dp::slave::Relation;
 use profivac_vacuum::{Gas, Mixture};
 use std::fmt;
 
 /// What a grid that is degassed gives off, in Pa m^3/s. free choice: 1e-5 mbar l/s
-const DEGAS: f64 = 1e-6;
+const DEGAS_FLOW: f64 = 1e-6;
 
 /// Whether a master exchanges data with the devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bus {
+pub enum MasterPresence {
     /// There is one, or may be: devices measure when it does.
-    There,
+    Present,
     /// There is none, and devices measure as if there were.
-    None,
+    Absent,
 }
 
 /// Something was not so as the file expects it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
+pub struct FailedExpectation {
     /// The file.
     pub file: String,
     /// The line of the expectation; 0 for a record that was refused.
@@ -32,12 +32,12 @@ pub struct Finding {
     /// When, in s.
     pub seconds: f64,
     /// What was expected, and what was.
-    pub what: String,
+    pub description: String,
 }
 
-impl fmt::Display for Finding {
+impl fmt::Display for FailedExpectation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { file, line, seconds, what } = self;
+        let Self { file, line, seconds, description: what } = self;
         write!(f, "{file}:{line}: after {seconds} s: {what}")
     }
 }
@@ -54,14 +54,14 @@ pub struct Run {
     step_s: f64,
     steps: u64,
     last: u64,
-    bus: Bus,
+    bus: MasterPresence,
     noise: f64,
-    said: Option<String>,
-    findings: Vec<Finding>,
+    message: Option<String>,
+    failures: Vec<FailedExpectation>,
 }
 
 impl Run {
-    pub(super) fn new(scenario: &Scenario, bus: Bus) -> Self {
+    pub(super) fn new(scenario: &Scenario, bus: MasterPresence) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
         let last = (scenario.until_s / scenario.step_s).round() as u64;
         Self {
@@ -74,8 +74,8 @@ impl Run {
             last,
             bus,
             noise: 0.0,
-            said: None,
-            findings: Vec::new(),
+            message: None,
+            failures: Vec::new(),
         }
     }
 
@@ -99,8 +99,8 @@ impl Run {
 
     /// What was said last.
     #[must_use]
-    pub fn said(&self) -> Option<&str> {
-        self.said.as_deref()
+    pub fn message(&self) -> Option<&str> {
+        self.message.as_deref()
     }
 
     /// Which part of the octets on the bus is damaged, 0 to 1.
@@ -111,8 +111,8 @@ impl Run {
 
     /// What was not as expected so far.
     #[must_use]
-    pub fn findings(&self) -> &[Finding] {
-        &self.findings
+    pub fn failures(&self) -> &[FailedExpectation] {
+        &self.failures
     }
 
     /// The plant.
@@ -125,8 +125,8 @@ impl Run {
     /// devices live on without it.
     pub fn step<'d>(&mut self, devices: impl IntoIterator<Item = &'d mut VirtualDevice>) {
         let mut devices: Vec<&mut VirtualDevice> = devices.into_iter().collect();
-        if self.steps == 0 && self.bus == Bus::None {
-            devices.iter_mut().for_each(|device| device.instrument_mut().exchanging(true));
+        if self.steps == 0 && self.bus == MasterPresence::Absent {
+            devices.iter_mut().for_each(|device| device.instrument_mut().set_exchanging(true));
         }
         while self.events.last().is_some_and(|event| event.step <= self.steps)
             && let Some(event) = self.events.pop()
@@ -137,24 +137,24 @@ impl Run {
         self.plant.network.advance(self.step_s);
         self.steps = self.steps.saturating_add(1);
         for device in devices {
-            let place = device.place();
-            if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.place == place) {
-                for (instance, volume) in &gauge.elsewhere {
-                    device.surround_part(*instance, around(&self.plant, *volume));
+            let place = device.switch_address();
+            if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.address == place) {
+                for (instance, volume) in &gauge.channel_volumes {
+                    device.set_part_surroundings(*instance, surroundings(&self.plant, *volume));
                 }
-                device.follow(around(&self.plant, gauge.volume), self.step_s);
+                device.advance_in(surroundings(&self.plant, gauge.volume), self.step_s);
             }
         }
     }
 
     /// Steps on with a segment in memory, to `seconds`. Where its line is ahead, because somebody has asked a gauge on it and
     /// waited for the answer, it stays ahead: it never stands still until the plant is there.
-    pub fn step_scene(&mut self, scene: &mut Scene, seconds: f64) {
+    pub fn step_scene(&mut self, scene: &mut MemorySegment, seconds: f64) {
         let ahead = scene.seconds() - self.seconds();
         let ahead = if ahead > self.step_s { ahead } else { 0.0 };
         while self.seconds() + self.step_s <= seconds {
             self.step(scene.devices_mut());
-            scene.disturb(self.noise);
+            scene.set_noise(self.noise);
             scene.run_until(self.seconds() + ahead);
         }
     }
@@ -163,10 +163,10 @@ impl Run {
     fn degas(&mut self, devices: &[&mut VirtualDevice]) {
         for volume in self.plant.volumes.values() {
             let here = |device: &&&mut VirtualDevice| {
-                self.gauges.iter().any(|gauge| gauge.spec.place == device.place() && gauge.volume == *volume)
+                self.gauges.iter().any(|gauge| gauge.spec.address == device.switch_address() && gauge.volume == *volume)
             };
             let hot = devices.iter().filter(here).filter(|device| any(device.report().degas.iter())).count();
-            self.plant.network.load(*volume, &Mixture::pure(Gas::Co, DEGAS * hot as f64));
+            self.plant.network.set_load(*volume, &Mixture::pure(Gas::Co, DEGAS_FLOW * hot as f64));
         }
     }
 
@@ -176,27 +176,32 @@ impl Run {
             let failed: Vec<_> = failed.collect();
             failed.into_iter().for_each(|what| self.find(expectation.line, what));
         }
-        self.said = event.say.or(self.said.take());
-        event.acts.into_iter().for_each(|act| self.act(act, devices));
+        self.message = event.message.or(self.message.take());
+        event.actions.into_iter().for_each(|act| self.act(act, devices));
     }
 
     fn find(&mut self, line: usize, what: String) {
-        self.findings.push(Finding { file: self.file.clone(), line, seconds: self.seconds(), what });
+        self.failures.push(FailedExpectation {
+            file: self.file.clone(),
+            line,
+            seconds: self.seconds(),
+            description: what,
+        });
     }
 
-    fn act(&mut self, act: Act, devices: &mut [&mut VirtualDevice]) {
+    fn act(&mut self, act: ScenarioAction, devices: &mut [&mut VirtualDevice]) {
         let network = &mut self.plant.network;
         match act {
-            Act::Joint(joint, how_far) => network.open(joint, how_far),
-            Act::Opening(opening, how_far) => network.vent(opening, how_far),
-            Act::Roughing(pump, running) => network.run_roughing(pump, running),
-            Act::Turbo(pump, running) => network.run_turbo(pump, running),
-            Act::Feed(inlet, supply) => network.feed(inlet, supply),
-            Act::Heat(wall, kelvin) => network.heat(wall, kelvin),
-            Act::Noise(part) => self.noise = part,
-            Act::Air(atmosphere) => network.surround(atmosphere),
-            Act::Device(place, act) => {
-                let device = devices.iter_mut().find(|device| device.place() == place);
+            ScenarioAction::Joint(joint, how_far) => network.set_joint(joint, how_far),
+            ScenarioAction::Opening(opening, how_far) => network.set_opening(opening, how_far),
+            ScenarioAction::Roughing(pump, running) => network.run_roughing(pump, running),
+            ScenarioAction::Turbo(pump, running) => network.run_turbo(pump, running),
+            ScenarioAction::Feed(inlet, supply) => network.set_inlet(inlet, supply),
+            ScenarioAction::Heat(wall, kelvin) => network.set_wall_temperature(wall, kelvin),
+            ScenarioAction::Noise(part) => self.noise = part,
+            ScenarioAction::Air(atmosphere) => network.set_atmosphere(atmosphere),
+            ScenarioAction::Device(place, act) => {
+                let device = devices.iter_mut().find(|device| device.switch_address() == place);
                 let refused = device.and_then(|device| self.operate(device, &act));
                 refused.into_iter().for_each(|what| self.find(0, what));
             }
@@ -204,16 +209,16 @@ impl Run {
     }
 
     /// Does something to a device. What it refuses is told.
-    fn operate(&self, device: &mut VirtualDevice, act: &DeviceAct) -> Option<String> {
+    fn operate(&self, device: &mut VirtualDevice, act: &DeviceAction) -> Option<String> {
         match act {
-            DeviceAct::Power(on) => {
-                device.power(*on);
-                if self.bus == Bus::None && *on {
-                    device.instrument_mut().exchanging(true);
+            DeviceAction::Power(on) => {
+                device.set_power(*on);
+                if self.bus == MasterPresence::Absent && *on {
+                    device.instrument_mut().set_exchanging(true);
                 }
             }
-            DeviceAct::Plug(plugged) => device.plug(*plugged),
-            DeviceAct::Write(slot, index, octets) => {
+            DeviceAction::Plug(plugged) => device.set_connected(*plugged),
+            DeviceAction::Write(slot, index, octets) => {
                 let written = device.instrument_mut().write(Relation::Ms2(0), *slot, *index, octets);
                 let name = title(device);
                 return written.err().map(|refusal| {
@@ -230,13 +235,13 @@ impl Run {
 
     /// What is not as expected, if something is not.
     fn failed(&self, expectation: &Expectation, check: &Check, devices: &[&mut VirtualDevice]) -> Option<String> {
-        match (&expectation.of, check) {
+        match (&expectation.subject, check) {
             (Subject::Volume(name, volume), Check::Pressure(above, below)) => {
                 outside(name, "have", self.plant.network.mixture(*volume).total(), *above, *below)
             }
             (Subject::Volume(..), _) => None,
             (Subject::Device(place, instance), check) => {
-                let device = devices.iter().find(|device| device.place() == *place)?;
+                let device = devices.iter().find(|device| device.switch_address() == *place)?;
                 shown_otherwise(device, *instance, check)
             }
         }
@@ -248,12 +253,14 @@ impl Run {
         let network = &self.plant.network;
         let open = |opening: f64| if opening > 0.0 { "open" } else { "closed" }.to_owned();
         let state = |part: &Part| match part {
-            Part::Joint(joint) => Some(open(network.opening_of(*joint))),
-            Part::Opening(opening) => Some(open(network.vent_of(*opening))),
-            Part::Roughing(pump) => Some(if network.roughs(*pump) { "runs" } else { "stands" }.to_owned()),
-            Part::Turbo(pump) => Some(format!("{:.0} %", network.rotor(*pump) * 100.0)),
-            Part::Inlet(inlet) => Some(if network.feeds(*inlet) { "open" } else { "closed" }.to_owned()),
-            Part::Wall(wall) => Some(format!("{:.0} C", network.kelvin(*wall) - 273.15)),
+            Part::Joint(joint) => Some(open(network.joint_opening(*joint))),
+            Part::Opening(opening) => Some(open(network.vent_opening(*opening))),
+            Part::Roughing(pump) => {
+                Some(if network.is_roughing_pump_running(*pump) { "runs" } else { "stands" }.to_owned())
+            }
+            Part::Turbo(pump) => Some(format!("{:.0} %", network.rotor_speed(*pump) * 100.0)),
+            Part::Inlet(inlet) => Some(if network.is_inlet_open(*inlet) { "open" } else { "closed" }.to_owned()),
+            Part::Wall(wall) => Some(format!("{:.0} C", network.wall_temperature_k(*wall) - 273.15)),
         };
         let states = self.plant.parts.iter().filter_map(|(name, part)| Some((name.as_str(), state(part)?)));
         states.collect()
@@ -267,7 +274,7 @@ impl Run {
 }
 
 fn title(device: &VirtualDevice) -> String {
-    format!("{}@{}", device.instrument().name(), device.place())
+    format!("{}@{}", device.instrument().name(), device.switch_address())
 }
 
 /// A pressure in Pa that is not between two.
@@ -316,7 +323,7 @@ fn shown_otherwise(device: &VirtualDevice, instance: Option<u8>, check: &Check) 
 /// Alarm and warning bits of Exception Status: all but the toggle and the expanded format, E54.
 const EXCEPTION: u8 = 0x7F;
 
-fn relay(report: &Report, number: u8) -> Option<bool> {
+fn relay(report: &StateReport, number: u8) -> Option<bool> {
     report.relays.iter().nth(usize::from(number).checked_sub(1)?).copied()
 }
 

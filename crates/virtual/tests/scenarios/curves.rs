@@ -4,7 +4,7 @@
 use super::picture::{Curve, Picture};
 use super::{devices, scenario};
 use profivac_virtual::device::VirtualDevice;
-use profivac_virtual::scenario::{Bus, Run, Scenario};
+use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ struct Line {
 /// The whole scenario, with a line for each time; and the names of what is shown.
 fn record(scenario: &Scenario, times: &[f64]) -> (Vec<String>, Vec<Line>) {
     let mut devices = devices(scenario);
-    let mut run = scenario.start(Bus::None);
+    let mut run = scenario.start(MasterPresence::Absent);
     let mut lines = Vec::new();
     for time in times {
         while run.seconds() + 1e-6 < *time {
@@ -38,7 +38,7 @@ fn record(scenario: &Scenario, times: &[f64]) -> (Vec<String>, Vec<Line>) {
         lines.push(line(&run, &devices));
     }
     let names = devices.iter().flat_map(|device| {
-        let name = format!("{}@{}", device.instrument().name(), device.place());
+        let name = format!("{}@{}", device.instrument().name(), device.switch_address());
         let parts = device.instrument().parts().to_vec();
         parts.into_iter().map(move |part| format!("{name} {:?}", part.principle))
     });

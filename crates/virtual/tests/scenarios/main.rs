@@ -8,9 +8,9 @@ mod wrong;
 
 use profivac_dp::link::Baud;
 use profivac_virtual::device::VirtualDevice;
-use profivac_virtual::factory::SpecError;
-use profivac_virtual::memory::Memory;
-use profivac_virtual::scenario::{Bus, Run, Scenario};
+use profivac_virtual::device_spec::SpecError;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
+use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
 use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
@@ -22,14 +22,14 @@ fn scenario(name: &str) -> Scenario {
 }
 
 fn devices(scenario: &Scenario) -> Vec<VirtualDevice> {
-    scenario.devices::<SpecError>(Baud::B1500000, |_| Ok(Memory::volatile())).unwrap()
+    scenario.devices::<SpecError>(Baud::B1500000, |_| Ok(NonvolatileMemory::volatile())).unwrap()
 }
 
 /// The whole scenario without a bus; looks at it every so many seconds.
 fn run(name: &str, every_s: f64, mut look: impl FnMut(&Run, &[VirtualDevice])) -> Run {
     let scenario = scenario(name);
     let mut devices = devices(&scenario);
-    let mut run = scenario.start(Bus::None);
+    let mut run = scenario.start(MasterPresence::Absent);
     let mut next = 0.0;
     while !run.is_over() {
         run.step(&mut devices);
@@ -43,7 +43,7 @@ fn run(name: &str, every_s: f64, mut look: impl FnMut(&Run, &[VirtualDevice])) -
 
 fn holds(name: &str) {
     let run = run(name, f64::INFINITY, |_, _| {});
-    let findings: Vec<_> = run.findings().iter().map(ToString::to_string).collect();
+    let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
     assert!(findings.is_empty(), "\n{}", findings.join("\n"));
 }
 
@@ -90,7 +90,7 @@ fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
     let shown = devices.flat_map(|device| {
         let report = device.report();
         let values: Vec<_> = report.indicated.iter().map(|it| (it.instance, it.value_mbar.to_bits())).collect();
-        values.into_iter().map(|(instance, value)| (device.place(), instance, value))
+        values.into_iter().map(|(instance, value)| (device.switch_address(), instance, value))
     });
     shown.collect()
 }
@@ -98,8 +98,8 @@ fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
 /// On a segment in memory that is served in pieces of so many seconds; what is shown every ten seconds.
 fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
     let scenario = scenario(name);
-    let mut scene = scenario.scene(1, baud).unwrap();
-    let mut run = scenario.start(Bus::There);
+    let mut scene = scenario.memory_segment(1, baud).unwrap();
+    let mut run = scenario.start(MasterPresence::Present);
     let mut trajectory = Vec::new();
     let mut served = 0.0;
     while !run.is_over() {
@@ -116,7 +116,7 @@ fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
 #[test]
 fn a_master_finds_again_what_was_unplugged_or_without_power() {
     let (run, _) = on_a_bus("bus", Baud::B187500, 1.0);
-    let findings: Vec<_> = run.findings().iter().map(ToString::to_string).collect();
+    let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
     assert!(findings.is_empty(), "\n{}", findings.join("\n"));
 }
 
@@ -155,11 +155,11 @@ fn what_is_not_as_expected_is_told_with_its_line() {
         .replace("below = \"1e-7 mbar\", valid = true, fault = false, emission = true", "above = \"1 mbar\"");
     let scenario = Scenario::parse(&text, "x.toml").unwrap();
     let mut devices = devices(&scenario);
-    let mut run = scenario.start(Bus::None);
+    let mut run = scenario.start(MasterPresence::Absent);
     while run.seconds() < 301.0 {
         run.step(&mut devices);
     }
-    let told = run.findings().first().unwrap().to_string();
+    let told = run.failures().first().unwrap().to_string();
     assert!(told.starts_with("x.toml:32: after 300 s: expected bpg400@5 to show above 1.000e0 mbar, got "), "{told}");
 }
 

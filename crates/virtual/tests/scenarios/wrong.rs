@@ -1,6 +1,6 @@
 //! What is wrong with a file is told with line, column, what was expected and what came.
 
-use profivac_virtual::scenario::{Bus, Scenario};
+use profivac_virtual::scenario::{MasterPresence, Scenario};
 
 /// Lines 1 to 9; what is appended begins at line 10.
 const GOOD: &str = "\
@@ -209,7 +209,7 @@ fn files_that_were_damaged_are_told_or_run() {
             }
             Ok(scenario) => {
                 let mut devices = super::devices(&scenario);
-                let mut going = scenario.start(Bus::None);
+                let mut going = scenario.start(MasterPresence::Absent);
                 (0..20).for_each(|_| going.step(&mut devices));
                 assert!(going.pressures().all(|(_, pa)| pa.is_finite() && pa >= 0.0), "{text}");
                 run += 1;

@@ -9,7 +9,7 @@ fn real(name: &str, mbar: f64) -> VirtualDevice {
     let mut device = device(name, mbar).with_real_sensors(11);
     start(&mut device);
     for instance in 1..=4 {
-        if let Some(flaws) = device.sensor_mut(instance).and_then(|sensor| sensor.flaws_mut()) {
+        if let Some(flaws) = device.sensor_mut(instance).and_then(|sensor| sensor.imperfections_mut()) {
             (flaws.gain, flaws.zero_pa, flaws.drift_pa, flaws.noise, flaws.floor_pa) = (1.0, 0.0, 0.0, 0.0, 0.0);
         }
     }
@@ -17,21 +17,21 @@ fn real(name: &str, mbar: f64) -> VirtualDevice {
 }
 
 fn spoil(device: &mut VirtualDevice, instance: u8, gain: f64, zero_pa: f64) {
-    let flaws = device.sensor_mut(instance).unwrap().flaws_mut().unwrap();
+    let flaws = device.sensor_mut(instance).unwrap().imperfections_mut().unwrap();
     (flaws.gain, flaws.zero_pa) = (gain, zero_pa);
 }
 
 /// The gauge at another pressure of nitrogen, when its lag is over.
 fn at(device: &mut VirtualDevice, instance: u8, mbar: f64) -> f64 {
-    device.surround(around(Gas::N2, mbar));
+    device.set_surroundings(around(Gas::N2, mbar));
     device.advance(5.0);
     mean(device, instance)
 }
 
 /// Off and on again, and measuring.
 fn power_cut(device: &mut VirtualDevice) {
-    device.power(false);
-    device.power(true);
+    device.set_power(false);
+    device.set_power(true);
     start(device);
 }
 

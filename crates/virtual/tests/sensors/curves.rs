@@ -43,7 +43,7 @@ pub fn sweep_of<T>(
     let mut device = device(name, 1e-11);
     start(&mut device);
     let look = |mbar| {
-        device.expose(around(gas, mbar));
+        device.settle_in(around(gas, mbar));
         // Filters of controllers, and delays of trip points.
         device.advance(60.0);
         look(&device)
@@ -119,7 +119,7 @@ fn in_nitrogen_an_ideal_gauge_shows_the_truth_over_its_whole_range() {
 
 /// What the gauge shows at this true pressure, per true pressure.
 fn ratio(device: &mut VirtualDevice, gas: Gas, mbar: f64) -> f64 {
-    device.expose(around(gas, mbar));
+    device.settle_in(around(gas, mbar));
     shown(device) / mbar
 }
 
@@ -147,7 +147,7 @@ fn where_parts_are_joined_a_gas_leads_steadily_from_one_factor_to_the_other() {
         assert!((middle * (ion * pirani).sqrt() - 1.0).abs() < 0.01, "{gas}: {middle} in the middle");
         assert!([below, low, middle, high, above].is_sorted_by(|a, b| (a > b) == (ion < pirani)), "{gas}");
         // The diaphragm takes over, and the gas is no matter any more.
-        gauge.expose(around(gas, 900.0));
+        gauge.settle_in(around(gas, 900.0));
         assert!((shown(&gauge) / 900.0 - 1.0).abs() < 1e-9, "{gas}: {}", shown(&gauge));
     }
 }
@@ -172,11 +172,11 @@ fn at_atmosphere_only_the_diaphragm_knows_argon() {
     for (name, low, high) in [("psg550", 50.0, 200.0), ("bpg400", 50.0, 200.0), ("pcg550", 999.9, 1000.1)] {
         let mut gauge = device(name, 1000.0);
         start(&mut gauge);
-        gauge.expose(around(Gas::Ar, 1000.0));
+        gauge.settle_in(around(Gas::Ar, 1000.0));
         assert!((low..high).contains(&shown(&gauge)), "{name}: {}", shown(&gauge));
     }
     let mut gauge = device("psg550", 1.0);
     start(&mut gauge);
-    gauge.expose(around(Gas::He, 100.0));
+    gauge.settle_in(around(Gas::He, 100.0));
     assert!(indicated(&gauge, 1) > 1000.0);
 }

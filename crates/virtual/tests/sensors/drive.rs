@@ -5,7 +5,7 @@ use profivac_devices::Drive::{self, Off, On};
 use profivac_devices::{Action, Principle};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::VirtualDevice;
-use profivac_virtual::factory::DEVICES;
+use profivac_virtual::device_spec::DEVICES;
 
 const fn emission(milliamperes: f64) -> Drive {
     Drive::Emission { milliamperes, degas: false }
@@ -31,7 +31,7 @@ fn every_part_of_every_device_is_made_for_something() {
         let device = device(entry.model.name, 1e-3);
         let instrument = device.instrument();
         for (part, of) in instrument.parts().iter().enumerate() {
-            let span = instrument.span(part);
+            let span = instrument.measuring_range(part);
             assert!(0.0 < span.lowest_pa && span.lowest_pa < span.highest_pa, "{}: {of:?}", instrument.name());
             // Ion gauges end where atmosphere is far, the others are made for it.
             let ionises = matches!(of.principle, Principle::HotCathode | Principle::ColdCathode);
@@ -44,7 +44,7 @@ fn every_part_of_every_device_is_made_for_something() {
 fn without_power_nothing_is_done_to_any_part() {
     for entry in &DEVICES {
         let mut device = device(entry.model.name, 1e-6);
-        device.power(false);
+        device.set_power(false);
         assert!(drives(&device).iter().all(|drive| *drive == Off), "{}", entry.model.name);
     }
 }
@@ -56,7 +56,7 @@ fn the_emission_of_a_bcg_and_a_bpg_follows_the_pressure_and_degas() {
         let mut gauge = device(name, 1.0);
         start(&mut gauge);
         for (mbar, expected) in [(1.0, Off), (1e-3, emission(0.025)), (1e-7, emission(5.0))] {
-            gauge.expose(around(Gas::N2, mbar));
+            gauge.settle_in(around(Gas::N2, mbar));
             assert!(close(drives(&gauge)[1], expected), "{name} at {mbar} mbar: {:?}", drives(&gauge));
         }
         gauge.operate(Action::Switch { name: "degas", value: "on" }).unwrap();
@@ -74,7 +74,7 @@ fn the_emission_of_an_hpg_is_there_or_not() {
     let mut gauge = device("hpg400", 10.0);
     start(&mut gauge);
     for (mbar, expected) in [(10.0, Off), (0.1, emission(0.025)), (1e-6, emission(0.025))] {
-        gauge.expose(around(Gas::N2, mbar));
+        gauge.settle_in(around(Gas::N2, mbar));
         assert!(close(drives(&gauge)[1], expected), "{mbar} mbar: {:?}", drives(&gauge));
     }
 }
@@ -95,7 +95,7 @@ fn a_pcg_heats_its_pirani_as_it_is_told() {
 #[test]
 fn the_emission_of_an_img_is_what_its_code_says() {
     let mut controller = device("img400", 1e-7);
-    controller.instrument_mut().exchanging(true);
+    controller.instrument_mut().set_exchanging(true);
     assert_eq!(drives(&controller), [Off, Off, On, On]);
     start(&mut controller);
     for (code, milliamperes) in [(1, 0.1), (2, 1.0), (3, 1.6), (4, 10.0), (5, 45.0), (6, 90.0)] {
@@ -114,7 +114,7 @@ fn a_tpg_switches_the_high_voltage() {
     let mut controller = device("tpg500", 1000.0);
     assert_eq!(drives(&controller), [On, On, Off, Off]);
     start(&mut controller);
-    controller.expose(around(Gas::N2, 1e-5));
+    controller.settle_in(around(Gas::N2, 1e-5));
     assert_eq!(drives(&controller), [On, On, On, On]);
 }
 

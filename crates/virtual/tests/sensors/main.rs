@@ -10,29 +10,29 @@ mod picture;
 mod time;
 
 use profivac_dp::link::Baud;
-use profivac_dp::slave::{Outputs, Refusal, Relation};
-use profivac_vacuum::sensor::{REFERENCE_K, Surroundings};
+use profivac_dp::slave::{Dpv1Error, Outputs, Relation};
+use profivac_vacuum::sensor::{Environment, REFERENCE_K};
 use profivac_vacuum::{Gas, Mixture};
 use profivac_virtual::device::VirtualDevice;
-use profivac_virtual::factory::Spec;
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device_spec::DeviceSpec;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 
 const ATMOSPHERE_PA: f64 = 101_325.0;
 
-fn around(gas: Gas, mbar: f64) -> Surroundings {
-    Surroundings { gas: Mixture::pure(gas, mbar * 100.0), atmosphere_pa: ATMOSPHERE_PA, temperature_k: REFERENCE_K }
+fn around(gas: Gas, mbar: f64) -> Environment {
+    Environment { gas: Mixture::pure(gas, mbar * 100.0), atmosphere_pa: ATMOSPHERE_PA, temperature_k: REFERENCE_K }
 }
 
 /// A device as the command line names it, in nitrogen, not measuring yet.
 fn device(spec: &str, mbar: f64) -> VirtualDevice {
-    let spec: Spec = format!("{spec}@5").parse().unwrap();
-    let unit = spec.build(Memory::volatile(), Baud::B1500000).unwrap();
+    let spec: DeviceSpec = format!("{spec}@5").parse().unwrap();
+    let unit = spec.build(NonvolatileMemory::volatile(), Baud::B1500000).unwrap();
     VirtualDevice::new(unit, 5, Baud::B1500000, around(Gas::N2, mbar))
 }
 
 /// A master exchanges data with it, and so it measures; on a controller every gauge is switched on.
 fn start(device: &mut VirtualDevice) {
-    device.instrument_mut().exchanging(true);
+    device.instrument_mut().set_exchanging(true);
     device.advance(1.0);
     let instrument = device.instrument_mut();
     match instrument.name() {
@@ -44,7 +44,7 @@ fn start(device: &mut VirtualDevice) {
 }
 
 /// A class 2 master writes.
-fn write(device: &mut VirtualDevice, slot: u8, index: u8, octets: &[u8]) -> Result<(), Refusal> {
+fn write(device: &mut VirtualDevice, slot: u8, index: u8, octets: &[u8]) -> Result<(), Dpv1Error> {
     device.instrument_mut().write(Relation::Ms2(0), slot, index, octets)
 }
 

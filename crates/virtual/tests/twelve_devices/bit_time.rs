@@ -1,21 +1,21 @@
 //! The line in bit times: telegram after telegram, nothing waits for a clock.
 
 use crate::rig::{BAUD, Line, MASTER};
-use profivac_devices::{Instrument, Principle};
+use profivac_devices::{Principle, SimulatedDevice};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Listening, Station};
 use profivac_dp::master::Settings;
 use profivac_host::clock::duration_of;
 use profivac_host::session::BusMaster;
-use profivac_virtual::device::Unit;
-use profivac_virtual::factory::Spec;
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device::GaugeSlave;
+use profivac_virtual::device_spec::DeviceSpec;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_wire::{BROADCAST, Telegram};
 use std::time::Duration;
 
 pub struct InBitTime {
     station: Box<Active<BusMaster>>,
-    units: Vec<Box<dyn Unit>>,
+    units: Vec<Box<dyn GaugeSlave>>,
     now: BitTime,
 }
 
@@ -25,7 +25,7 @@ impl InBitTime {
         let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
         let station = Box::new(BusMaster::on(bus, Settings::new(BAUD), BitTime(0)));
         let unit = |device: &String| {
-            let mut unit = device.parse::<Spec>().unwrap().build(Memory::volatile(), BAUD).unwrap();
+            let mut unit = device.parse::<DeviceSpec>().unwrap().build(NonvolatileMemory::volatile(), BAUD).unwrap();
             evacuate(unit.instrument_mut());
             unit
         };
@@ -57,7 +57,7 @@ impl InBitTime {
 fn concerns(telegram: &Telegram<'_>, listening: Listening) -> bool {
     match (listening, telegram) {
         (Listening::Everything, _) => true,
-        (Listening::Own(address), Telegram::Frame(frame)) => [address, BROADCAST].contains(&frame.da),
+        (Listening::Own(address), Telegram::Data(frame)) => [address, BROADCAST].contains(&frame.da),
         (Listening::Own(_), _) => false,
     }
 }
@@ -89,7 +89,7 @@ impl Line for InBitTime {
 }
 
 /// Every sensor in a good vacuum, where everything can be switched on.
-fn evacuate(instrument: &mut dyn Instrument) {
+fn evacuate(instrument: &mut dyn SimulatedDevice) {
     instrument.settle();
     for part in 0..instrument.parts().len() {
         if instrument.parts()[part].principle != Principle::Atmosphere {

@@ -23,7 +23,7 @@ fn suit(model: &Model, configuration: &Configuration, prm: &UserPrm) -> bool {
     let is_ttr = configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&Field::TtrValue));
     let has_modes =
         model.configurations.iter().any(|it| it.inputs.is_some_and(|it| it.fields.contains(&Field::TtrValue)));
-    !has_modes || is_ttr == model.unit(prm.code()).is_none()
+    !has_modes || is_ttr == model.unit(prm.unit_code()).is_none()
 }
 
 /// Round after round all devices are brought up together, each in its next configuration, until each had all.
@@ -45,7 +45,7 @@ pub fn every_configuration<L: Line>(line: &mut L, devices: &[(u8, &'static Model
             let what = format!("{} with {:02X?} and {:02X?}", model.name, prm.octets, configuration.octets);
             let octets = until(line, &what, |master| master.inputs(*address).map(<[u8]>::len));
             assert_eq!(octets, configuration.input_octets(), "{what}");
-            assert_eq!(line.master().trouble(*address), None, "{what}");
+            assert_eq!(line.master().exchange_error(*address), None, "{what}");
         }
         for (address, ..) in &present {
             line.master().remove(*address);

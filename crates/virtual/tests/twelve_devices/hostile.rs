@@ -5,12 +5,12 @@ use crate::FIRST;
 use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
 use crate::rig::{BAUD, patient};
 use profivac_client::address::{self, AddressError};
-use profivac_client::class1::Owned;
+use profivac_client::class1::Class1Session;
+use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::{Ms2, Ms2Error};
 use profivac_client::records::Records;
-use profivac_client::watch::Watched;
 use profivac_client::{ClientError, Gauge};
-use profivac_devices::model::Via;
+use profivac_devices::model::AccessPath;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::{Mode, SlaveParameters};
 use profivac_host::port::{Character, Port, PortError};
@@ -117,7 +117,7 @@ fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
         let written = records.write(SLOT, INDEX, &[0]);
         assert!(begun.elapsed() < PATIENCE, "{moment}");
         match written {
-            Err(Ms2Error::Tool(SessionError::Port(lost @ PortError::Lost(_)))) => {
+            Err(Ms2Error::Session(SessionError::Port(lost @ PortError::Lost(_)))) => {
                 assert!(lost.to_string().contains("unplugged"), "{lost}");
             }
             Ok(()) => {
@@ -136,7 +136,7 @@ fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
     let bench = Arc::new(Mutex::new(Bench::on_a_pty(&gauges(1))));
     let (fate, benched) = (Fate::new(), Arc::clone(&bench));
     let off = Box::new(move || {
-        benched.lock().unwrap().order(|devices| devices[0].power(false));
+        benched.lock().unwrap().order(|devices| devices[0].set_power(false));
         Ok(())
     });
     let name = bench.lock().unwrap().name.clone();
@@ -146,11 +146,11 @@ fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
     let order = gauge.prepare(&named, "off").unwrap();
     // The request goes out; what comes of it is not polled for any more.
     fate.after(1);
-    let lost = gauge.carry_out(order).unwrap_err();
-    assert!(matches!(lost, ClientError::Lost { .. }), "{lost}");
+    let lost = gauge.execute(order).unwrap_err();
+    assert!(matches!(lost, ClientError::Interrupted { .. }), "{lost}");
     assert!(lost.to_string().contains("it may have been written, read it"), "{lost}");
     drop(gauge);
-    bench.lock().unwrap().order(|devices| devices[0].power(true));
+    bench.lock().unwrap().order(|devices| devices[0].set_power(true));
     fate.after(NEVER);
     let is = Ms2::new(&mut tool, FIRST).read(SLOT, INDEX).unwrap();
     assert!([[0], [1]].iter().any(|value| is == value), "{is:?}");
@@ -181,9 +181,9 @@ fn two_tools_that_write_the_same_parameter_are_both_served() {
 #[test]
 fn an_address_is_not_changed_while_data_are_exchanged() {
     let mut bench = Bench::on_tcp(&gauges(1));
-    bench.order(|devices| devices[0].expose(conditions(1e-2)));
+    bench.order(|devices| devices[0].settle_in(conditions(1e-2)));
     let mut tool = bench.tool(bus_of(0, 0));
-    let watched = Watched::find(&mut tool, FIRST, 0).unwrap();
+    let watched = CyclicSlave::find(&mut tool, FIRST, 0).unwrap();
     let watchdog = patient(FIRST, watched.model, watched.configuration).watchdog;
     tool.master().add(&SlaveParameters { watchdog, ..watched.parameters(BAUD) }).unwrap();
     tool.master().set_mode(Mode::Operate);
@@ -194,10 +194,10 @@ fn an_address_is_not_changed_while_data_are_exchanged() {
         tool.serve(&[], PATIENCE).unwrap();
     }
     let owned = address::check(&mut tool, FIRST, FIRST + 1).unwrap_err();
-    assert!(matches!(owned, AddressError::Owned { address: FIRST, master: 0 }), "{owned}");
+    assert!(matches!(owned, AddressError::OwnedByOther { address: FIRST, master: 0 }), "{owned}");
     let before = exchanges(&mut tool);
     let refused = address::change(&mut tool, FIRST, FIRST + 1, watched.model.ident, false).unwrap_err();
-    assert!(matches!(refused, AddressError::Closed(FIRST, _) | AddressError::Stayed(FIRST)), "{refused}");
+    assert!(matches!(refused, AddressError::ServiceClosed(FIRST, _) | AddressError::NotChanged(FIRST)), "{refused}");
     while exchanges(&mut tool) < before + 3 {
         assert!(begun.elapsed() < PATIENCE, "no more data");
         tool.serve(&[], PATIENCE).unwrap();
@@ -210,9 +210,9 @@ fn an_address_is_not_changed_while_data_are_exchanged() {
 fn a_slave_that_was_owned_for_one_way_is_taken_for_another() {
     let bench = Bench::on_tcp(&gauges(1));
     let mut tool = bench.tool(bus_of(0, 0));
-    let watched = Watched::find(&mut tool, FIRST, 0).unwrap();
-    for via in [Via::Class1, Via::Channel, Via::Class1] {
-        let mut owned = Owned::take(&mut tool, &watched, via).unwrap();
+    let watched = CyclicSlave::find(&mut tool, FIRST, 0).unwrap();
+    for via in [AccessPath::Class1, AccessPath::ParameterChannel, AccessPath::Class1] {
+        let mut owned = Class1Session::open(&mut tool, &watched, via).unwrap();
         assert_eq!(owned.read(SLOT, INDEX).unwrap(), [1], "{via:?}");
     }
 }

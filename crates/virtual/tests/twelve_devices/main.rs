@@ -14,7 +14,7 @@ mod walk;
 
 use bit_time::InBitTime;
 use profivac_devices::model::Model;
-use profivac_virtual::factory::DEVICES;
+use profivac_virtual::device_spec::DEVICES;
 use real_time::{Bench, InRealTime};
 use rig::{Line, Rig};
 use std::collections::BTreeSet;

@@ -3,11 +3,11 @@
 
 use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
 use crate::rig::{BAUD, patient, rows};
+use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2;
-use profivac_client::watch::Watched;
 use profivac_devices::model::{Access, Model};
 use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Outcome, SlaveParameters};
-use profivac_host::session::{BusSession, take};
+use profivac_host::session::{BusSession, add_or_restart};
 use std::collections::BTreeMap;
 use std::sync::mpsc::{TryRecvError, channel};
 use std::time::{Duration, Instant};
@@ -39,7 +39,7 @@ pub fn named() -> Vec<String> {
 pub struct Plant {
     pub tool: BusSession,
     pub bench: Bench,
-    watched: Vec<Watched>,
+    watched: Vec<CyclicSlave>,
     begun: Instant,
 }
 
@@ -47,11 +47,11 @@ impl Plant {
     pub fn new(mut bench: Bench) -> Self {
         bench.order(|devices| {
             for device in devices {
-                device.expose(conditions(pressure_mbar(device.place())));
+                device.settle_in(conditions(pressure_mbar(device.switch_address())));
             }
         });
         let mut tool = bench.tool(bus_of(EXCHANGING, LOOKING));
-        let find = |(address, _)| Watched::find(&mut tool, address, EXCHANGING).unwrap();
+        let find = |(address, _)| CyclicSlave::find(&mut tool, address, EXCHANGING).unwrap();
         let watched: Vec<_> = crate::all().into_iter().map(find).collect();
         for slave in &watched {
             let usual = slave.parameters(BAUD);
@@ -61,7 +61,7 @@ impl Plant {
             }
             let watchdog = patient(slave.address, slave.model, slave.configuration).watchdog;
             let parameters = SlaveParameters { user_prm: &user_prm, watchdog, ..usual };
-            take(tool.master(), &parameters).unwrap();
+            add_or_restart(tool.master(), &parameters).unwrap();
         }
         tool.master().set_mode(Mode::Operate);
         let mut plant = Self { tool, bench, watched, begun: Instant::now() };
@@ -83,7 +83,7 @@ impl Plant {
     fn look(&mut self) {
         for slave in &self.watched {
             let Some(inputs) = self.tool.master().inputs(slave.address) else { continue };
-            let reading = slave.reading(inputs);
+            let reading = slave.decode_inputs(inputs);
             let mbar = pressure_mbar(slave.address);
             let own =
                 reading.values.iter().filter_map(|value| value.pa).any(|pa| (pa / 100.0 / mbar - 1.0).abs() < 0.05);
@@ -130,7 +130,7 @@ impl Plant {
 fn serial_place(model: &Model) -> Option<(u8, u8)> {
     let is_serial = |name: &str| name == "Serial Number";
     let found = rows(model).into_iter().find(|(_, row)| is_serial(row.name) && row.access.contains(Access::READ_2));
-    found.filter(|_| model.features.dpv1).map(|(address, row)| (address.slot, row.id))
+    found.filter(|_| model.features.dpv1).map(|(address, row)| (address.slot, row.index))
 }
 
 fn is_serial_of(record: &[u8], address: u8) -> bool {
@@ -170,7 +170,7 @@ pub fn requests_beside_the_exchange(bench: Bench) {
         let readable = rows(model).into_iter().find(|(_, row)| row.access.contains(Access::READ_1));
         let (place, row) = readable.unwrap();
         let parameters = Ms1Parameters::new(BAUD);
-        let handle = plant.tool.master().ms1_read(address, place.slot, row.id, 240, &parameters).unwrap();
+        let handle = plant.tool.master().ms1_read(address, place.slot, row.index, 240, &parameters).unwrap();
         assert!(!plant.ask("MS1", handle).is_empty(), "{address}");
     }
     plant.went_on_since(&before);

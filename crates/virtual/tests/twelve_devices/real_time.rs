@@ -8,9 +8,9 @@ use profivac_host::port::{Port, Pty, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_host::session::{BusMaster, BusSession, bus_parameters};
 use profivac_vacuum::Gas;
-use profivac_virtual::device::{Conditions, VirtualDevice};
-use profivac_virtual::factory::Spec;
-use profivac_virtual::memory::Memory;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::DeviceSpec;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
 use std::io::{Read, Write};
 use std::os::fd::AsFd;
@@ -88,15 +88,15 @@ impl Drop for Bench {
 
 /// A device in a good vacuum, where everything can be switched on.
 fn powered(device: &str) -> VirtualDevice {
-    let spec: Spec = device.parse().unwrap();
-    let unit = spec.build(Memory::volatile(), BAUD).unwrap();
-    VirtualDevice::new(unit, spec.place, BAUD, conditions(1e-6))
+    let spec: DeviceSpec = device.parse().unwrap();
+    let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
+    VirtualDevice::new(unit, spec.address, BAUD, conditions(1e-6))
 }
 
 /// Nitrogen at so many mbar.
-pub fn conditions(mbar: f64) -> Conditions {
+pub fn conditions(mbar: f64) -> GasConditions {
     let pressure = |text: &str| text.parse::<Pressure>().unwrap();
-    Conditions { pressure: pressure(&format!("{mbar} mbar")), atmosphere: pressure("1000 mbar"), gas: Gas::N2 }
+    GasConditions { pressure: pressure(&format!("{mbar} mbar")), atmosphere: pressure("1000 mbar"), gas: Gas::N2 }
 }
 
 fn live(mut segment: Segment<Vec<VirtualDevice>>, orders: &Receiver<Order>, mut bell: UnixStream) {
@@ -152,7 +152,7 @@ impl Line for InRealTime {
 
     fn settle(&mut self) {
         self.bench.order(|devices| {
-            devices.iter_mut().for_each(|device| device.expose(*device.around()));
+            devices.iter_mut().for_each(|device| device.settle_in(*device.surroundings()));
         });
     }
 }

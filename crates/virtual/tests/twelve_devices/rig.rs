@@ -1,6 +1,8 @@
 //! A master and devices on a line, however time passes there: bringing up, reading and writing each way.
 
-use profivac_devices::model::{Address, Configuration, Field, Instruction, Model, NumberType, Place, Row, Telegram};
+use profivac_devices::model::{
+    Configuration, Field, Location, Model, NumberType, PlacedBlock, Row, TaskKind, Telegram,
+};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{self, Handle, Mode, Ms1Parameters, Ms2Parameters, PkwParameters, SlaveParameters, pkw};
 use profivac_host::session::BusMaster;
@@ -118,9 +120,9 @@ impl<'a, L: Line> Rig<'a, L> {
         self.line.master().set_mode(Mode::Operate);
         self.until("bring-up", |master| master.inputs(address).map(drop));
         self.exchanging = true;
-        let byte = self.model.dialect.instructions.iter().find(|(_, it)| match it {
-            Instruction::Write(lengths) => lengths.contains(&1),
-            Instruction::Read => false,
+        let byte = self.model.channel_rules.tasks.iter().find(|(_, it)| match it {
+            TaskKind::Write(lengths) => lengths.contains(&1),
+            TaskKind::Read => false,
         });
         let at = |telegram: Option<&'static Telegram>| {
             telegram.unwrap().layout().find(|(_, field)| *field == Field::ParameterChannel).unwrap().0
@@ -166,7 +168,7 @@ impl<'a, L: Line> Rig<'a, L> {
     }
 
     /// Lets the slot show this instance.
-    pub fn select(&mut self, address: &Address) {
+    pub fn select(&mut self, address: &Location) {
         if address.instance != 0 {
             assert_eq!(self.write(Way::Ms2, 1, 46, &[address.instance]), Told::Written);
         }
@@ -226,15 +228,15 @@ impl<'a, L: Line> Rig<'a, L> {
     }
 
     /// Every row at every address.
-    pub fn rows(&self) -> Vec<(&'static Address, &'static Row)> {
+    pub fn rows(&self) -> Vec<(&'static Location, &'static Row)> {
         rows(self.model)
     }
 }
 
 /// Every row of a device at every address.
-pub fn rows(model: &Model) -> Vec<(&'static Address, &'static Row)> {
-    let each = |place: &'static Place| {
-        place.addresses.iter().flat_map(move |address| place.block.rows.iter().map(move |row| (address, row)))
+pub fn rows(model: &Model) -> Vec<(&'static Location, &'static Row)> {
+    let each = |place: &'static PlacedBlock| {
+        place.locations.iter().flat_map(move |address| place.block.rows.iter().map(move |row| (address, row)))
     };
-    model.places.iter().flat_map(each).collect()
+    model.blocks.iter().flat_map(each).collect()
 }

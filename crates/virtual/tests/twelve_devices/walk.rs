@@ -1,7 +1,7 @@
 //! The walk through the parameters of a device: what is read in each way, what is written and restored.
 
 use crate::rig::{Line, Rig, Told, Way, rows};
-use profivac_devices::model::{Access, Address, DataType, Model, Row};
+use profivac_devices::model::{Access, DataType, Location, Model, Row};
 use std::collections::BTreeSet;
 
 /// Whether the access marks of a row allow this way.
@@ -42,7 +42,7 @@ pub fn read_every_way<L: Line>(rig: &mut Rig<'_, L>) -> (usize, usize) {
                 values = self::values(rig, address, row);
             }
         }
-        let what = format!("{} {}:{}/{} {}", rig.model.name, address.slot, address.instance, row.id, row.name);
+        let what = format!("{} {}:{}/{} {}", rig.model.name, address.slot, address.instance, row.index, row.name);
         assert!(are_equal(&values), "{what}: {values:02X?}");
         read += usize::from(!values.is_empty());
         compared += usize::from(values.len() > 1);
@@ -55,11 +55,11 @@ fn are_equal(values: &[Vec<u8>]) -> bool {
 }
 
 /// What is read in each way; those that the access marks do not allow are refused.
-fn values<L: Line>(rig: &mut Rig<'_, L>, address: &Address, row: &Row) -> Vec<Vec<u8>> {
+fn values<L: Line>(rig: &mut Rig<'_, L>, address: &Location, row: &Row) -> Vec<Vec<u8>> {
     let mut values = Vec::new();
     for way in rig.ways() {
-        let told = rig.read(way, address.slot, row.id);
-        let what = format!("{} {}/{} {} by {way:?}", rig.model.name, address.slot, row.id, row.name);
+        let told = rig.read(way, address.slot, row.index);
+        let what = format!("{} {}/{} {} by {way:?}", rig.model.name, address.slot, row.index, row.name);
         assert_eq!(matches!(told, Told::Octets(_)), is_readable(row, way), "{what}: {told}");
         if let Told::Octets(octets) = told {
             values.push(without_padding(row, octets));
@@ -103,30 +103,30 @@ fn there_and_back<L: Line>(rig: &mut Rig<'_, L>, way: Way, slot: u8, row: &Row) 
     let read = |rig: &mut Rig<'_, L>| {
         let ways = rig.ways();
         let by = ways.into_iter().find(|by| is_readable(row, *by)).unwrap();
-        match rig.read(by, slot, row.id) {
+        match rig.read(by, slot, row.index) {
             Told::Octets(octets) => octets,
-            other => panic!("{slot}/{}: {other}", row.id),
+            other => panic!("{slot}/{}: {other}", row.index),
         }
     };
     let before = read(rig);
     let mut last = Told::Written;
     for other in candidates(row, &before) {
-        last = rig.write(way, slot, row.id, &other);
+        last = rig.write(way, slot, row.index, &other);
         if last == Told::Written {
-            let what = format!("{} {slot}/{} {} by {way:?}", rig.model.name, row.id, row.name);
+            let what = format!("{} {slot}/{} {} by {way:?}", rig.model.name, row.index, row.name);
             if !is_switch(row) {
                 assert_eq!(read(rig), other, "{what}");
             }
             // A switch is written 0 and 1, and may show which "on" it is.
             let back = if is_switch(row) { vec![u8::from(before != [0])] } else { before.clone() };
-            assert_eq!(rig.write(way, slot, row.id, &back), Told::Written, "{what}: back");
+            assert_eq!(rig.write(way, slot, row.index, &back), Told::Written, "{what}: back");
             assert_eq!(read(rig), before, "{what}: restored");
             return format!("{} {} and back", Told::Octets(before), Told::Octets(other));
         }
         assert_eq!(read(rig), before, "a refused value changes nothing");
     }
     // A selector with nothing else to select takes the value it has.
-    match rig.write(way, slot, row.id, &before) {
+    match rig.write(way, slot, row.index, &before) {
         Told::Written => format!("{} again and back", Told::Octets(before)),
         _ => last.to_string(),
     }
@@ -136,7 +136,7 @@ fn there_and_back<L: Line>(rig: &mut Rig<'_, L>, way: Way, slot: u8, row: &Row) 
 /// (errata-bpg-bcg-tpg 143); Emission Current 106 need not follow what is written (98). What they do is tested with the
 /// devices.
 fn is_command(row: &Row) -> bool {
-    [14, 15].contains(&row.id) || [(26, "Volatility"), (106, "Emission Current")].contains(&(row.id, row.name))
+    [14, 15].contains(&row.index) || [(26, "Volatility"), (106, "Emission Current")].contains(&(row.index, row.name))
 }
 
 /// A cathode is switched by 0 and 1 and shows what it does then, which can be more.
@@ -190,6 +190,6 @@ pub fn writable(model: &Model) -> BTreeSet<String> {
     rows(model).into_iter().filter(|(_, row)| is_value(row)).map(|(address, row)| place(address, row)).collect()
 }
 
-fn place(address: &Address, row: &Row) -> String {
-    format!("{}:{}/{}", address.slot, address.instance, row.id)
+fn place(address: &Location, row: &Row) -> String {
+    format!("{}:{}/{}", address.slot, address.instance, row.index)
 }

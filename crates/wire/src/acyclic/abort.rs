@@ -1,6 +1,6 @@
 //! Abort: one side closes an MS2 connection, and why. profibus-wire 4.8.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 use core::fmt;
 
 /// Abort, from either side. Never answered.
@@ -28,7 +28,7 @@ impl<'a> Abort<'a> {
         Ok(Self { subnet: reader.octet()?, reason: AbortReason::from_octet(reader.octet()?), detail: reader.rest() })
     }
 
-    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&[self.subnet, self.reason.to_octet()])?;
         writer.octets(self.detail)
     }

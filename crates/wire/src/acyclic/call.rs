@@ -1,6 +1,6 @@
 //! Call: the records behind index 255, and the first of them, I&M0. profibus-wire 5.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The index that is no record but a call.
 pub const CALL_INDEX: u8 = 255;
@@ -9,7 +9,7 @@ pub const CALL_INDEX: u8 = 255;
 pub const IM0: u16 = 0xFDE8;
 
 /// How many octets an I&M record has.
-pub const IM_RECORD: usize = 64;
+pub const IM_RECORD_LENGTH: usize = 64;
 
 /// Extended_Function_Num of Call.
 const CALL: u8 = 0x08;
@@ -52,7 +52,7 @@ impl<'a> Call<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&[self.function, 0])?;
         writer.word(self.fi_index)?;
@@ -117,7 +117,7 @@ impl<'a> Im0<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small or a string longer than its field.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&self.header)?;
         writer.word(self.manufacturer_id)?;
@@ -144,9 +144,9 @@ fn unpadded(field: &[u8]) -> &[u8] {
     field.get(..end).unwrap_or_default()
 }
 
-fn padded<const N: usize>(text: &[u8], writer: &mut Writer<'_>) -> Result<(), Full> {
+fn padded<const N: usize>(text: &[u8], writer: &mut Writer<'_>) -> Result<(), TooLong> {
     let mut field = [b' '; N];
-    field.get_mut(..text.len()).ok_or(Full)?.copy_from_slice(text);
+    field.get_mut(..text.len()).ok_or(TooLong)?.copy_from_slice(text);
     writer.octets(&field)
 }
 
@@ -192,14 +192,14 @@ mod tests {
 
     #[test]
     fn emits() {
-        let mut record = [0; IM_RECORD];
-        assert_eq!(EXAMPLE.emit(&mut record), Ok(IM_RECORD));
+        let mut record = [0; IM_RECORD_LENGTH];
+        assert_eq!(EXAMPLE.emit(&mut record), Ok(IM_RECORD_LENGTH));
         let mut out = [0; 68];
         assert_eq!(Call::new(IM0, &record).emit(&mut out), Ok(68));
         assert_eq!(out[..], *data(&du(TEXT)));
-        assert_eq!(EXAMPLE.emit(&mut record[..63]), Err(Full));
-        assert_eq!(Call::new(IM0, &record).emit(&mut out[..67]), Err(Full));
-        assert_eq!(Im0 { order_id: &[b'x'; 21], ..EXAMPLE }.emit(&mut record), Err(Full));
+        assert_eq!(EXAMPLE.emit(&mut record[..63]), Err(TooLong));
+        assert_eq!(Call::new(IM0, &record).emit(&mut out[..67]), Err(TooLong));
+        assert_eq!(Im0 { order_id: &[b'x'; 21], ..EXAMPLE }.emit(&mut record), Err(TooLong));
     }
 
     #[test]
@@ -208,7 +208,7 @@ mod tests {
         for length in 0..4 {
             assert_eq!(Call::parse(&data(&pdu)[..length]), Err(TooShort));
         }
-        for length in 0..IM_RECORD {
+        for length in 0..IM_RECORD_LENGTH {
             assert_eq!(Im0::parse(&data(&pdu)[4..4 + length]), Err(TooShort));
         }
     }
@@ -216,11 +216,11 @@ mod tests {
     #[test]
     fn every_bit_survives() {
         let pdu = du(TEXT);
-        for bit in 0..IM_RECORD * 8 {
+        for bit in 0..IM_RECORD_LENGTH * 8 {
             let mut record = data(&pdu)[4..].to_vec();
             record[bit / 8] ^= 1 << (bit % 8);
-            let mut out = [0; IM_RECORD];
-            assert_eq!(Im0::parse(&record).unwrap().emit(&mut out), Ok(IM_RECORD));
+            let mut out = [0; IM_RECORD_LENGTH];
+            assert_eq!(Im0::parse(&record).unwrap().emit(&mut out), Ok(IM_RECORD_LENGTH));
             assert_eq!(out[..], record);
         }
         let other = hex("09 00 FD E9");

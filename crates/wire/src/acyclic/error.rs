@@ -1,7 +1,7 @@
 //! Negative responses: what went wrong, in three octets. profibus-wire 4.1.2 and 4.1.3.
 
 use super::pdu::Function;
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 use core::fmt;
 
 /// Bit 7 of the function number.
@@ -38,7 +38,7 @@ impl Negative {
         if reader.is_empty() { Ok(negative) } else { Err(TooShort) }
     }
 
-    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&[self.decode.to_octet(), self.code_1.0, self.code_2])
     }
 }

@@ -1,7 +1,7 @@
 //! Initiate: a class 2 master opens an MS2 connection, and the resource manager names the access point. profibus-wire 4.6.
 
-use super::pdu::{Defect, Function};
-use crate::octets::{Full, Reader, TooShort, Writer};
+use super::pdu::{Function, PduError};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// What one side of a connection can do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl Capabilities {
         })
     }
 
-    fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&self.features)?;
         writer.octets(&self.profile_features)?;
         writer.word(self.profile_ident)
@@ -72,7 +72,7 @@ impl Header {
     }
 
     /// Type 0 has two octets, type 1 at least those of a network address, and there are no others.
-    const fn is_possible(self) -> bool {
+    const fn is_valid(self) -> bool {
         match self.kind {
             0 => self.length == 2,
             1 => self.length >= NETWORK_LENGTH,
@@ -95,13 +95,13 @@ impl Header {
 }
 
 impl AddAddr<'_> {
-    fn header(&self) -> Result<[u8; 2], Full> {
+    fn header(&self) -> Result<[u8; 2], TooLong> {
         let Some(network) = self.network else { return Ok([0, 2]) };
-        let mac = u8::try_from(network.mac.len()).map_err(|_| Full)?;
-        Ok([1, mac.checked_add(NETWORK_LENGTH).ok_or(Full)?])
+        let mac = u8::try_from(network.mac.len()).map_err(|_| TooLong)?;
+        Ok([1, mac.checked_add(NETWORK_LENGTH).ok_or(TooLong)?])
     }
 
-    fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    fn emit(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&[self.api, self.scl])?;
         let Some(network) = self.network else { return Ok(()) };
         writer.octets(&network.address)?;
@@ -110,18 +110,18 @@ impl AddAddr<'_> {
 }
 
 /// The two end points of a connection, as the PDU orders them: both headers, then both addresses.
-fn ends<'a>(function: Function, mut reader: Reader<'a>) -> Result<(AddAddr<'a>, AddAddr<'a>), Defect> {
-    let length = |TooShort| Defect::Length(function);
+fn parse_addresses<'a>(function: Function, mut reader: Reader<'a>) -> Result<(AddAddr<'a>, AddAddr<'a>), PduError> {
+    let length = |TooShort| PduError::Length(function);
     let source = Header::parse(&mut reader).map_err(length)?;
     let destination = Header::parse(&mut reader).map_err(length)?;
-    if !source.is_possible() || !destination.is_possible() {
-        return Err(Defect::Address);
+    if !source.is_valid() || !destination.is_valid() {
+        return Err(PduError::Address);
     }
     // Octets after the addresses are tolerated: the length is only checked to be at least theirs, profibus-wire 4.6.5.
     Ok((source.address(&mut reader).map_err(length)?, destination.address(&mut reader).map_err(length)?))
 }
 
-fn emit_ends(source: &AddAddr<'_>, destination: &AddAddr<'_>, writer: &mut Writer<'_>) -> Result<(), Full> {
+fn emit_addresses(source: &AddAddr<'_>, destination: &AddAddr<'_>, writer: &mut Writer<'_>) -> Result<(), TooLong> {
     writer.octets(&source.header()?)?;
     writer.octets(&destination.header()?)?;
     source.emit(writer)?;
@@ -143,20 +143,20 @@ pub struct Initiate<'a> {
 
 impl<'a> Initiate<'a> {
     /// Reads what follows the function number. The three reserved octets are not looked at.
-    pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, Defect> {
-        let length = |TooShort| Defect::Length(Function::Initiate);
+    pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, PduError> {
+        let length = |TooShort| PduError::Length(Function::Initiate);
         reader.take(3).map_err(length)?;
         let send_timeout = reader.word().map_err(length)?;
         let capabilities = Capabilities::parse(&mut reader).map_err(length)?;
-        let (source, destination) = ends(Function::Initiate, reader)?;
+        let (source, destination) = parse_addresses(Function::Initiate, reader)?;
         Ok(Self { send_timeout, capabilities, source, destination })
     }
 
-    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&[0; 3])?;
         writer.word(self.send_timeout)?;
         self.capabilities.emit(writer)?;
-        emit_ends(&self.source, &self.destination, writer)
+        emit_addresses(&self.source, &self.destination, writer)
     }
 }
 
@@ -175,18 +175,18 @@ pub struct InitiateRes<'a> {
 
 impl<'a> InitiateRes<'a> {
     /// Reads what follows the function number.
-    pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, Defect> {
-        let length = |TooShort| Defect::Length(Function::Initiate);
+    pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, PduError> {
+        let length = |TooShort| PduError::Length(Function::Initiate);
         let max_len_data_unit = reader.octet().map_err(length)?;
         let capabilities = Capabilities::parse(&mut reader).map_err(length)?;
-        let (source, destination) = ends(Function::Initiate, reader)?;
+        let (source, destination) = parse_addresses(Function::Initiate, reader)?;
         Ok(Self { max_len_data_unit, capabilities, source, destination })
     }
 
-    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octet(self.max_len_data_unit)?;
         self.capabilities.emit(writer)?;
-        emit_ends(&self.source, &self.destination, writer)
+        emit_addresses(&self.source, &self.destination, writer)
     }
 }
 
@@ -206,7 +206,7 @@ impl ResourceManager {
         if reader.is_empty() && answer.server_sap <= 48 { Ok(answer) } else { Err(TooShort) }
     }
 
-    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octet(self.server_sap)?;
         writer.word(self.min_send_timeout)
     }

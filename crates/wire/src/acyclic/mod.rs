@@ -25,5 +25,5 @@ pub use abort::{Abort, AbortReason};
 pub use call::{Call, Im0};
 pub use error::{ErrorCode, ErrorDecode, Negative};
 pub use initiate::{Initiate, InitiateRes, ResourceManager};
-pub use pdu::{Defect, Function, Request, Response};
+pub use pdu::{Function, PduError, Request, Response};
 pub use record::{Access, AlarmAck, Transfer};

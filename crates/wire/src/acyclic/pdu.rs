@@ -4,7 +4,7 @@ use super::abort::Abort;
 use super::error::{NEGATIVE, Negative};
 use super::initiate::{Initiate, InitiateRes, ResourceManager};
 use super::record::{Access, AlarmAck, Transfer};
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 use core::fmt;
 
 /// The function number of a PDU, without the bit for negative responses.
@@ -68,7 +68,7 @@ impl fmt::Display for Function {
 
 /// Why a data unit is no PDU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Defect {
+pub enum PduError {
     /// There is not one octet: this is a poll.
     Empty,
     /// No PDU of this direction has this function number.
@@ -79,7 +79,7 @@ pub enum Defect {
     Address,
 }
 
-impl fmt::Display for Defect {
+impl fmt::Display for PduError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty => f.write_str("a poll is no PDU"),
@@ -90,7 +90,7 @@ impl fmt::Display for Defect {
     }
 }
 
-impl core::error::Error for Defect {}
+impl core::error::Error for PduError {}
 
 /// What a master sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,10 +116,10 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// [`Defect`] says what is wrong with it.
-    pub fn parse(pdu: &'a [u8]) -> Result<Self, Defect> {
-        let [number, rest @ ..] = pdu else { return Err(Defect::Empty) };
-        let function = Function::from_number(*number).ok_or(Defect::Function(*number))?;
-        let length = |TooShort| Defect::Length(function);
+    pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
+        let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
+        let function = Function::from_number(*number).ok_or(PduError::Function(*number))?;
+        let length = |TooShort| PduError::Length(function);
         let reader = Reader::new(rest);
         match function {
             Function::Idle => Ok(Self::Idle(rest)),
@@ -129,7 +129,7 @@ impl<'a> Request<'a> {
             Function::AlarmAck => AlarmAck::parse(reader).map(Self::AlarmAck).map_err(length),
             Function::Read => Access::parse(reader).map(Self::Read).map_err(length),
             Function::Write => Transfer::parse(reader, 1).map(Self::Write).map_err(length),
-            Function::ResourceManager => Err(Defect::Function(*number)),
+            Function::ResourceManager => Err(PduError::Function(*number)),
         }
     }
 
@@ -151,7 +151,7 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small, or the record longer than 240 octets.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.function().number())?;
         match self {
@@ -194,11 +194,11 @@ impl<'a> Response<'a> {
     ///
     /// # Errors
     /// [`Defect`] says what is wrong with it.
-    pub fn parse(pdu: &'a [u8]) -> Result<Self, Defect> {
-        let [number, rest @ ..] = pdu else { return Err(Defect::Empty) };
-        let unknown = Defect::Function(*number);
+    pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
+        let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
+        let unknown = PduError::Function(*number);
         let function = Function::from_number(*number & !NEGATIVE).ok_or(unknown)?;
-        let length = |TooShort| Defect::Length(function);
+        let length = |TooShort| PduError::Length(function);
         let reader = Reader::new(rest);
         match (function, *number & NEGATIVE != 0) {
             (Function::Idle, false) => Ok(Self::Idle(rest)),
@@ -243,7 +243,7 @@ impl<'a> Response<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small, or the record longer than 240 octets.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.number())?;
         match self {

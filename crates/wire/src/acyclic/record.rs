@@ -1,9 +1,9 @@
 //! Access to a record: Read, Write, Data_Transport, and Alarm_Ack, which has their shape. profibus-wire 4.1.1.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The longest record one PDU carries.
-pub const MAX_RECORD: usize = 240;
+pub const MAX_RECORD_LENGTH: usize = 240;
 
 /// Four octets without data: Read.req and Write.res.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,11 +23,11 @@ impl Access {
     /// [`TooShort`] when the PDU has not exactly its four octets, or a length it cannot have.
     pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
         let access = Self { slot: reader.octet()?, index: reader.octet()?, length: reader.octet()? };
-        let possible = (1..=MAX_RECORD).contains(&usize::from(access.length));
+        let possible = (1..=MAX_RECORD_LENGTH).contains(&usize::from(access.length));
         if possible && reader.is_empty() { Ok(access) } else { Err(TooShort) }
     }
 
-    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&[self.slot, self.index, self.length])
     }
 }
@@ -51,13 +51,13 @@ impl<'a> Transfer<'a> {
     pub(super) fn parse(mut reader: Reader<'a>, least: usize) -> Result<Self, TooShort> {
         let (slot, index, length) = (reader.octet()?, reader.octet()?, usize::from(reader.octet()?));
         let data = reader.rest();
-        let possible = (least..=MAX_RECORD).contains(&length);
+        let possible = (least..=MAX_RECORD_LENGTH).contains(&length);
         if possible && data.len() == length { Ok(Self { slot, index, data }) } else { Err(TooShort) }
     }
 
-    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), Full> {
-        let length = u8::try_from(self.data.len()).ok().filter(|length| usize::from(*length) <= MAX_RECORD);
-        writer.octets(&[self.slot, self.index, length.ok_or(Full)?])?;
+    pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
+        let length = u8::try_from(self.data.len()).ok().filter(|length| usize::from(*length) <= MAX_RECORD_LENGTH);
+        writer.octets(&[self.slot, self.index, length.ok_or(TooLong)?])?;
         writer.octets(self.data)
     }
 }
@@ -79,7 +79,7 @@ impl AlarmAck {
         if reader.is_empty() { Ok(ack) } else { Err(TooShort) }
     }
 
-    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.octets(&[self.slot, self.alarm_type, self.specifier])
     }
 }

@@ -4,7 +4,7 @@ extern crate std;
 
 use super::initiate::{AddAddr, Capabilities, Network};
 use super::*;
-use crate::Full;
+use crate::TooLong;
 use crate::testing::{du, hex};
 use std::vec::Vec;
 
@@ -97,12 +97,12 @@ fn printed_pdus_emit() {
     for (text, request) in requests() {
         let length = request.emit(&mut out).unwrap();
         assert_eq!(out[..length], du(text), "{text}");
-        assert_eq!(request.emit(&mut out[..length - 1]), Err(Full), "{text}");
+        assert_eq!(request.emit(&mut out[..length - 1]), Err(TooLong), "{text}");
     }
     for (text, response) in responses() {
         let length = response.emit(&mut out).unwrap();
         assert_eq!(out[..length], du(text), "{text}");
-        assert_eq!(response.emit(&mut out[..length - 1]), Err(Full), "{text}");
+        assert_eq!(response.emit(&mut out[..length - 1]), Err(TooLong), "{text}");
     }
 }
 
@@ -110,11 +110,11 @@ fn printed_pdus_emit() {
 fn every_shorter_pdu_is_refused() {
     for (text, request) in requests() {
         let pdu = du(text);
-        assert_eq!(Request::parse(&[]), Err(Defect::Empty));
+        assert_eq!(Request::parse(&[]), Err(PduError::Empty));
         for length in 1..pdu.len() {
             assert_eq!(
                 Request::parse(&pdu[..length]),
-                Err(Defect::Length(request.function())),
+                Err(PduError::Length(request.function())),
                 "{text} cut to {length}"
             );
         }
@@ -176,7 +176,7 @@ fn a_length_octet_must_be_the_length() {
     ] {
         let pdu = hex(text);
         let function = Function::from_number(pdu[0]).unwrap();
-        assert_eq!(Request::parse(&pdu), Err(Defect::Length(function)), "{text}");
+        assert_eq!(Request::parse(&pdu), Err(PduError::Length(function)), "{text}");
     }
 }
 
@@ -186,17 +186,17 @@ fn a_record_has_at_most_240_octets() {
     let write = |data| Request::Write(Transfer { slot: 1, index: 2, data });
     assert_eq!(write(&[7; 240]).emit(&mut out), Ok(244));
     assert_eq!(Request::parse(&out[..244]), Ok(write(&[7; 240])));
-    assert_eq!(write(&[7; 241]).emit(&mut out), Err(Full));
-    assert_eq!(write(&[7; 256]).emit(&mut out), Err(Full));
+    assert_eq!(write(&[7; 241]).emit(&mut out), Err(TooLong));
+    assert_eq!(write(&[7; 256]).emit(&mut out), Err(TooLong));
 }
 
 #[test]
 fn numbers_of_the_other_direction_are_unknown() {
     for number in [0x00, 0x47, 0x56, 0xDE, 0xDF, 0x5D] {
-        assert_eq!(Request::parse(&[number, 0, 0, 0]), Err(Defect::Function(number)), "{number:02X}");
+        assert_eq!(Request::parse(&[number, 0, 0, 0]), Err(PduError::Function(number)), "{number:02X}");
     }
     for number in [0x00, 0x47, 0xC8, 0xD6, 0xD8] {
-        assert_eq!(Response::parse(&[number, 0, 0, 0]), Err(Defect::Function(number)), "{number:02X}");
+        assert_eq!(Response::parse(&[number, 0, 0, 0]), Err(PduError::Function(number)), "{number:02X}");
     }
 }
 
@@ -236,12 +236,12 @@ fn an_initiate_may_name_an_end_behind_a_gateway() {
 fn types_and_lengths_of_addresses_must_agree() {
     let fixed = "57 00 00 00 00 64 01 00 00 00 00 00";
     for (tail, defect) in [
-        ("00 03 00 02 00 00 00 00 00", Defect::Address),
-        ("00 02 00 01 00 00 00", Defect::Address),
-        ("01 07 00 02 00 00 00 00 00 00 00 00 00", Defect::Address),
-        ("02 02 00 02 00 00 00 00", Defect::Address),
-        ("00 02 00 02 00 00 00", Defect::Length(Function::Initiate)),
-        ("00 02 01 08 00 00 00 00 00 00 00 00 00", Defect::Length(Function::Initiate)),
+        ("00 03 00 02 00 00 00 00 00", PduError::Address),
+        ("00 02 00 01 00 00 00", PduError::Address),
+        ("01 07 00 02 00 00 00 00 00 00 00 00 00", PduError::Address),
+        ("02 02 00 02 00 00 00 00", PduError::Address),
+        ("00 02 00 02 00 00 00", PduError::Length(Function::Initiate)),
+        ("00 02 01 08 00 00 00 00 00 00 00 00 00", PduError::Length(Function::Initiate)),
     ] {
         assert_eq!(Request::parse(&hex(&std::format!("{fixed} {tail}"))), Err(defect), "{tail}");
     }

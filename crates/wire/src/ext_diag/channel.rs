@@ -1,7 +1,7 @@
 //! Channel-related blocks: what is wrong with one channel of a module. profibus-wire 2.3.1.
 
 use super::{CHANNEL, LENGTH};
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// A channel-related block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Channel {
         })
     }
 
-    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), Full> {
+    pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         let direction = if self.input { 0x40 } else { 0 } | if self.output { 0x80 } else { 0 };
         let kind = (self.organisation as u8) << 5 | self.error & 0x1F;
         writer.octets(&[CHANNEL | self.identifier & LENGTH, direction | self.number & LENGTH, kind])

@@ -1,6 +1,6 @@
 //! Alarms and statuses: device-related blocks of a DP-V1 device. profibus-wire 2.3.2.
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The content of a device-related block of a DP-V1 device: an alarm to be acknowledged, or a status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl<'a> Message<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&[self.kind.to_octet(), self.slot, self.specifier.0])?;
         writer.octets(self.data)?;
@@ -108,19 +108,19 @@ impl Specifier {
 
     /// What happened to the cause.
     #[must_use]
-    pub const fn change(self) -> Change {
+    pub const fn change(self) -> SpecifierChange {
         match self.0 & 3 {
-            0 => Change::None,
-            1 => Change::Appears,
-            2 => Change::Disappears,
-            _ => Change::DisappearsOthersRemain,
+            0 => SpecifierChange::None,
+            1 => SpecifierChange::Appears,
+            2 => SpecifierChange::Disappears,
+            _ => SpecifierChange::DisappearsOthersRemain,
         }
     }
 }
 
 /// What happened to the cause of an alarm or a status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum SpecifierChange {
     /// Nothing is said.
     None,
     /// It appeared; the slot is disturbed.

@@ -4,13 +4,13 @@
 //! the reader must know, so [`Message`] is read from the block in a second step. Both have words ([`Display`](core::fmt::Display)).
 
 mod channel;
+mod display;
 mod message;
-mod words;
 
 pub use channel::{Channel, Organisation, channel_error};
-pub use message::{Change, Message, MessageKind, ModuleState, Specifier, module_states};
+pub use message::{Message, MessageKind, ModuleState, Specifier, SpecifierChange, module_states};
 
-use crate::octets::{Full, Reader, TooShort, Writer};
+use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// One block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl<'a> Block<'a> {
     ///
     /// # Errors
     /// [`Full`] when `out` is too small or the content too long for a block.
-    pub fn emit(&self, out: &mut [u8]) -> Result<usize, Full> {
+    pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         match self {
             Self::Device(content) => sized(0, content, &mut writer),
@@ -61,9 +61,9 @@ impl<'a> Block<'a> {
     }
 }
 
-fn sized(kind: u8, content: &[u8], writer: &mut Writer<'_>) -> Result<(), Full> {
+fn sized(kind: u8, content: &[u8], writer: &mut Writer<'_>) -> Result<(), TooLong> {
     let length = u8::try_from(content.len()).ok().and_then(|length| length.checked_add(1));
-    writer.octet(kind | length.filter(|length| *length <= LENGTH).ok_or(Full)?)?;
+    writer.octet(kind | length.filter(|length| *length <= LENGTH).ok_or(TooLong)?)?;
     writer.octets(content)
 }
 
@@ -97,7 +97,7 @@ impl<'a> Iterator for Blocks<'a> {
 }
 
 /// The identification numbers whose bit is set in an identifier-related block; number 0 is bit 0 of the first octet.
-pub fn disturbed(content: &[u8]) -> impl Iterator<Item = u16> {
+pub fn identifiers_with_diagnosis(content: &[u8]) -> impl Iterator<Item = u16> {
     let bits = content.iter().flat_map(|octet| (0..8).map(move |bit| octet >> bit & 1 != 0));
     (0..).zip(bits).filter(|(_, set)| *set).map(|(number, _)| number)
 }
@@ -148,7 +148,7 @@ mod tests {
         let Some(Ok(Block::Device(content))) = Blocks::new(&octets).next() else { panic!("a device-related block") };
         assert_eq!(Message::parse(content), Ok(alarm));
         assert_eq!((alarm.specifier.seq_nr(), alarm.specifier.add_ack()), (1, false));
-        assert_eq!((alarm.specifier.change(), alarm.kind.name()), (Change::Appears, "diagnostic alarm"));
+        assert_eq!((alarm.specifier.change(), alarm.kind.name()), (SpecifierChange::Appears, "diagnostic alarm"));
         let octets = ext_diag(STATUS);
         let status = Message { kind: MessageKind::Status(1), slot: 2, specifier: Specifier(0), data: &[5, 1, 0x2C] };
         assert_eq!(Message::parse(&octets[1..]), Ok(status));
@@ -161,17 +161,17 @@ mod tests {
         for block in standard() {
             let length = block.emit(&mut out).unwrap();
             chain.extend_from_slice(&out[..length]);
-            assert_eq!(block.emit(&mut out[..length - 1]), Err(Full));
+            assert_eq!(block.emit(&mut out[..length - 1]), Err(TooLong));
         }
         assert_eq!(chain, ext_diag(STANDARD));
         let octets = ext_diag(ALARM);
         let message = Message::parse(&octets[1..]).unwrap();
         assert_eq!(message.emit(&mut out), Ok(5));
         assert_eq!(out[..5], octets[1..]);
-        assert_eq!(message.emit(&mut out[..4]), Err(Full));
+        assert_eq!(message.emit(&mut out[..4]), Err(TooLong));
         assert_eq!(Block::Device(&[0; 62]).emit(&mut out), Ok(63));
-        assert_eq!(Block::Device(&[0; 63]).emit(&mut out), Err(Full));
-        assert_eq!(Block::Identifier(&[0; 256]).emit(&mut out), Err(Full));
+        assert_eq!(Block::Device(&[0; 63]).emit(&mut out), Err(TooLong));
+        assert_eq!(Block::Identifier(&[0; 256]).emit(&mut out), Err(TooLong));
     }
 
     #[test]
@@ -205,9 +205,9 @@ mod tests {
 
     #[test]
     fn identifiers_are_counted_from_the_lowest_bit() {
-        assert!(disturbed(&[0x01, 0x10, 0x04, 0x00]).eq([0, 12, 18]));
-        assert!(disturbed(&[0; 31]).eq([]));
-        assert!(disturbed(&[0, 0x80]).eq([15]));
+        assert!(identifiers_with_diagnosis(&[0x01, 0x10, 0x04, 0x00]).eq([0, 12, 18]));
+        assert!(identifiers_with_diagnosis(&[0; 31]).eq([]));
+        assert!(identifiers_with_diagnosis(&[0, 0x80]).eq([15]));
     }
 
     /// The diagnosis of an ET200S, profibus-wire 2.3.1: identifiers, then Module_Status of 64 modules.
@@ -216,7 +216,7 @@ mod tests {
         let octets = hex("49 00 00 00 00 00 00 00 00 14 82 00 00 E4 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
         let blocks: Vec<_> = Blocks::new(&octets).map(Result::unwrap).collect();
         let [Block::Identifier(identifiers), Block::Device(content)] = blocks[..] else { panic!("two blocks") };
-        assert_eq!(disturbed(identifiers).count(), 0);
+        assert_eq!(identifiers_with_diagnosis(identifiers).count(), 0);
         let message = Message::parse(content).unwrap();
         assert_eq!((message.kind, message.kind.name()), (MessageKind::MODULE_STATUS, "module status"));
         use ModuleState::{Invalid, Missing, Valid, Wrong};
@@ -242,6 +242,6 @@ mod tests {
         );
         assert_eq!(Specifier(0x17).seq_nr(), 2);
         assert!(Specifier(0x17).add_ack());
-        assert_eq!(Specifier(0x17).change(), Change::DisappearsOthersRemain);
+        assert_eq!(Specifier(0x17).change(), SpecifierChange::DisappearsOthersRemain);
     }
 }

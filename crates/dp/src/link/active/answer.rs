@@ -3,15 +3,15 @@
 //! Nothing but a telegram from the station that was asked, to us, with the access points swapped, with a function code and
 //! in a form that the request can have, is an answer. A late or repeated answer to something else never becomes a value.
 
-use super::request::{Answer, Asked, Kind, Mismatch};
+use super::request::{Answer, Kind, Mismatch, OpenRequest};
 use profivac_wire::control::{Control, StationType, Status};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
 /// The answer in `telegram`, heard by the station `address` that waits for it.
 #[inline]
-pub(super) fn matched<'a>(asked: &Asked, address: u8, telegram: &Telegram<'a>) -> Result<Answer<'a>, Mismatch> {
+pub(super) fn matched<'a>(asked: &OpenRequest, address: u8, telegram: &Telegram<'a>) -> Result<Answer<'a>, Mismatch> {
     match telegram {
-        Telegram::Frame(frame) => framed(asked, address, frame),
+        Telegram::Data(frame) => framed(asked, address, frame),
         Telegram::ShortAck => match asked.kind {
             Kind::Reply => Ok(short(Status::NoReply)),
             Kind::Acknowledge => Ok(short(Status::Ok)),
@@ -26,7 +26,7 @@ const fn short(status: Status) -> Answer<'static> {
     Answer { station: StationType::Slave, status, du: &[], retries: 0 }
 }
 
-fn framed<'a>(asked: &Asked, address: u8, frame: &Frame<'a>) -> Result<Answer<'a>, Mismatch> {
+fn framed<'a>(asked: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> Result<Answer<'a>, Mismatch> {
     let Control::Response { station, status } = frame.control() else { return Err(Mismatch::Function(frame.fc)) };
     if frame.da != address {
         return Err(Mismatch::Destination(frame.da));
@@ -66,12 +66,12 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    const EXCHANGE: Asked = Asked { da: 8, kind: Kind::Reply, dsap: None, ssap: None };
-    const DIAG: Asked = Asked { da: 8, kind: Kind::Reply, dsap: Some(60), ssap: Some(62) };
-    const FDL_STATUS: Asked = Asked { da: 8, kind: Kind::FdlStatus, dsap: None, ssap: None };
+    const EXCHANGE: OpenRequest = OpenRequest { da: 8, kind: Kind::Reply, dsap: None, ssap: None };
+    const DIAG: OpenRequest = OpenRequest { da: 8, kind: Kind::Reply, dsap: Some(60), ssap: Some(62) };
+    const FDL_STATUS: OpenRequest = OpenRequest { da: 8, kind: Kind::FdlStatus, dsap: None, ssap: None };
 
     /// What master 2 makes of the octets in `text`: status and data, or what does not fit.
-    fn heard(asked: Asked, text: &str) -> Result<(Status, Vec<u8>), Mismatch> {
+    fn heard(asked: OpenRequest, text: &str) -> Result<(Status, Vec<u8>), Mismatch> {
         let octets: Vec<u8> = text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect();
         matched(&asked, 2, &Telegram::parse(&octets).unwrap()).map(|answer| (answer.status, answer.du.to_vec()))
     }

@@ -1,20 +1,20 @@
 //! A message cycle: a request, its repetitions, and its answer. profibus-wire 1.10.
 
-use super::request::{Kind, Requests};
-use super::state::{Cycle, State};
+use super::request::{FdlUser, Kind};
+use super::state::{FdlState, MessageCycle};
 use super::{Active, Answer, Confirmation, Failure, LONGEST_TBIT, answer};
 use crate::link::Transmit;
 use crate::link::time::BitTime;
 use profivac_wire::Telegram;
 use profivac_wire::control::StationType;
 
-impl<R: Requests> Active<R> {
+impl<R: FdlUser> Active<R> {
     /// A telegram of a responder, or one that cannot be anybody's.
     #[inline]
-    pub(super) fn heard(&mut self, end: BitTime, telegram: &Telegram<'_>) {
+    pub(super) fn handle_answer(&mut self, end: BitTime, telegram: &Telegram<'_>) {
         let slot = self.slot_tbit();
         match &mut self.state {
-            State::Waiting(cycle) => match answer::matched(&cycle.asked, self.bus.address, telegram) {
+            FdlState::Waiting(cycle) => match answer::matched(&cycle.request, self.bus.address, telegram) {
                 Ok(answer) => {
                     let cycle = *cycle;
                     self.answered(end, &cycle, answer);
@@ -22,13 +22,13 @@ impl<R: Requests> Active<R> {
                 Err(mismatch) => cycle.mismatch = Some(mismatch),
             },
             // One answer too many: others may follow, and must not be taken for answers to the next request.
-            State::Holding { idle_tbit, answered } => {
+            FdlState::Holding { idle_tbit, answered } => {
                 *idle_tbit = slot.max(*idle_tbit);
                 let answered = *answered;
                 self.stray(end, answered, telegram);
             }
-            State::Passing(pass) => pass.heard = true,
-            State::Offline | State::Listening | State::Idle | State::Claiming | State::Leaving(_) => {}
+            FdlState::Passing(pass) => pass.heard = true,
+            FdlState::Offline | FdlState::Listening | FdlState::Idle | FdlState::Claiming | FdlState::Sending(_) => {}
         }
     }
 
@@ -38,7 +38,7 @@ impl<R: Requests> Active<R> {
     fn stray(&mut self, now: BitTime, answered: Option<u8>, telegram: &Telegram<'_>) {
         let sender = match telegram {
             Telegram::ShortAck => answered,
-            Telegram::Frame(frame) => (frame.da == self.bus.address).then_some(frame.sa),
+            Telegram::Data(frame) => (frame.da == self.bus.address).then_some(frame.sa),
             Telegram::Token { .. } => None,
         };
         if let Some(sender) = sender {
@@ -48,10 +48,10 @@ impl<R: Requests> Active<R> {
 
     /// The answer came.
     #[inline]
-    fn answered(&mut self, end: BitTime, cycle: &Cycle, answer: Answer<'_>) {
-        self.counts.answered(&cycle.asked);
-        if cycle.asked.kind == Kind::FdlStatus {
-            self.found(cycle, answer.station);
+    fn answered(&mut self, end: BitTime, cycle: &MessageCycle, answer: Answer<'_>) {
+        self.counts.answered(&cycle.request);
+        if cycle.request.kind == Kind::FdlStatus {
+            self.station_found(cycle, answer.station);
         }
         // What was repeated may be answered twice, and the first answer may have been a late one. Both look alike, so the
         // second must not fall into the next message cycle: it comes within two slot times.
@@ -59,7 +59,7 @@ impl<R: Requests> Active<R> {
             0 => self.bus.id1_tbit(),
             _ => self.slot_tbit().saturating_mul(2),
         };
-        self.state = State::Holding { idle_tbit, answered: Some(cycle.asked.da) };
+        self.state = FdlState::Holding { idle_tbit, answered: Some(cycle.request.da) };
         if cycle.from_user {
             self.user.confirm(end, Confirmation::Answer(Answer { retries: cycle.retries, ..answer }));
         }
@@ -67,46 +67,46 @@ impl<R: Requests> Active<R> {
 
     /// Somebody is there. A master in the GAP that is ready is the new successor; one that takes itself for a member of the
     /// ring is in another one, which ends here.
-    fn found(&mut self, cycle: &Cycle, station: StationType) {
-        self.gap.note(cycle.asked.da, Some(station));
+    fn station_found(&mut self, cycle: &MessageCycle, station: StationType) {
+        self.gap.set_station(cycle.request.da, Some(station));
         if !cycle.from_user && matches!(station, StationType::MasterReady | StationType::MasterInRing) {
-            self.las.insert(cycle.asked.da);
+            self.las.insert(cycle.request.da);
         }
     }
 
     /// No answer has come in time: the request again, or the next one.
-    pub(super) fn expire(&mut self, now: BitTime, mut cycle: Cycle) -> Option<Transmit<'_>> {
-        if now < self.busy + self.slot_tbit() {
+    pub(super) fn slot_expired(&mut self, now: BitTime, mut cycle: MessageCycle) -> Option<Transmit<'_>> {
+        if now < self.busy_until + self.slot_tbit() {
             // Longer than any telegram, and still not quiet.
-            self.give_way(now);
+            self.give_up_token(now);
             return None;
         }
         // T_SL is longer than T_ID1: BusParameters::check.
         let idle_tbit = self.slot_tbit();
-        let not_before = self.busy + idle_tbit;
+        let not_before = self.busy_until + idle_tbit;
         if cycle.retries_left > 0 {
             cycle.retries_left = cycle.retries_left.saturating_sub(1);
             cycle.retries = cycle.retries.saturating_add(1);
-            cycle.left = None;
+            cycle.sent_at = None;
             cycle.mismatch = None;
-            self.state = State::Waiting(cycle);
+            self.state = FdlState::Waiting(cycle);
             return self.transmit(self.length, not_before);
         }
         let failure = match cycle.mismatch {
             Some(mismatch) => Failure::Mismatch(mismatch),
-            None if cycle.left.is_some_and(|left| left < self.busy) => Failure::Damaged,
+            None if cycle.sent_at.is_some_and(|left| left < self.busy_until) => Failure::Damaged,
             None => Failure::Silence,
         };
-        self.state = State::Holding { idle_tbit, answered: None };
+        self.state = FdlState::Holding { idle_tbit, answered: None };
         self.failed(now, &cycle, failure);
-        self.work(now, not_before)
+        self.use_token(now, not_before)
     }
 
     /// No answer will come: the station counts as not operational.
-    pub(super) fn failed(&mut self, now: BitTime, cycle: &Cycle, failure: Failure) {
-        self.counts.forget(&cycle.asked);
-        if cycle.asked.kind == Kind::FdlStatus && failure != Failure::Interrupted {
-            self.gap.note(cycle.asked.da, None);
+    pub(super) fn failed(&mut self, now: BitTime, cycle: &MessageCycle, failure: Failure) {
+        self.counts.forget(&cycle.request);
+        if cycle.request.kind == Kind::FdlStatus && failure != Failure::Interrupted {
+            self.gap.set_station(cycle.request.da, None);
         }
         if cycle.from_user {
             self.user.confirm(now, Confirmation::Failed(failure));
@@ -116,8 +116,8 @@ impl<R: Requests> Active<R> {
     /// When to give up waiting for an answer: a slot time after the line fell silent, but not much later than the longest
     /// answer could end.
     #[inline]
-    pub(super) fn deadline(&self, cycle: &Cycle) -> Option<BitTime> {
+    pub(super) fn deadline(&self, cycle: &MessageCycle) -> Option<BitTime> {
         let slot = self.slot_tbit();
-        Some((self.busy + slot).min(cycle.left? + slot + LONGEST_TBIT + slot))
+        Some((self.busy_until + slot).min(cycle.sent_at? + slot + LONGEST_TBIT + slot))
     }
 }

@@ -15,18 +15,26 @@ pub(super) struct Gap {
     /// From one scan of the GAP to the next.
     pause_tbit: u64,
     /// No address is asked before.
-    from: BitTime,
+    not_before: BitTime,
     /// Every scan begins with the pause.
-    lazy: bool,
+    delayed: bool,
     /// Which address was asked last.
     cursor: u8,
-    live: [Option<StationType>; ADDRESSES as usize],
+    stations: [Option<StationType>; ADDRESSES as usize],
 }
 
 impl Gap {
     /// Nobody is known yet.
     pub(super) const fn new(own: u8, hsa: u8, pause_tbit: u64) -> Self {
-        Self { own, hsa, pause_tbit, from: BitTime(0), lazy: false, cursor: own, live: [None; ADDRESSES as usize] }
+        Self {
+            own,
+            hsa,
+            pause_tbit,
+            not_before: BitTime(0),
+            delayed: false,
+            cursor: own,
+            stations: [None; ADDRESSES as usize],
+        }
     }
 
     /// A token visit ends at `now`: the address to ask in it, if the GAP is being scanned. One address per visit, from this
@@ -35,8 +43,8 @@ impl Gap {
     /// The pause is G x T_TR and not G rotations; profibus-wire 1.13 has both. An idle ring turns so fast that G rotations
     /// would be over at once, and every cycle would have a slot time more.
     #[inline]
-    pub(super) fn visit(&mut self, now: BitTime, successor: u8) -> Option<u8> {
-        if now < self.from {
+    pub(super) fn next_address(&mut self, now: BitTime, successor: u8) -> Option<u8> {
+        if now < self.not_before {
             return None;
         }
         let next = if self.cursor >= self.hsa { 0 } else { self.cursor.saturating_add(1) };
@@ -45,7 +53,7 @@ impl Gap {
             return Some(next);
         }
         self.cursor = self.own;
-        self.from = now + self.pause_tbit;
+        self.not_before = now + self.pause_tbit;
         None
     }
 
@@ -67,43 +75,43 @@ impl Gap {
     /// Nothing is known: the next visit after `now` begins to scan.
     pub(super) fn scan(&mut self, now: BitTime) {
         self.cursor = self.own;
-        self.from = if self.lazy { now + self.pause_tbit } else { now };
+        self.not_before = if self.delayed { now + self.pause_tbit } else { now };
     }
 
     /// `address` does not take the token: the next visit after `now` asks those behind it, or goes on with the scan that is
     /// under way. It is asked itself in the next scan only: one that merely says that it is a master must not cost every
     /// visit.
     pub(super) fn scan_behind(&mut self, address: u8, now: BitTime) {
-        if self.lazy {
+        if self.delayed {
             self.scan(now);
-        } else if now < self.from {
+        } else if now < self.not_before {
             self.cursor = address;
-            self.from = now;
+            self.not_before = now;
         }
     }
 
     /// Every scan begins with the pause.
-    pub(super) const fn set_lazy(&mut self) {
-        self.lazy = true;
+    pub(super) const fn delay_scans(&mut self) {
+        self.delayed = true;
     }
 
     /// Another highest station address.
     pub(super) const fn set_hsa(&mut self, hsa: u8) {
         self.hsa = hsa;
         self.cursor = self.own;
-        self.from = BitTime(0);
+        self.not_before = BitTime(0);
     }
 
     /// What `address` answered to FDL status, or that it did not.
-    pub(super) fn note(&mut self, address: u8, station: Option<StationType>) {
-        if let Some(place) = self.live.get_mut(usize::from(address)) {
+    pub(super) fn set_station(&mut self, address: u8, station: Option<StationType>) {
+        if let Some(place) = self.stations.get_mut(usize::from(address)) {
             *place = station;
         }
     }
 
     /// Everybody that answered when asked last.
-    pub(super) fn live(&self) -> impl Iterator<Item = (u8, StationType)> {
-        (0..).zip(&self.live).filter_map(|(address, station)| station.map(|station| (address, station)))
+    pub(super) fn live_list(&self) -> impl Iterator<Item = (u8, StationType)> {
+        (0..).zip(&self.stations).filter_map(|(address, station)| station.map(|station| (address, station)))
     }
 }
 
@@ -117,7 +125,7 @@ mod tests {
 
     /// What is asked at visits that are 10 bit times apart, as text.
     fn asked(gap: &mut Gap, successor: u8, visits: u64) -> std::string::String {
-        let visit = |visit: u64| gap.visit(BitTime(visit.saturating_mul(10)), successor);
+        let visit = |visit: u64| gap.next_address(BitTime(visit.saturating_mul(10)), successor);
         let visits: Vec<_> = (1..=visits).map(visit).collect();
         let words = visits.iter().map(|asked| asked.map_or("-".into(), |address| std::format!("{address}")));
         words.collect::<Vec<_>>().join(" ")
@@ -144,12 +152,12 @@ mod tests {
             let visits = expected.split(' ').count() as u64;
             assert_eq!(asked(&mut gap, successor, visits), expected, "{own} before {successor}, HSA {hsa}");
             assert_eq!(
-                gap.visit(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT.saturating_sub(1), successor),
+                gap.next_address(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT.saturating_sub(1), successor),
                 None,
                 "the pause"
             );
             let again = gap
-                .visit(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT, successor)
+                .next_address(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT, successor)
                 .map_or("-".into(), |next| std::format!("{next}"));
             assert_eq!(Some(again.as_str()), expected.split(' ').next(), "after the pause");
         }
@@ -172,7 +180,7 @@ mod tests {
     #[test]
     fn a_lazy_station_asks_after_the_first_pause() {
         let mut gap = Gap::new(2, 20, 35);
-        gap.set_lazy();
+        gap.delay_scans();
         gap.scan(BitTime(0));
         assert_eq!(asked(&mut gap, 5, 6), "- - - 3 4 -");
     }
@@ -187,11 +195,11 @@ mod tests {
     #[test]
     fn the_live_list_forgets_who_does_not_answer_any_more() {
         let mut gap = Gap::new(2, 126, PAUSE_TBIT);
-        gap.note(8, Some(StationType::Slave));
-        gap.note(3, Some(StationType::MasterNotReady));
-        gap.note(200, Some(StationType::Slave));
-        assert_eq!(gap.live().collect::<Vec<_>>(), [(3, StationType::MasterNotReady), (8, StationType::Slave)]);
-        gap.note(3, None);
-        assert_eq!(gap.live().collect::<Vec<_>>(), [(8, StationType::Slave)]);
+        gap.set_station(8, Some(StationType::Slave));
+        gap.set_station(3, Some(StationType::MasterNotReady));
+        gap.set_station(200, Some(StationType::Slave));
+        assert_eq!(gap.live_list().collect::<Vec<_>>(), [(3, StationType::MasterNotReady), (8, StationType::Slave)]);
+        gap.set_station(3, None);
+        assert_eq!(gap.live_list().collect::<Vec<_>>(), [(8, StationType::Slave)]);
     }
 }

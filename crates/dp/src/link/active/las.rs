@@ -50,7 +50,7 @@ impl Las {
     }
 
     /// Another station has sent a token to `da`.
-    pub(super) fn token(&mut self, da: u8, sa: u8) {
+    pub(super) fn observe_token(&mut self, da: u8, sa: u8) {
         let repeated = (da, sa) == self.last && da != sa;
         self.last = (da, sa);
         match self.progress {
@@ -155,7 +155,7 @@ mod tests {
     /// A list that has heard `tokens`, each from the first address to the second.
     fn heard(own: u8, tokens: &[(u8, u8)]) -> Las {
         let mut las = Las::new(own);
-        tokens.iter().for_each(|(sa, da)| las.token(*da, *sa));
+        tokens.iter().for_each(|(sa, da)| las.observe_token(*da, *sa));
         las
     }
 
@@ -185,7 +185,7 @@ mod tests {
         let tokens = [rotations(2), std::vec![(3, 9), (9, 12), (12, 15), (15, 3)]].concat();
         let mut las = heard(7, &tokens);
         assert!(!las.is_complete());
-        [(3, 9), (9, 12), (12, 15), (15, 3)].iter().for_each(|(sa, da)| las.token(*da, *sa));
+        [(3, 9), (9, 12), (12, 15), (15, 3)].iter().for_each(|(sa, da)| las.observe_token(*da, *sa));
         assert_eq!((las.is_complete(), others(&las)), (true, std::vec![3, 9, 12, 15]));
     }
 
@@ -200,11 +200,11 @@ mod tests {
     #[test]
     fn the_list_follows_who_comes_and_goes() {
         let mut las = heard(7, &rotations(3));
-        las.token(15, 3);
+        las.observe_token(15, 3);
         assert_eq!((others(&las), las.next()), (std::vec![3, 15], 15), "9 was left out");
-        las.token(15, 12);
+        las.observe_token(15, 12);
         assert_eq!((others(&las), las.next()), (std::vec![3, 12, 15], 12), "12 has the token, so it is in");
-        las.token(9, 3);
+        las.observe_token(9, 3);
         assert_eq!(others(&las), [3, 12, 15], "whether 9 takes the token is not known yet");
         las.remove(3);
         assert_eq!((las.previous(), las.next()), (15, 12));
@@ -214,9 +214,9 @@ mod tests {
     fn the_token_comes_from_the_predecessor_or_from_whom_it_has_let_in() {
         let mut las = heard(7, &rotations(3));
         assert!(las.is_predecessor(3) && !las.is_predecessor(5));
-        las.token(5, 3);
+        las.observe_token(5, 3);
         assert!(las.is_predecessor(5));
-        las.token(7, 5);
+        las.observe_token(7, 5);
         assert!(las.is_predecessor(5) && !las.is_predecessor(9));
     }
 
@@ -259,7 +259,7 @@ mod tests {
             for sa in 0..=u8::MAX {
                 for da in 0..=u8::MAX {
                     let mut las = Las { progress, ..Las::new(7) };
-                    las.token(da, sa);
+                    las.observe_token(da, sa);
                     las.insert(da);
                     assert!(las.next() <= MAX_MASTER && las.previous() <= MAX_MASTER);
                     assert!(las.others().all(|address| address != 7));

@@ -17,8 +17,8 @@
 //! `gap` the search for newcomers, `visit` what a station does with the token, and `cycle` a request with its answer.
 
 mod answer;
-mod count;
 mod cycle;
+mod frame_count;
 mod gap;
 mod las;
 mod parameters;
@@ -28,18 +28,18 @@ mod token;
 mod visit;
 
 pub use parameters::{BusParameters, OutOfRange};
-pub use request::{Answer, Confirmation, Failure, Mismatch, Priority, Request, Requests};
-pub use state::{RingCounters, Standing};
+pub use request::{Answer, Confirmation, Failure, FdlUser, Mismatch, Priority, Request};
+pub use state::{RingCounters, RingState};
 
 use super::time::{BitTime, CHARACTER_TBIT};
 use super::{Station, Transmit};
-use count::FrameCounts;
+use frame_count::FrameCounts;
 use gap::Gap;
 use las::Las;
 use profivac_wire::control::StationType;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
-use state::{Departure, Part, Pass, State, Twin, Unheard, Visit};
-use token::Word;
+use state::{DuplicateAddress, FdlState, Pass, SilentVisits, Unconfirmed, Visit, VisitPhase};
+use token::ForeignTelegram;
 
 /// How long the longest telegram takes.
 const LONGEST_TBIT: u64 = (MAX_TELEGRAM as u64).saturating_mul(CHARACTER_TBIT);
@@ -50,46 +50,46 @@ pub struct Active<R> {
     /// The layer above.
     pub user: R,
     bus: BusParameters,
-    state: State,
+    state: FdlState,
     visit: Visit,
     gap: Gap,
     las: Las,
     counts: FrameCounts,
     counters: RingCounters,
     /// When the line was last known to be busy.
-    busy: BitTime,
+    busy_until: BitTime,
     /// The master that was heard last.
     other: Option<u8>,
     /// Who has offered the token and is not our predecessor.
     suspect: Option<u8>,
-    twin: Twin,
-    unheard: Unheard,
+    duplicate: DuplicateAddress,
+    silent_visits: SilentVisits,
     /// This station passes the token on and takes it no more.
-    leaving: bool,
+    leaving_ring: bool,
     /// What was sent last may come back from the adapter.
     may_echo: bool,
     telegram: [u8; MAX_TELEGRAM],
     length: usize,
 }
 
-impl<R: Requests> Active<R> {
+impl<R: FdlUser> Active<R> {
     /// A station that begins to listen at `now`.
     pub const fn new(bus: BusParameters, user: R, now: BitTime) -> Self {
         Self {
             user,
-            state: State::Listening,
-            visit: Visit { began: now, hold_until: now, part: Part::Over },
+            state: FdlState::Listening,
+            visit: Visit { began: now, hold_until: now, phase: VisitPhase::Over },
             gap: Gap::new(bus.address, bus.hsa, bus.gap_pause_tbit()),
             las: Las::new(bus.address),
             bus,
             counts: FrameCounts::new(),
             counters: RingCounters::NONE,
-            busy: now,
+            busy_until: now,
             other: None,
             suspect: None,
-            twin: Twin::NONE,
-            unheard: Unheard::NONE,
-            leaving: false,
+            duplicate: DuplicateAddress::NONE,
+            silent_visits: SilentVisits::NONE,
+            leaving_ring: false,
             may_echo: false,
             telegram: [0; MAX_TELEGRAM],
             length: 0,
@@ -109,34 +109,36 @@ impl<R: Requests> Active<R> {
 
     /// Looks for newcomers only after the first pause. For a tool that is gone again by then: each question costs a slot
     /// time, and those of a port of an operating system are long.
-    pub const fn search_later(&mut self) {
-        self.gap.set_lazy();
+    pub const fn delay_gap_scan(&mut self) {
+        self.gap.delay_scans();
     }
 
     /// Whether this station has the token.
     pub const fn has_token(&self) -> bool {
         match self.state {
-            State::Holding { .. } | State::Waiting(_) => true,
-            State::Leaving(departure) => !matches!(departure, Departure::Claim),
-            State::Offline | State::Listening | State::Idle | State::Claiming | State::Passing(_) => false,
+            FdlState::Holding { .. } | FdlState::Waiting(_) => true,
+            FdlState::Sending(departure) => !matches!(departure, Unconfirmed::Claim),
+            FdlState::Offline | FdlState::Listening | FdlState::Idle | FdlState::Claiming | FdlState::Passing(_) => {
+                false
+            }
         }
     }
 
     /// Where this station stands to the ring.
-    pub const fn standing(&self) -> Standing {
+    pub const fn ring_state(&self) -> RingState {
         match self.state {
-            State::Offline => Standing::Offline,
-            _ if self.twin.yielded => Standing::AddressTaken,
-            State::Listening if self.las.is_complete() => Standing::Ready,
-            State::Listening | State::Claiming | State::Leaving(Departure::Claim) => Standing::Listening,
-            _ => Standing::InRing,
+            FdlState::Offline => RingState::Offline,
+            _ if self.duplicate.yielded => RingState::AddressTaken,
+            FdlState::Listening if self.las.is_complete() => RingState::Ready,
+            FdlState::Listening | FdlState::Claiming | FdlState::Sending(Unconfirmed::Claim) => RingState::Listening,
+            _ => RingState::InRing,
         }
     }
 
     /// Who is in the ring, in the order of the addresses, as far as this station knows: itself, if it is in, and the others.
     pub fn masters(&self) -> impl Iterator<Item = u8> + use<R> {
         let own = self.bus.address;
-        let itself = (self.standing() == Standing::InRing).then_some(own);
+        let itself = (self.ring_state() == RingState::InRing).then_some(own);
         let (below, above) = (self.las.others(), self.las.others());
         let below = below.take_while(move |address| *address < own);
         below.chain(itself).chain(above.skip_while(move |address| *address < own))
@@ -154,27 +156,30 @@ impl<R: Requests> Active<R> {
     }
 
     /// Everybody that answered FDL status when asked last, by the GAP or by the layer above.
-    pub fn live(&self) -> impl Iterator<Item = (u8, StationType)> {
-        self.gap.live()
+    pub fn live_list(&self) -> impl Iterator<Item = (u8, StationType)> {
+        self.gap.live_list()
     }
 
     /// Begins anew at `now`, for instance because the port was lost: whatever was on its way has failed.
     pub fn listen(&mut self, now: BitTime) {
-        self.busy = self.busy.max(now);
-        self.give_way(now);
-        self.state = State::Listening;
+        self.busy_until = self.busy_until.max(now);
+        self.give_up_token(now);
+        self.state = FdlState::Listening;
         self.las = Las::new(self.bus.address);
-        (self.leaving, self.may_echo) = (false, false);
-        (self.suspect, self.twin) = (None, Twin::NONE);
+        (self.leaving_ring, self.may_echo) = (false, false);
+        (self.suspect, self.duplicate) = (None, DuplicateAddress::NONE);
     }
 
     /// Leaves the ring. A station that has the token finishes its message, and passes the token on before it falls silent;
     /// [`standing`](Self::standing) tells when it has. [`listen`](Self::listen) brings it back.
     pub const fn leave(&mut self) {
-        self.leaving = true;
-        self.visit.part = Part::Over;
-        if matches!(self.state, State::Listening | State::Idle | State::Claiming | State::Leaving(Departure::Claim)) {
-            self.state = State::Offline;
+        self.leaving_ring = true;
+        self.visit.phase = VisitPhase::Over;
+        if matches!(
+            self.state,
+            FdlState::Listening | FdlState::Idle | FdlState::Claiming | FdlState::Sending(Unconfirmed::Claim)
+        ) {
+            self.state = FdlState::Offline;
         }
     }
 
@@ -194,15 +199,15 @@ impl<R: Requests> Active<R> {
     }
 }
 
-impl<R: Requests> Station for Active<R> {
+impl<R: FdlUser> Station for Active<R> {
     #[inline]
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.busy = self.busy.max(end);
-        self.unheard.visits = 0;
-        match Word::of(telegram, self.bus.address) {
-            Some(word) => self.foreign(end, telegram, word),
+        self.busy_until = self.busy_until.max(end);
+        self.silent_visits.count = 0;
+        match ForeignTelegram::of(telegram, self.bus.address) {
+            Some(word) => self.handle_foreign(end, telegram, word),
             None => {
-                self.heard(end, telegram);
+                self.handle_answer(end, telegram);
                 None
             }
         }
@@ -210,30 +215,30 @@ impl<R: Requests> Station for Active<R> {
 
     #[inline]
     fn activity(&mut self, end: BitTime) {
-        self.busy = self.busy.max(end);
-        if let State::Passing(pass) = &mut self.state {
+        self.busy_until = self.busy_until.max(end);
+        if let FdlState::Passing(pass) = &mut self.state {
             pass.heard = true;
         }
     }
 
     #[inline]
     fn sent(&mut self, end: BitTime) {
-        self.busy = self.busy.max(end);
+        self.busy_until = self.busy_until.max(end);
         match &mut self.state {
-            State::Waiting(cycle) => cycle.left = Some(end),
-            State::Leaving(Departure::Claim) => self.state = State::Claiming,
-            State::Leaving(Departure::Token) => {
-                let idle_tbit = self.token_idle_tbit().saturating_add(self.unheard.visit(self.bus.address));
+            FdlState::Waiting(cycle) => cycle.sent_at = Some(end),
+            FdlState::Sending(Unconfirmed::Claim) => self.state = FdlState::Claiming,
+            FdlState::Sending(Unconfirmed::Token) => {
+                let idle_tbit = self.token_idle_tbit().saturating_add(self.silent_visits.begin_visit(self.bus.address));
                 self.begin_visit(end, idle_tbit);
             }
-            State::Leaving(Departure::Pass(pass)) => self.state = State::Passing(*pass),
-            State::Leaving(Departure::Unconfirmed) => {
-                self.state = State::Holding { idle_tbit: self.bus.id2_tbit(), answered: None };
+            FdlState::Sending(Unconfirmed::Pass(pass)) => self.state = FdlState::Passing(*pass),
+            FdlState::Sending(Unconfirmed::Message) => {
+                self.state = FdlState::Holding { idle_tbit: self.bus.id2_tbit(), answered: None };
                 self.user.confirm(end, Confirmation::Sent);
             }
             // An answer of this station, or one to it that was faster than the news that its request has left.
-            State::Offline | State::Listening | State::Idle => {}
-            State::Holding { .. } | State::Claiming | State::Passing(_) => {}
+            FdlState::Offline | FdlState::Listening | FdlState::Idle => {}
+            FdlState::Holding { .. } | FdlState::Claiming | FdlState::Passing(_) => {}
         }
     }
 
@@ -241,12 +246,12 @@ impl<R: Requests> Station for Active<R> {
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
         let due = self.wake_at().filter(|due| *due <= now)?;
         match self.state {
-            State::Listening | State::Idle => self.claim(now, due),
-            State::Claiming => self.send_token(self.bus.address, Departure::Token, due),
-            State::Holding { .. } => self.work(now, due),
-            State::Waiting(cycle) => self.expire(now, cycle),
-            State::Passing(pass) => self.check_pass(now, pass, due),
-            State::Leaving(_) | State::Offline => None,
+            FdlState::Listening | FdlState::Idle => self.claim(now, due),
+            FdlState::Claiming => self.send_token(self.bus.address, Unconfirmed::Token, due),
+            FdlState::Holding { .. } => self.use_token(now, due),
+            FdlState::Waiting(cycle) => self.slot_expired(now, cycle),
+            FdlState::Passing(pass) => self.check_pass(now, pass, due),
+            FdlState::Sending(_) | FdlState::Offline => None,
         }
     }
 
@@ -254,12 +259,12 @@ impl<R: Requests> Station for Active<R> {
     #[inline]
     fn wake_at(&self) -> Option<BitTime> {
         match &self.state {
-            State::Listening | State::Idle => Some(self.busy + self.bus.timeout_tbit()),
-            State::Claiming => Some(self.busy + self.token_idle_tbit()),
-            State::Holding { idle_tbit, .. } => Some(self.busy + *idle_tbit),
-            State::Waiting(cycle) => self.deadline(cycle),
-            State::Passing(Pass { .. }) => Some(self.busy + self.slot_tbit()),
-            State::Leaving(_) | State::Offline => None,
+            FdlState::Listening | FdlState::Idle => Some(self.busy_until + self.bus.timeout_tbit()),
+            FdlState::Claiming => Some(self.busy_until + self.token_idle_tbit()),
+            FdlState::Holding { idle_tbit, .. } => Some(self.busy_until + *idle_tbit),
+            FdlState::Waiting(cycle) => self.deadline(cycle),
+            FdlState::Passing(Pass { .. }) => Some(self.busy_until + self.slot_tbit()),
+            FdlState::Sending(_) | FdlState::Offline => None,
         }
     }
 }

@@ -55,7 +55,7 @@ impl Kind {
 
 /// What is remembered of a request while its answer is awaited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Asked {
+pub(super) struct OpenRequest {
     pub(super) da: u8,
     pub(super) kind: Kind,
     pub(super) dsap: Option<u8>,
@@ -63,8 +63,8 @@ pub(super) struct Asked {
 }
 
 impl Request<'_> {
-    pub(super) const fn asked(&self) -> Asked {
-        Asked { da: self.da, kind: Kind::of(self.function), dsap: self.dsap, ssap: self.ssap }
+    pub(super) const fn open_request(&self) -> OpenRequest {
+        OpenRequest { da: self.da, kind: Kind::of(self.function), dsap: self.dsap, ssap: self.ssap }
     }
 
     /// A request that expects an answer cannot go to everybody, and none can go to oneself.
@@ -84,10 +84,10 @@ pub enum Priority {
 }
 
 /// The layer above an active station. The station asks it for work whenever it may speak.
-pub trait Requests {
+pub trait FdlUser {
     /// The next message, `None` when there is none for this token visit. Each message is confirmed exactly once, and
     /// before the next is asked for.
-    fn next(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>>;
+    fn next_request(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>>;
 
     /// What became of the message, at `now`.
     fn confirm(&mut self, now: BitTime, confirmation: Confirmation<'_>);

@@ -1,12 +1,12 @@
 //! What an active station is in the middle of, and what can be told of it.
 
-use super::request::{Asked, Mismatch};
+use super::request::{Mismatch, OpenRequest};
 use crate::link::time::{BitTime, T_SYN_TBIT};
 use core::fmt;
 
 /// Who has the word. In brackets the names of the standard.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum State {
+pub(super) enum FdlState {
     /// Somebody else for ever: this station has left the ring [Offline].
     Offline,
     /// Somebody else: this station is not in the ring, and learns who is [Listen_Token].
@@ -19,16 +19,16 @@ pub(super) enum State {
     /// just now: who was asked.
     Holding { idle_tbit: u64, answered: Option<u8> },
     /// A telegram that nobody answers is leaving [Use_Token, Pass_Token].
-    Leaving(Departure),
+    Sending(Unconfirmed),
     /// Another station is to answer [Await_Data_Response, Await_Status_Response].
-    Waiting(Cycle),
+    Waiting(MessageCycle),
     /// The successor, if it got the token [Check_Token_Pass].
     Passing(Pass),
 }
 
 /// A telegram that nobody answers.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Departure {
+pub(super) enum Unconfirmed {
     /// The first of the two tokens that claim the line.
     Claim,
     /// A token to this station.
@@ -36,7 +36,7 @@ pub(super) enum Departure {
     /// A token to the successor.
     Pass(Pass),
     /// A message of the layer above.
-    Unconfirmed,
+    Message,
 }
 
 /// A token to the successor, with its repetitions.
@@ -52,21 +52,21 @@ pub(super) struct Pass {
 
 /// A message and its answer, with all repetitions, inside one token visit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cycle {
-    pub(super) asked: Asked,
+pub(super) struct MessageCycle {
+    pub(super) request: OpenRequest,
     /// Whether the layer above asked, or the GAP.
     pub(super) from_user: bool,
     pub(super) retries: u8,
     pub(super) retries_left: u8,
     /// When the request has left.
-    pub(super) left: Option<BitTime>,
+    pub(super) sent_at: Option<BitTime>,
     /// What was wrong with the answer to something else that was heard since.
     pub(super) mismatch: Option<Mismatch>,
 }
 
-impl Cycle {
-    pub(super) const fn new(asked: Asked, retries_left: u8) -> Self {
-        Self { asked, from_user: true, retries: 0, retries_left, left: None, mismatch: None }
+impl MessageCycle {
+    pub(super) const fn new(asked: OpenRequest, retries_left: u8) -> Self {
+        Self { request: asked, from_user: true, retries: 0, retries_left, sent_at: None, mismatch: None }
     }
 }
 
@@ -77,12 +77,12 @@ pub(super) struct Visit {
     pub(super) began: BitTime,
     /// The token hold time ends.
     pub(super) hold_until: BitTime,
-    pub(super) part: Part,
+    pub(super) phase: VisitPhase,
 }
 
 /// How far a token visit has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum VisitPhase {
     /// One message of high priority is allowed, however late the token came.
     First,
     /// Messages as long as there is time.
@@ -93,17 +93,17 @@ pub(super) enum Part {
 
 /// Another station with the address of this one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Twin {
+pub(super) struct DuplicateAddress {
     /// How often it was heard.
     pub(super) heard: u8,
     /// Whether it was since the last token visit. A single time may have been noise.
-    pub(super) lately: bool,
+    pub(super) heard_since_visit: bool,
     /// This station leaves the address to it.
     pub(super) yielded: bool,
 }
 
-impl Twin {
-    pub(super) const NONE: Self = Self { heard: 0, lately: false, yielded: false };
+impl DuplicateAddress {
+    pub(super) const NONE: Self = Self { heard: 0, heard_since_visit: false, yielded: false };
 }
 
 /// How long nobody was heard by a station that passes the token to itself.
@@ -114,37 +114,40 @@ impl Twin {
 /// that waits hears the other begin. The standard compares what is sent with what is on the line instead; few adapters
 /// can.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unheard {
+pub(super) struct SilentVisits {
     /// Token visits since a telegram was heard.
-    pub(super) visits: u8,
+    pub(super) count: u8,
     /// Which bit of the address is next.
-    bit: u8,
+    address_bit: u8,
 }
 
 /// free choice: so many visits in a row are no accident.
-const UNHEARD_VISITS: u8 = 4;
+const SILENT_VISITS_LIMIT: u8 = 4;
 
 /// The bits of an address.
 const ADDRESS_BITS: u8 = 7;
 
-impl Unheard {
-    pub(super) const NONE: Self = Self { visits: 0, bit: 0 };
+impl SilentVisits {
+    pub(super) const NONE: Self = Self { count: 0, address_bit: 0 };
 
     /// A visit begins. How much longer the station `own` listens before it speaks: more than a character.
-    pub(super) fn visit(&mut self, own: u8) -> u64 {
-        self.visits = self.visits.saturating_add(1);
-        if self.visits < UNHEARD_VISITS {
+    pub(super) fn begin_visit(&mut self, own: u8) -> u64 {
+        self.count = self.count.saturating_add(1);
+        if self.count < SILENT_VISITS_LIMIT {
             return 0;
         }
-        let waits = own.checked_shr(self.bit.into()).unwrap_or_default() & 1 == 1;
-        *self = Self { visits: 0, bit: self.bit.saturating_add(1).checked_rem(ADDRESS_BITS).unwrap_or_default() };
+        let waits = own.checked_shr(self.address_bit.into()).unwrap_or_default() & 1 == 1;
+        *self = Self {
+            count: 0,
+            address_bit: self.address_bit.saturating_add(1).checked_rem(ADDRESS_BITS).unwrap_or_default(),
+        };
         if waits { T_SYN_TBIT } else { 0 }
     }
 }
 
 /// Where an active station stands to the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum RingState {
     /// It has left and says nothing.
     Offline,
     /// It learns who is in the ring; it says nothing but that it is not ready.
@@ -157,7 +160,7 @@ pub enum Standing {
     AddressTaken,
 }
 
-impl fmt::Display for Standing {
+impl fmt::Display for RingState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Offline => "has left the ring",
@@ -192,6 +195,6 @@ impl RingCounters {
 }
 
 /// One more.
-pub(super) const fn count(counter: &mut u32) {
+pub(super) const fn increment(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

@@ -1,24 +1,24 @@
 //! A token visit: messages of the layer above as long as there is hold time, one address of the GAP, the token.
 //! profibus-wire 1.12.
 
-use super::request::{Asked, Kind, Priority, Request, Requests};
-use super::state::{Cycle, Departure, Part, State, Visit};
+use super::request::{FdlUser, Kind, OpenRequest, Priority, Request};
+use super::state::{FdlState, MessageCycle, Unconfirmed, Visit, VisitPhase};
 use super::{Active, Confirmation, Failure};
 use crate::link::Transmit;
 use crate::link::time::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function};
-use profivac_wire::{Frame, Telegram};
+use profivac_wire::{DataTelegram, Telegram};
 
-impl<R: Requests> Active<R> {
+impl<R: FdlUser> Active<R> {
     /// The token came at `now`. Its hold time is what the last rotation left of T_TR.
     pub(super) fn begin_visit(&mut self, now: BitTime, idle_tbit: u64) {
         let hold_until = self.visit.began + u64::from(self.bus.rotation_tbit);
-        let part = if self.leaving { Part::Over } else { Part::First };
-        self.visit = Visit { began: now, hold_until, part };
-        self.state = State::Holding { idle_tbit, answered: None };
+        let part = if self.leaving_ring { VisitPhase::Over } else { VisitPhase::First };
+        self.visit = Visit { began: now, hold_until, phase: part };
+        self.state = FdlState::Holding { idle_tbit, answered: None };
         self.suspect = None;
-        if !core::mem::take(&mut self.twin.lately) {
-            self.twin.heard = 0;
+        if !core::mem::take(&mut self.duplicate.heard_since_visit) {
+            self.duplicate.heard = 0;
         }
         if self.las.next() == self.bus.address {
             self.other = None;
@@ -27,24 +27,24 @@ impl<R: Requests> Active<R> {
 
     /// Holds the token and may speak.
     #[inline]
-    pub(super) fn work(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
-        let part = self.visit.part;
-        let on_time = part != Part::Over && now < self.visit.hold_until;
-        if part == Part::First {
-            self.visit.part = Part::Messages;
+    pub(super) fn use_token(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
+        let part = self.visit.phase;
+        let on_time = part != VisitPhase::Over && now < self.visit.hold_until;
+        if part == VisitPhase::First {
+            self.visit.phase = VisitPhase::Messages;
         }
         let mut request = None;
-        if on_time || part == Part::First {
-            request = self.user.next(Priority::High, now);
+        if on_time || part == VisitPhase::First {
+            request = self.user.next_request(Priority::High, now);
         }
         if on_time && request.is_none() {
-            request = self.user.next(Priority::Low, now);
+            request = self.user.next_request(Priority::Low, now);
         }
         let Some(request) = request else { return self.end_visit(now, not_before) };
-        let asked = request.asked();
+        let asked = request.open_request();
         let count = self.counts.next(&asked);
         match emit(&request, self.bus.address, count, &mut self.telegram) {
-            Some(length) => self.begin(asked, count, length, not_before),
+            Some(length) => self.send_request(asked, count, length, not_before),
             None => {
                 self.user.confirm(now, Confirmation::Failed(Failure::Impossible));
                 self.end_visit(now, not_before)
@@ -54,12 +54,20 @@ impl<R: Requests> Active<R> {
 
     /// A message of the layer above is ready to leave.
     #[inline]
-    fn begin(&mut self, asked: Asked, count: FrameCount, length: usize, not_before: BitTime) -> Option<Transmit<'_>> {
+    fn send_request(
+        &mut self,
+        asked: OpenRequest,
+        count: FrameCount,
+        length: usize,
+        not_before: BitTime,
+    ) -> Option<Transmit<'_>> {
         self.state = match asked.kind {
-            Kind::Unconfirmed => State::Leaving(Departure::Unconfirmed),
+            Kind::Unconfirmed => FdlState::Sending(Unconfirmed::Message),
             // A first contact is not repeated, nor is what does not count: profibus-wire 1.10.
-            _ if matches!(count, FrameCount::Counted(_)) => State::Waiting(Cycle::new(asked, self.bus.retry_limit)),
-            _ => State::Waiting(Cycle::new(asked, 0)),
+            _ if matches!(count, FrameCount::Counted(_)) => {
+                FdlState::Waiting(MessageCycle::new(asked, self.bus.retry_limit))
+            }
+            _ => FdlState::Waiting(MessageCycle::new(asked, 0)),
         };
         self.transmit(length, not_before)
     }
@@ -68,13 +76,16 @@ impl<R: Requests> Active<R> {
     ///
     /// free choice: the GAP is asked even if the hold time is over, so that a busy ring does not keep newcomers out.
     fn end_visit(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
-        let over = core::mem::replace(&mut self.visit.part, Part::Over) == Part::Over;
-        match if over { None } else { self.gap.visit(now, self.las.next()) } {
+        let over = core::mem::replace(&mut self.visit.phase, VisitPhase::Over) == VisitPhase::Over;
+        match if over { None } else { self.gap.next_address(now, self.las.next()) } {
             None => self.pass_token(not_before),
             Some(da) => {
                 let request = Request { da, function: Function::FdlStatus, dsap: None, ssap: None, du: &[] };
                 let length = emit(&request, self.bus.address, FrameCount::Uncounted, &mut self.telegram)?;
-                self.state = State::Waiting(Cycle { from_user: false, ..Cycle::new(request.asked(), 0) });
+                self.state = FdlState::Waiting(MessageCycle {
+                    from_user: false,
+                    ..MessageCycle::new(request.open_request(), 0)
+                });
                 self.transmit(length, not_before)
             }
         }
@@ -89,5 +100,5 @@ fn emit(request: &Request<'_>, sa: u8, count: FrameCount, out: &mut [u8]) -> Opt
     }
     let &Request { da, function, dsap, ssap, du } = request;
     let fc = Control::Request { function, count }.to_octet();
-    Telegram::Frame(Frame { da, sa, dsap, ssap, fc, du }).emit(out).ok()
+    Telegram::Data(DataTelegram { da, sa, dsap, ssap, fc, du }).emit(out).ok()
 }

@@ -4,20 +4,20 @@
 //! that one waits. MS1 and MS2 are messages of low priority, one after the other in turn; the parameter channel needs no
 //! messages of its own. Nothing here knows a slave: the master says which ones exchange data.
 
-mod answer;
 mod outcome;
 mod pool;
-mod post_box;
+mod response;
+mod transaction;
 
-pub(super) use answer::Expected;
-pub use answer::Wrong;
-pub use outcome::{Cause, End, NotTaken, Outcome};
-pub(super) use pool::Held;
+pub use outcome::{Cause, ConnectionEnd, Outcome, SubmitError};
 use pool::Pool;
+pub(super) use pool::Pooled;
 pub use pool::{Handle, Service};
-pub(super) use post_box::{Patience, PostBox, Progress, Stage};
+pub(super) use response::ExpectedResponse;
+pub use response::ResponseMismatch;
+pub(super) use transaction::{Progress, Stage, Timeouts, Transaction};
 
-use super::event::{Event, Sink, What};
+use super::event::{Event, EventKind, Sink};
 use super::{ms1, ms2, pkw};
 use crate::link::BitTime;
 use crate::link::active::{Confirmation, Request};
@@ -25,16 +25,16 @@ use profivac_wire::acyclic::Request as Pdu;
 
 /// What an event says about a handle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notice {
+pub enum AcyclicEvent {
     /// An outcome can be taken.
-    Done,
+    OutcomeReady,
     /// The MS2 connection is gone.
-    Ended(End),
+    Ended(ConnectionEnd),
 }
 
 /// How a slave stands in data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Stands {
+pub(super) struct ExchangeStatus {
     /// How often it has come there.
     pub(super) starts: u32,
     /// It is sent its outputs, and not zeros.
@@ -43,14 +43,14 @@ pub(super) struct Stands {
 
 /// The next one to be asked for a message: first the connections of MS2, then the jobs of MS1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Turn(usize);
+pub(super) struct QueueIndex(usize);
 
 /// Up to `PLACES` connections of MS2, as many jobs of MS1 and as many instructions in parameter channels.
 #[derive(Clone, Debug)]
 pub(super) struct Acyclic<const PLACES: usize> {
     pub(super) ms2: Pool<ms2::Connection, PLACES>,
-    pub(super) ms1: Pool<ms1::Job, PLACES>,
-    pub(super) pkw: Pool<pkw::Job, PLACES>,
+    pub(super) ms1: Pool<ms1::Ms1Request, PLACES>,
+    pub(super) pkw: Pool<pkw::PkwTask, PLACES>,
     /// Nothing was ever handed in: a master that only exchanges data pays nothing.
     idle: bool,
     turn: usize,
@@ -63,38 +63,38 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         Self { ms2: Pool::new(), ms1: Pool::new(), pkw: Pool::new(), idle: true, turn: 0, late: None }
     }
 
-    pub(super) fn open(&mut self, address: u8, parameters: &ms2::Ms2Parameters) -> Result<Handle, NotTaken> {
+    pub(super) fn open(&mut self, address: u8, parameters: &ms2::Ms2Parameters) -> Result<Handle, SubmitError> {
         self.idle = false;
-        let full = NotTaken::Full { places: PLACES };
+        let full = SubmitError::Full { places: PLACES };
         self.ms2.insert(ms2::Connection::new(address, parameters)).ok_or(full)
     }
 
-    pub(super) fn order(
+    pub(super) fn submit(
         &mut self,
         connection: Handle,
-        expected: Expected,
+        expected: ExpectedResponse,
         octets: usize,
         pdu: &Pdu<'_>,
-    ) -> Result<(), NotTaken> {
-        self.ms2.get_mut(connection).ok_or(NotTaken::Gone)?.order(expected, octets, pdu)
+    ) -> Result<(), SubmitError> {
+        self.ms2.get_mut(connection).ok_or(SubmitError::UnknownHandle)?.submit(expected, octets, pdu)
     }
 
-    pub(super) fn ms1(&mut self, job: ms1::Job) -> Result<Handle, NotTaken> {
+    pub(super) fn ms1(&mut self, job: ms1::Ms1Request) -> Result<Handle, SubmitError> {
         self.idle = false;
-        let is_same = |other: &ms1::Job| other.address() == job.address() && !other.is_over();
+        let is_same = |other: &ms1::Ms1Request| other.address() == job.address() && !other.is_over();
         if self.ms1.iter().any(is_same) {
-            return Err(NotTaken::Busy);
+            return Err(SubmitError::Busy);
         }
-        self.ms1.insert(job).ok_or(NotTaken::Full { places: PLACES })
+        self.ms1.insert(job).ok_or(SubmitError::Full { places: PLACES })
     }
 
-    pub(super) fn pkw(&mut self, job: pkw::Job) -> Result<Handle, NotTaken> {
+    pub(super) fn pkw(&mut self, job: pkw::PkwTask) -> Result<Handle, SubmitError> {
         self.idle = false;
-        let is_same = |other: &pkw::Job| other.address() == job.address() && !other.is_over();
+        let is_same = |other: &pkw::PkwTask| other.address() == job.address() && !other.is_over();
         if self.pkw.iter().any(is_same) {
-            return Err(NotTaken::Busy);
+            return Err(SubmitError::Busy);
         }
-        self.pkw.insert(job).ok_or(NotTaken::Full { places: PLACES })
+        self.pkw.insert(job).ok_or(SubmitError::Full { places: PLACES })
     }
 
     /// The outcome behind a handle, once. The last one uses the handle up.
@@ -119,14 +119,19 @@ impl<const PLACES: usize> Acyclic<PLACES> {
     /// Whether nothing more will become of it. What nobody holds is over.
     pub(super) fn is_over(&self, handle: Handle) -> bool {
         match handle.service() {
-            Service::Ms2 => self.ms2.get(handle).is_none_or(Held::is_over),
-            Service::Ms1 => self.ms1.get(handle).is_none_or(Held::is_over),
-            Service::Pkw => self.pkw.get(handle).is_none_or(Held::is_over),
+            Service::Ms2 => self.ms2.get(handle).is_none_or(Pooled::is_over),
+            Service::Ms1 => self.ms1.get(handle).is_none_or(Pooled::is_over),
+            Service::Pkw => self.pkw.get(handle).is_none_or(Pooled::is_over),
         }
     }
 
     /// Time has come to `now`. `stands` tells of a slave in data exchange how it stands there.
-    pub(super) fn elapse(&mut self, now: BitTime, stands: impl Fn(u8) -> Option<Stands>, events: &mut Sink<'_>) {
+    pub(super) fn elapse(
+        &mut self,
+        now: BitTime,
+        stands: impl Fn(u8) -> Option<ExchangeStatus>,
+        events: &mut Sink<'_>,
+    ) {
         if self.idle {
             return;
         }
@@ -146,12 +151,12 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         &mut self,
         now: BitTime,
         number: usize,
-        stands: impl Fn(u8) -> Option<Stands>,
+        stands: impl Fn(u8) -> Option<ExchangeStatus>,
         events: &mut Sink<'_>,
     ) {
         let Some(job) = self.ms1.at(number) else { return };
         let notice = match stands(job.address()) {
-            Some(Stands { starts, .. }) if starts == job.starts() => job.elapse(now),
+            Some(ExchangeStatus { starts, .. }) if starts == job.starts() => job.elapse(now),
             _ => job.fail(Cause::Left),
         };
         if notice.is_some() && job.is_late() {
@@ -165,13 +170,13 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         &mut self,
         now: BitTime,
         number: usize,
-        stands: impl Fn(u8) -> Option<Stands>,
+        stands: impl Fn(u8) -> Option<ExchangeStatus>,
         events: &mut Sink<'_>,
     ) {
         let Some(job) = self.pkw.at(number) else { return };
         let notice = match stands(job.address()) {
-            Some(Stands { starts, operating: true }) if starts == job.starts() => None,
-            Some(Stands { operating: false, .. }) => job.fail(Cause::NotOperating),
+            Some(ExchangeStatus { starts, operating: true }) if starts == job.starts() => None,
+            Some(ExchangeStatus { operating: false, .. }) => job.fail(Cause::NotOperating),
             _ => job.fail(Cause::Left),
         };
         let notice = notice.map(|notice| (job.address(), notice));
@@ -184,7 +189,7 @@ impl<const PLACES: usize> Acyclic<PLACES> {
     }
 
     /// Whose turn it is to send a message.
-    pub(super) fn due(&mut self, now: BitTime) -> Option<Turn> {
+    pub(super) fn due(&mut self, now: BitTime) -> Option<QueueIndex> {
         if self.idle {
             return None;
         }
@@ -192,7 +197,7 @@ impl<const PLACES: usize> Acyclic<PLACES> {
         let from = self.turn;
         let turn = (from..all).chain(0..from).find(|turn| self.is_due(*turn, now))?;
         self.turn = turn.saturating_add(1);
-        Some(Turn(turn))
+        Some(QueueIndex(turn))
     }
 
     fn is_due(&mut self, turn: usize, now: BitTime) -> bool {
@@ -203,7 +208,7 @@ impl<const PLACES: usize> Acyclic<PLACES> {
     }
 
     /// The message of this turn.
-    pub(super) fn message(&mut self, turn: Turn) -> Option<Request<'_>> {
+    pub(super) fn message(&mut self, turn: QueueIndex) -> Option<Request<'_>> {
         match turn.0.checked_sub(PLACES) {
             None => self.ms2.at(turn.0)?.message(),
             Some(number) => self.ms1.at(number)?.message(),
@@ -213,7 +218,7 @@ impl<const PLACES: usize> Acyclic<PLACES> {
     /// What became of it.
     pub(super) fn confirmed(
         &mut self,
-        turn: Turn,
+        turn: QueueIndex,
         now: BitTime,
         confirmation: Confirmation<'_>,
         events: &mut Sink<'_>,
@@ -261,8 +266,8 @@ impl<const PLACES: usize> Acyclic<PLACES> {
     }
 }
 
-fn tell(at: BitTime, handle: Option<Handle>, notice: Option<(u8, Notice)>, events: &mut Sink<'_>) {
+fn tell(at: BitTime, handle: Option<Handle>, notice: Option<(u8, AcyclicEvent)>, events: &mut Sink<'_>) {
     if let (Some(handle), Some((address, notice))) = (handle, notice) {
-        events.push(Event { at, address, what: What::Acyclic(handle, notice) });
+        events.push(Event { at, address, kind: EventKind::Acyclic(handle, notice) });
     }
 }

@@ -1,6 +1,6 @@
 //! What becomes of an acyclic request, in words.
 
-use super::answer::Wrong;
+use super::response::ResponseMismatch;
 use crate::link::active::Failure;
 use crate::master::ms2::Opened;
 use crate::master::pkw;
@@ -30,12 +30,12 @@ pub enum Outcome<'a> {
     /// The request has failed: MS1 and parameter channel.
     Failed(Cause),
     /// The MS2 connection is gone. Its handle is used up.
-    Ended(End),
+    Ended(ConnectionEnd),
 }
 
 /// How an MS2 connection ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum ConnectionEnd {
     /// The user closed it, for this reason.
     Closed(AbortReason),
     /// The slave refused to open it.
@@ -61,16 +61,16 @@ pub enum Cause {
     /// The access point answers like this, after all repetitions.
     Status(Status),
     /// The response is none to the request.
-    Wrong(Wrong),
+    Mismatch(ResponseMismatch),
     /// The parameter channel answered something else all the time.
-    Channel(pkw::Wrong),
+    Channel(pkw::AnswerMismatch),
     /// The slave left data exchange.
     Left,
     /// The master left Operate: the outputs, and the parameter channel in them, are zero.
     NotOperating,
 }
 
-impl fmt::Display for End {
+impl fmt::Display for ConnectionEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Closed(reason) => write!(f, "the MS2 connection was closed: {reason}"),
@@ -81,7 +81,7 @@ impl fmt::Display for End {
     }
 }
 
-impl core::error::Error for End {}
+impl core::error::Error for ConnectionEnd {}
 
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -92,7 +92,7 @@ impl fmt::Display for Cause {
             Self::Status(Status::NoResource) => f.write_str("the slave has no room for the request (RR)"),
             Self::Status(Status::UserError) => f.write_str("the slave's application has failed (UE)"),
             Self::Status(status) => write!(f, "a function code that no DP-V1 response has: {status:?}"),
-            Self::Wrong(wrong) => wrong.fmt(f),
+            Self::Mismatch(wrong) => wrong.fmt(f),
             Self::Channel(wrong) => wrong.fmt(f),
             Self::Left => f.write_str("the slave left data exchange"),
             Self::NotOperating => f.write_str("the master is not in Operate"),
@@ -104,14 +104,14 @@ impl core::error::Error for Cause {}
 
 /// Why a request was not taken. Nothing was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotTaken {
+pub enum SubmitError {
     /// There is no place left.
     Full {
         /// How many there are.
         places: usize,
     },
     /// The handle means nothing, or nothing any more.
-    Gone,
+    UnknownHandle,
     /// A request is under way there, or its outcome was not taken.
     Busy,
     /// The connection is not open yet, or not any more.
@@ -135,11 +135,11 @@ pub enum NotTaken {
     NoChannel,
 }
 
-impl fmt::Display for NotTaken {
+impl fmt::Display for SubmitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Full { places } => write!(f, "all {places} places are in use"),
-            Self::Gone => f.write_str("there is no such request or connection"),
+            Self::UnknownHandle => f.write_str("there is no such request or connection"),
             Self::Busy => f.write_str("the request before is not finished, or its outcome was not taken"),
             Self::NotOpen => f.write_str("the MS2 connection is not open"),
             Self::Address(address) => write!(f, "no slave can have the address {address}"),
@@ -152,4 +152,4 @@ impl fmt::Display for NotTaken {
     }
 }
 
-impl core::error::Error for NotTaken {}
+impl core::error::Error for SubmitError {}

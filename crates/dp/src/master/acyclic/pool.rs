@@ -44,7 +44,7 @@ impl Handle {
 }
 
 /// What a place can hold.
-pub(in crate::master) trait Held {
+pub(in crate::master) trait Pooled {
     /// The service of its handles.
     const SERVICE: u8;
 
@@ -60,26 +60,26 @@ pub(in crate::master) trait Held {
 /// Up to `PLACES` of `T`.
 #[derive(Clone, Debug)]
 pub(in crate::master) struct Pool<T, const PLACES: usize> {
-    places: [Place<T>; PLACES],
+    slots: [Slot<T>; PLACES],
 }
 
 #[derive(Clone, Debug)]
-struct Place<T> {
+struct Slot<T> {
     serial: u32,
     held: Option<T>,
 }
 
-impl<T: Held, const PLACES: usize> Pool<T, PLACES> {
+impl<T: Pooled, const PLACES: usize> Pool<T, PLACES> {
     pub(in crate::master) const fn new() -> Self {
-        Self { places: [const { Place { serial: 0, held: None } }; PLACES] }
+        Self { slots: [const { Slot { serial: 0, held: None } }; PLACES] }
     }
 
     /// Puts `held` where nothing is, or where what is there is over and nobody has asked for its outcome.
     pub(in crate::master) fn insert(&mut self, held: T) -> Option<Handle> {
-        let free = self.places.iter().position(|place| place.held.as_ref().is_none_or(Held::is_taken));
-        let over = || self.places.iter().position(|place| place.held.as_ref().is_some_and(Held::is_over));
+        let free = self.slots.iter().position(|place| place.held.as_ref().is_none_or(Pooled::is_taken));
+        let over = || self.slots.iter().position(|place| place.held.as_ref().is_some_and(Pooled::is_over));
         let number = free.or_else(over)?;
-        let place = self.places.get_mut(number)?;
+        let place = self.slots.get_mut(number)?;
         place.serial = place.serial.wrapping_add(1);
         place.held = Some(held);
         Some(Handle { service: T::SERVICE, place: u8::try_from(number).ok()?, serial: place.serial })
@@ -87,38 +87,38 @@ impl<T: Held, const PLACES: usize> Pool<T, PLACES> {
 
     /// The handle of what a place holds.
     pub(in crate::master) fn handle(&self, number: usize) -> Option<Handle> {
-        let place = self.places.get(number).filter(|place| place.held.is_some())?;
+        let place = self.slots.get(number).filter(|place| place.held.is_some())?;
         Some(Handle { service: T::SERVICE, place: u8::try_from(number).ok()?, serial: place.serial })
     }
 
     pub(in crate::master) fn at(&mut self, number: usize) -> Option<&mut T> {
-        self.places.get_mut(number)?.held.as_mut()
+        self.slots.get_mut(number)?.held.as_mut()
     }
 
     pub(in crate::master) fn get(&self, handle: Handle) -> Option<&T> {
-        let place = self.places.get(usize::from(handle.place))?;
+        let place = self.slots.get(usize::from(handle.place))?;
         place.held.as_ref().filter(|_| handle.service == T::SERVICE && handle.serial == place.serial)
     }
 
     pub(in crate::master) fn get_mut(&mut self, handle: Handle) -> Option<&mut T> {
-        let place = self.places.get_mut(usize::from(handle.place))?;
+        let place = self.slots.get_mut(usize::from(handle.place))?;
         place.held.as_mut().filter(|_| handle.service == T::SERVICE && handle.serial == place.serial)
     }
 
     /// Frees a place.
     pub(in crate::master) fn remove(&mut self, handle: Handle) {
         if self.get(handle).is_some()
-            && let Some(place) = self.places.get_mut(usize::from(handle.place))
+            && let Some(place) = self.slots.get_mut(usize::from(handle.place))
         {
             place.held = None;
         }
     }
 
     pub(in crate::master) fn iter(&self) -> impl Iterator<Item = &T> {
-        self.places.iter().filter_map(|place| place.held.as_ref())
+        self.slots.iter().filter_map(|place| place.held.as_ref())
     }
 
     pub(in crate::master) fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
-        self.places.iter_mut().filter_map(|place| place.held.as_mut())
+        self.slots.iter_mut().filter_map(|place| place.held.as_mut())
     }
 }

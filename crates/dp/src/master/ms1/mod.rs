@@ -4,7 +4,7 @@
 //! leaves data exchange; when its access point is closed; when a response is wrong; and when none comes in time. After the
 //! last two a late response could be taken for the one to the next request, so the slave is started anew.
 
-use super::acyclic::{Cause, Expected, Held, Notice, Outcome, Patience, PostBox, Progress};
+use super::acyclic::{AcyclicEvent, Cause, ExpectedResponse, Outcome, Pooled, Progress, Timeouts, Transaction};
 use crate::link::active::{Confirmation, Request};
 use crate::link::{Baud, BitTime};
 use profivac_wire::Sap;
@@ -28,8 +28,8 @@ impl Ms1Parameters {
         Self { response_tbit: baud.tbit_of_ms(4000), pace_tbit: baud.tbit_of_ms(1), rejections: 10 }
     }
 
-    const fn patience(&self) -> Patience {
-        Patience {
+    const fn timeouts(&self) -> Timeouts {
+        Timeouts {
             response_tbit: self.response_tbit,
             lost_tbit: self.response_tbit,
             pace_tbit: self.pace_tbit,
@@ -39,7 +39,7 @@ impl Ms1Parameters {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum RequestState {
     Running,
     Read,
     Written,
@@ -52,44 +52,44 @@ enum State {
 
 /// One request.
 #[derive(Clone, Debug)]
-pub(super) struct Job {
+pub(super) struct Ms1Request {
     address: u8,
     /// Which data exchange it belongs to: how often the slave had come there.
     starts: u32,
     parameters: Ms1Parameters,
-    expected: Expected,
-    state: State,
-    post: PostBox,
+    expected: ExpectedResponse,
+    state: RequestState,
+    transaction: Transaction,
 }
 
-impl Held for Job {
+impl Pooled for Ms1Request {
     const SERVICE: u8 = 1;
 
     fn is_over(&self) -> bool {
-        self.state != State::Running
+        self.state != RequestState::Running
     }
 
     fn is_taken(&self) -> bool {
-        self.state == State::Taken
+        self.state == RequestState::Taken
     }
 }
 
-impl Job {
+impl Ms1Request {
     /// `None` if the request is too long.
     pub(super) fn new(
         (address, starts): (u8, u32),
-        expected: Expected,
+        expected: ExpectedResponse,
         pdu: &Pdu<'_>,
         parameters: &Ms1Parameters,
     ) -> Option<Self> {
-        let mut post = PostBox::new();
+        let mut post = Transaction::new();
         post.put(pdu).then_some(Self {
             address,
             starts,
             parameters: *parameters,
             expected,
-            state: State::Running,
-            post,
+            state: RequestState::Running,
+            transaction: post,
         })
     }
 
@@ -102,78 +102,79 @@ impl Job {
     }
 
     pub(super) fn is_due(&self, now: BitTime) -> bool {
-        self.state == State::Running && self.post.is_due(now)
+        self.state == RequestState::Running && self.transaction.is_due(now)
     }
 
     /// The outcome, once.
     pub(super) fn outcome(&mut self) -> Option<Outcome<'_>> {
         let state = self.state;
         if self.is_over() {
-            self.state = State::Taken;
+            self.state = RequestState::Taken;
         }
         Some(match state {
-            State::Running | State::Taken => return None,
-            State::Read => Outcome::Read(self.post.octets()),
-            State::Written => Outcome::Written,
-            State::Acknowledged => Outcome::Acknowledged,
-            State::Refused(negative) => Outcome::Refused(negative),
-            State::Failed(cause) => Outcome::Failed(cause),
+            RequestState::Running | RequestState::Taken => return None,
+            RequestState::Read => Outcome::Read(self.transaction.octets()),
+            RequestState::Written => Outcome::Written,
+            RequestState::Acknowledged => Outcome::Acknowledged,
+            RequestState::Refused(negative) => Outcome::Refused(negative),
+            RequestState::Failed(cause) => Outcome::Failed(cause),
         })
     }
 
     /// Time has come to `now`.
-    pub(super) fn elapse(&mut self, now: BitTime) -> Option<Notice> {
-        if self.state != State::Running {
+    pub(super) fn elapse(&mut self, now: BitTime) -> Option<AcyclicEvent> {
+        if self.state != RequestState::Running {
             return None;
         }
-        let cause = self.post.elapse(now, &self.parameters.patience())?;
+        let cause = self.transaction.elapse(now, &self.parameters.timeouts())?;
         self.fail(cause)
     }
 
     pub(super) fn message(&self) -> Option<Request<'_>> {
         let sap = Sap::Ms1.to_octet()?;
-        Some(self.post.message(self.address, (sap, sap), self.post.octets()))
+        Some(self.transaction.message(self.address, (sap, sap), self.transaction.octets()))
     }
 
-    pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<Notice> {
-        if self.state != State::Running {
+    pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<AcyclicEvent> {
+        if self.state != RequestState::Running {
             return None;
         }
-        match self.post.confirmed(now, confirmation, self.expected.repeats(), &self.parameters.patience()) {
+        match self.transaction.confirmed(now, confirmation, self.expected.is_repeatable(), &self.parameters.timeouts())
+        {
             Progress::Waiting => None,
             Progress::Failed(cause) => self.fail(cause),
             Progress::Response(pdu) => match self.expected.matched(pdu) {
                 Ok(response) => self.responded(&response),
-                Err(wrong) => self.fail(Cause::Wrong(wrong)),
+                Err(wrong) => self.fail(Cause::Mismatch(wrong)),
             },
         }
     }
 
-    fn responded(&mut self, response: &Response<'_>) -> Option<Notice> {
+    fn responded(&mut self, response: &Response<'_>) -> Option<AcyclicEvent> {
         self.state = match response {
             Response::Read(record) => {
-                self.post.keep(record.data);
-                State::Read
+                self.transaction.keep(record.data);
+                RequestState::Read
             }
-            Response::Write(_) => State::Written,
-            Response::AlarmAck(_) => State::Acknowledged,
-            Response::Negative(negative) => State::Refused(*negative),
+            Response::Write(_) => RequestState::Written,
+            Response::AlarmAck(_) => RequestState::Acknowledged,
+            Response::Negative(negative) => RequestState::Refused(*negative),
             // MS1 knows no others: an Abort is a response to another function.
-            other => return self.fail(Cause::Wrong(self.expected.other_than(other))),
+            other => return self.fail(Cause::Mismatch(self.expected.other_than(other))),
         };
-        Some(Notice::Done)
+        Some(AcyclicEvent::OutcomeReady)
     }
 
-    pub(super) fn fail(&mut self, cause: Cause) -> Option<Notice> {
-        if self.state != State::Running {
+    pub(super) fn fail(&mut self, cause: Cause) -> Option<AcyclicEvent> {
+        if self.state != RequestState::Running {
             return None;
         }
-        self.state = State::Failed(cause);
-        Some(Notice::Done)
+        self.state = RequestState::Failed(cause);
+        Some(AcyclicEvent::OutcomeReady)
     }
 
     /// Whether the slave must be started anew, because it may still respond. profibus-wire 4.3 has that for the time-out.
     pub(super) const fn is_late(&self) -> bool {
-        matches!(self.state, State::Failed(Cause::Timeout | Cause::Lost(_) | Cause::Wrong(_)))
+        matches!(self.state, RequestState::Failed(Cause::Timeout | Cause::Lost(_) | Cause::Mismatch(_)))
     }
 }

@@ -16,7 +16,10 @@ mod parameters;
 
 pub use parameters::{Ms2Parameters, Opened};
 
-use super::acyclic::{Cause, End, Expected, Held, NotTaken, Notice, Outcome, Patience, PostBox, Progress, Stage};
+use super::acyclic::{
+    AcyclicEvent, Cause, ConnectionEnd, ExpectedResponse, Outcome, Pooled, Progress, Stage, SubmitError, Timeouts,
+    Transaction,
+};
 use crate::link::BitTime;
 use crate::link::active::{Confirmation, Failure, Request};
 use core::fmt;
@@ -55,14 +58,14 @@ impl fmt::Display for Phase {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum ConnectionState {
     Initiating(Step),
     /// An Idle follows at this time, counted from the first time the connection was asked for work.
     Open(Option<BitTime>),
-    Transferring(Expected),
+    Transferring(ExpectedResponse),
     /// The reason is told to the slave.
-    Aborting(AbortReason, End),
-    Ended(End),
+    Aborting(AbortReason, ConnectionEnd),
+    Ended(ConnectionEnd),
 }
 
 /// Who is asked for the connection.
@@ -85,9 +88,9 @@ enum Done {
 
 /// The request of the user. An Idle may be under way when it is handed in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Order {
+enum UserRequest {
     None,
-    Waiting(Expected),
+    Waiting(ExpectedResponse),
     Done(Done),
 }
 
@@ -96,24 +99,24 @@ enum Order {
 pub(super) struct Connection {
     address: u8,
     parameters: Ms2Parameters,
-    state: State,
-    order: Order,
+    state: ConnectionState,
+    request: UserRequest,
     /// The user wants it closed, for this reason.
     closing: Option<AbortReason>,
     server_sap: u8,
     max_len_data_unit: u8,
     /// T.
     timeout_tbit: u64,
-    patience: Patience,
-    post: PostBox,
+    timeouts: Timeouts,
+    transaction: Transaction,
     abort: [u8; 3],
 }
 
-impl Held for Connection {
+impl Pooled for Connection {
     const SERVICE: u8 = 2;
 
     fn is_over(&self) -> bool {
-        matches!(self.state, State::Ended(_))
+        matches!(self.state, ConnectionState::Ended(_))
     }
 }
 
@@ -123,19 +126,19 @@ const IDLE: [u8; 1] = [Function::Idle.number()];
 impl Connection {
     pub(super) fn new(address: u8, parameters: &Ms2Parameters) -> Self {
         let timeout_tbit = parameters.timeout_tbit(0);
-        let mut post = PostBox::new();
+        let mut post = Transaction::new();
         post.put(&Pdu::Initiate(parameters.initiate()));
         Self {
             address,
             parameters: *parameters,
-            state: State::Initiating(Step::Manager),
-            order: Order::None,
+            state: ConnectionState::Initiating(Step::Manager),
+            request: UserRequest::None,
             closing: None,
             server_sap: 0,
             max_len_data_unit: 0,
             timeout_tbit,
-            patience: parameters.patience(timeout_tbit),
-            post,
+            timeouts: parameters.timeouts(timeout_tbit),
+            transaction: post,
             abort: [0; 3],
         }
     }
@@ -146,26 +149,32 @@ impl Connection {
 
     pub(super) const fn phase(&self) -> Phase {
         match self.state {
-            State::Initiating(_) => Phase::Initiating,
-            State::Open(_) => Phase::Open,
-            State::Transferring(_) => Phase::Transferring,
-            State::Aborting(..) => Phase::Aborting,
-            State::Ended(_) => Phase::Ended,
+            ConnectionState::Initiating(_) => Phase::Initiating,
+            ConnectionState::Open(_) => Phase::Open,
+            ConnectionState::Transferring(_) => Phase::Transferring,
+            ConnectionState::Aborting(..) => Phase::Aborting,
+            ConnectionState::Ended(_) => Phase::Ended,
         }
     }
 
     /// Hands in a request with `octets` of record, wanted or sent.
-    pub(super) fn order(&mut self, expected: Expected, octets: usize, pdu: &Pdu<'_>) -> Result<(), NotTaken> {
-        match (self.state, self.order, self.closing) {
-            (State::Open(_), Order::None, None) | (State::Transferring(Expected::Idle), Order::None, None) => {}
-            (State::Open(_) | State::Transferring(_), _, None) => return Err(NotTaken::Busy),
-            _ => return Err(NotTaken::NotOpen),
+    pub(super) fn submit(
+        &mut self,
+        expected: ExpectedResponse,
+        octets: usize,
+        pdu: &Pdu<'_>,
+    ) -> Result<(), SubmitError> {
+        match (self.state, self.request, self.closing) {
+            (ConnectionState::Open(_), UserRequest::None, None)
+            | (ConnectionState::Transferring(ExpectedResponse::Idle), UserRequest::None, None) => {}
+            (ConnectionState::Open(_) | ConnectionState::Transferring(_), _, None) => return Err(SubmitError::Busy),
+            _ => return Err(SubmitError::NotOpen),
         }
         let room = usize::from(self.max_len_data_unit);
-        if octets == 0 || octets > room || !self.post.put(pdu) {
-            return Err(NotTaken::Length { octets, room });
+        if octets == 0 || octets > room || !self.transaction.put(pdu) {
+            return Err(SubmitError::Length { octets, room });
         }
-        self.order = Order::Waiting(expected);
+        self.request = UserRequest::Waiting(expected);
         Ok(())
     }
 
@@ -180,44 +189,44 @@ impl Connection {
     }
 
     /// How it ended, when there is no other outcome to be taken before.
-    pub(super) const fn ended(&self) -> Option<End> {
-        match (self.order, self.state) {
-            (Order::None | Order::Waiting(_), State::Ended(end)) => Some(end),
+    pub(super) const fn ended(&self) -> Option<ConnectionEnd> {
+        match (self.request, self.state) {
+            (UserRequest::None | UserRequest::Waiting(_), ConnectionState::Ended(end)) => Some(end),
             _ => None,
         }
     }
 
     /// The outcome of the request, once.
     pub(super) fn outcome(&mut self) -> Option<Outcome<'_>> {
-        let Order::Done(done) = self.order else { return None };
-        self.order = Order::None;
+        let UserRequest::Done(done) = self.request else { return None };
+        self.request = UserRequest::None;
         Some(match done {
             Done::Opened(opened) => Outcome::Opened(opened),
-            Done::Read => Outcome::Read(self.post.octets()),
+            Done::Read => Outcome::Read(self.transaction.octets()),
             Done::Written => Outcome::Written,
-            Done::Transported => Outcome::Transported(self.post.octets()),
+            Done::Transported => Outcome::Transported(self.transaction.octets()),
             Done::Refused(negative) => Outcome::Refused(negative),
         })
     }
 
     /// Time has come to `now`: what is due, and whether there is a message to send.
-    pub(super) fn elapse(&mut self, now: BitTime) -> Option<Notice> {
+    pub(super) fn elapse(&mut self, now: BitTime) -> Option<AcyclicEvent> {
         match self.state {
             _ if self.wants_to_close() => return self.closed(),
-            State::Initiating(_) | State::Transferring(_) => {
-                if let Some(cause) = self.post.elapse(now, &self.patience) {
+            ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => {
+                if let Some(cause) = self.transaction.elapse(now, &self.timeouts) {
                     return self.failed(cause);
                 }
             }
-            State::Open(idle_at) => {
+            ConnectionState::Open(idle_at) => {
                 let idle_at = idle_at.unwrap_or(now + self.timeout_tbit);
-                match self.order {
-                    Order::Waiting(expected) => self.transfer(expected),
-                    _ if idle_at <= now => self.transfer(Expected::Idle),
-                    _ => self.state = State::Open(Some(idle_at)),
+                match self.request {
+                    UserRequest::Waiting(expected) => self.transfer(expected),
+                    _ if idle_at <= now => self.transfer(ExpectedResponse::Idle),
+                    _ => self.state = ConnectionState::Open(Some(idle_at)),
                 }
             }
-            State::Aborting(..) | State::Ended(_) => {}
+            ConnectionState::Aborting(..) | ConnectionState::Ended(_) => {}
         }
         None
     }
@@ -225,26 +234,26 @@ impl Connection {
     /// Whether there is a message to send.
     pub(super) fn is_due(&self, now: BitTime) -> bool {
         match self.state {
-            State::Initiating(_) | State::Transferring(_) => self.post.is_due(now),
-            State::Aborting(..) => true,
-            State::Open(_) | State::Ended(_) => false,
+            ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => self.transaction.is_due(now),
+            ConnectionState::Aborting(..) => true,
+            ConnectionState::Open(_) | ConnectionState::Ended(_) => false,
         }
     }
 
     /// The next message.
     pub(super) fn message(&self) -> Option<Request<'_>> {
         let pdu = match self.state {
-            State::Initiating(_) => self.post.octets(),
-            State::Transferring(Expected::Idle) => &IDLE,
-            State::Transferring(_) => self.post.octets(),
-            State::Aborting(..) => return Some(self.abort_message()),
-            State::Open(_) | State::Ended(_) => return None,
+            ConnectionState::Initiating(_) => self.transaction.octets(),
+            ConnectionState::Transferring(ExpectedResponse::Idle) => &IDLE,
+            ConnectionState::Transferring(_) => self.transaction.octets(),
+            ConnectionState::Aborting(..) => return Some(self.abort_message()),
+            ConnectionState::Open(_) | ConnectionState::Ended(_) => return None,
         };
         let dsap = match self.state {
-            State::Initiating(Step::Manager) => Sap::ResourceManager.to_octet()?,
+            ConnectionState::Initiating(Step::Manager) => Sap::ResourceManager.to_octet()?,
             _ => self.server_sap,
         };
-        Some(self.post.message(self.address, (dsap, MASTER_MS2), pdu))
+        Some(self.transaction.message(self.address, (dsap, MASTER_MS2), pdu))
     }
 
     fn abort_message(&self) -> Request<'_> {
@@ -258,20 +267,20 @@ impl Connection {
     }
 
     /// What became of the message.
-    pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<Notice> {
+    pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<AcyclicEvent> {
         let expected = match self.state {
-            State::Initiating(Step::Manager) => Expected::ResourceManager,
-            State::Initiating(Step::Server(_)) => Expected::Initiate,
-            State::Transferring(expected) => expected,
+            ConnectionState::Initiating(Step::Manager) => ExpectedResponse::ResourceManager,
+            ConnectionState::Initiating(Step::Server(_)) => ExpectedResponse::Initiate,
+            ConnectionState::Transferring(expected) => expected,
             // Nobody answers an Abort but by SC, and if it was lost the slave's own timers end the connection.
-            State::Aborting(_, end) => return self.end(end),
-            State::Open(_) | State::Ended(_) => return None,
+            ConnectionState::Aborting(_, end) => return self.end(end),
+            ConnectionState::Open(_) | ConnectionState::Ended(_) => return None,
         };
-        let sent = self.post.stage;
-        match self.post.confirmed(now, confirmation, expected.repeats(), &self.patience) {
+        let sent = self.transaction.stage;
+        match self.transaction.confirmed(now, confirmation, expected.is_repeatable(), &self.timeouts) {
             Progress::Waiting => match (expected, sent, confirmation) {
                 // Nobody there: no connection is lost by giving up at once. profibus-wire 4.11.
-                (Expected::ResourceManager, Stage::Request, Confirmation::Failed(failure))
+                (ExpectedResponse::ResourceManager, Stage::Request, Confirmation::Failed(failure))
                     if failure != Failure::Interrupted =>
                 {
                     self.failed(Cause::Lost(failure))
@@ -281,43 +290,47 @@ impl Connection {
             Progress::Failed(cause) => self.failed(cause),
             Progress::Response(pdu) => match expected.matched(pdu) {
                 Ok(response) => self.responded(&response),
-                Err(wrong) => self.failed(Cause::Wrong(wrong)),
+                Err(wrong) => self.failed(Cause::Mismatch(wrong)),
             },
         }
     }
 
     /// The response that was expected, its negative form, or Abort.
-    fn responded(&mut self, response: &Response<'_>) -> Option<Notice> {
+    fn responded(&mut self, response: &Response<'_>) -> Option<AcyclicEvent> {
         match (response, self.state) {
-            (Response::Abort(abort), _) => self.end(End::Aborted(abort.reason)),
-            (Response::Negative(negative), State::Initiating(_)) => self.end(End::Refused(*negative)),
+            (Response::Abort(abort), _) => self.end(ConnectionEnd::Aborted(abort.reason)),
+            (Response::Negative(negative), ConnectionState::Initiating(_)) => {
+                self.end(ConnectionEnd::Refused(*negative))
+            }
             (Response::ResourceManager(manager), _) => {
                 self.timeout_tbit = self.parameters.timeout_tbit(manager.min_send_timeout);
-                self.patience = self.parameters.patience(self.timeout_tbit);
+                self.timeouts = self.parameters.timeouts(self.timeout_tbit);
                 self.server_sap = manager.server_sap;
-                self.post.begin(Stage::Poll);
-                self.state = State::Initiating(Step::Server(*manager));
+                self.transaction.begin(Stage::Poll);
+                self.state = ConnectionState::Initiating(Step::Server(*manager));
                 None
             }
-            (Response::Initiate(initiate), State::Initiating(Step::Server(manager))) => self.opened(manager, initiate),
+            (Response::Initiate(initiate), ConnectionState::Initiating(Step::Server(manager))) => {
+                self.opened(manager, initiate)
+            }
             (Response::Negative(negative), _) => self.done(Done::Refused(*negative)),
             (Response::Read(record), _) => {
-                self.post.keep(record.data);
+                self.transaction.keep(record.data);
                 self.done(Done::Read)
             }
             (Response::DataTransport(record), _) => {
-                self.post.keep(record.data);
+                self.transaction.keep(record.data);
                 self.done(Done::Transported)
             }
             (Response::Write(_), _) => self.done(Done::Written),
             (Response::Idle(_) | Response::Initiate(_) | Response::AlarmAck(_), _) => {
-                self.state = State::Open(None);
+                self.state = ConnectionState::Open(None);
                 None
             }
         }
     }
 
-    fn opened(&mut self, manager: ResourceManager, initiate: &InitiateRes<'_>) -> Option<Notice> {
+    fn opened(&mut self, manager: ResourceManager, initiate: &InitiateRes<'_>) -> Option<AcyclicEvent> {
         self.max_len_data_unit = initiate.max_len_data_unit;
         self.done(Done::Opened(Opened {
             server_sap: manager.server_sap,
@@ -327,63 +340,67 @@ impl Connection {
         }))
     }
 
-    const fn done(&mut self, done: Done) -> Option<Notice> {
-        self.state = State::Open(None);
-        self.order = Order::Done(done);
-        Some(Notice::Done)
+    const fn done(&mut self, done: Done) -> Option<AcyclicEvent> {
+        self.state = ConnectionState::Open(None);
+        self.request = UserRequest::Done(done);
+        Some(AcyclicEvent::OutcomeReady)
     }
 
-    fn transfer(&mut self, expected: Expected) {
-        if expected != Expected::Idle {
-            self.order = Order::None;
+    fn transfer(&mut self, expected: ExpectedResponse) {
+        if expected != ExpectedResponse::Idle {
+            self.request = UserRequest::None;
         }
-        self.post.begin(Stage::Request);
-        self.state = State::Transferring(expected);
+        self.transaction.begin(Stage::Request);
+        self.state = ConnectionState::Transferring(expected);
     }
 
     /// Whether the wish to close can be followed now. While the resource manager is being polled the access point is not
     /// known yet, and the slave has reserved one.
     fn wants_to_close(&self) -> bool {
         match self.state {
-            State::Initiating(Step::Manager) => self.closing.is_some() && self.post.stage == Stage::Request,
-            State::Aborting(..) | State::Ended(_) => false,
+            ConnectionState::Initiating(Step::Manager) => {
+                self.closing.is_some() && self.transaction.stage == Stage::Request
+            }
+            ConnectionState::Aborting(..) | ConnectionState::Ended(_) => false,
             _ => self.closing.is_some(),
         }
     }
 
-    fn closed(&mut self) -> Option<Notice> {
+    fn closed(&mut self) -> Option<AcyclicEvent> {
         let reason = self.closing?;
         match self.state {
-            State::Initiating(Step::Manager) => self.end(End::Closed(reason)),
-            _ => self.abort(reason, End::Closed(reason)),
+            ConnectionState::Initiating(Step::Manager) => self.end(ConnectionEnd::Closed(reason)),
+            _ => self.abort(reason, ConnectionEnd::Closed(reason)),
         }
     }
 
     /// The connection cannot go on. The slave is told so, unless it has no access point for it.
-    fn failed(&mut self, cause: Cause) -> Option<Notice> {
+    fn failed(&mut self, cause: Cause) -> Option<AcyclicEvent> {
         let reason = reason(cause);
-        let end = End::Failed { reason, cause };
+        let end = ConnectionEnd::Failed { reason, cause };
         match (self.state, cause) {
-            (State::Initiating(Step::Manager), _) | (_, Cause::Status(Status::ServiceNotActivated)) => self.end(end),
+            (ConnectionState::Initiating(Step::Manager), _) | (_, Cause::Status(Status::ServiceNotActivated)) => {
+                self.end(end)
+            }
             _ => self.abort(reason, end),
         }
     }
 
-    fn abort(&mut self, reason: AbortReason, end: End) -> Option<Notice> {
+    fn abort(&mut self, reason: AbortReason, end: ConnectionEnd) -> Option<AcyclicEvent> {
         if Pdu::Abort(Abort::new(reason)).emit(&mut self.abort).is_err() {
             return self.end(end);
         }
-        self.state = State::Aborting(reason, end);
+        self.state = ConnectionState::Aborting(reason, end);
         None
     }
 
     /// A request that waits has no outcome of its own: the end is it.
-    fn end(&mut self, end: End) -> Option<Notice> {
-        if let Order::Waiting(_) = self.order {
-            self.order = Order::None;
+    fn end(&mut self, end: ConnectionEnd) -> Option<AcyclicEvent> {
+        if let UserRequest::Waiting(_) = self.request {
+            self.request = UserRequest::None;
         }
-        self.state = State::Ended(end);
-        Some(Notice::Ended(end))
+        self.state = ConnectionState::Ended(end);
+        Some(AcyclicEvent::Ended(end))
     }
 }
 
@@ -398,7 +415,7 @@ const fn reason(cause: Cause) -> AbortReason {
         Cause::Status(Status::DataHigh) => AbortReason::Fdl(10),
         Cause::Status(Status::DataLowNotTaken) => AbortReason::Fdl(12),
         Cause::Status(Status::DataHighNotTaken) => AbortReason::Fdl(13),
-        Cause::Status(_) | Cause::Wrong(_) => AbortReason::INVALID_RESPONSE,
+        Cause::Status(_) | Cause::Mismatch(_) => AbortReason::INVALID_RESPONSE,
         // Of other services.
         Cause::Channel(_) | Cause::Left | Cause::NotOperating => AbortReason::SEQUENCE,
     }

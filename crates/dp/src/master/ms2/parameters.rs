@@ -1,7 +1,7 @@
 //! What a connection is opened with, and what the slave says to it.
 
 use crate::link::Baud;
-use crate::master::acyclic::Patience;
+use crate::master::acyclic::Timeouts;
 use profivac_wire::acyclic::initiate::{AddAddr, Capabilities, Initiate};
 
 /// How a connection is opened and supervised. Times on the wire count in 10 ms, profibus-wire 4.6.3 and 4.9.
@@ -48,9 +48,9 @@ impl Ms2Parameters {
     }
 
     /// profibus-wire 4.9, rules 4 and 6.
-    pub(super) fn patience(&self, timeout_tbit: u64) -> Patience {
+    pub(super) fn timeouts(&self, timeout_tbit: u64) -> Timeouts {
         let response_tbit = self.baud.tbit_of_ms(u64::from(self.response_timeout).saturating_mul(10));
-        Patience {
+        Timeouts {
             response_tbit: response_tbit.max(timeout_tbit),
             lost_tbit: timeout_tbit,
             pace_tbit: self.pace_tbit,

@@ -11,11 +11,11 @@
 
 mod value;
 
-pub use value::{Error, Value, Wrong};
+pub use value::{AnswerMismatch, Error, Value};
 
-use super::acyclic::{Cause, Held, Notice, Outcome};
+use super::acyclic::{AcyclicEvent, Cause, Outcome, Pooled};
 pub(super) use value::OCTETS;
-use value::{Answer, Instruction, is_rest};
+use value::{Answer, Task, is_rest};
 
 /// Where the channel is, and how the slave speaks in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ impl PkwParameters {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum TaskState {
     /// AK 0, until the slave has nothing to answer any more.
     Rest,
     /// The instruction.
@@ -53,43 +53,43 @@ enum State {
 
 /// One instruction.
 #[derive(Clone, Debug)]
-pub(super) struct Job {
+pub(super) struct PkwTask {
     address: u8,
     /// Which data exchange it belongs to: how often the slave had come there.
     starts: u32,
     parameters: PkwParameters,
-    instruction: Instruction,
-    state: State,
+    instruction: Task,
+    state: TaskState,
     /// What stands in the outputs was sent.
     sent: bool,
     exchanges_left: u32,
-    wrong: Option<Wrong>,
+    wrong: Option<AnswerMismatch>,
 }
 
-impl Held for Job {
+impl Pooled for PkwTask {
     const SERVICE: u8 = 3;
 
     fn is_over(&self) -> bool {
-        !matches!(self.state, State::Rest | State::Asked)
+        !matches!(self.state, TaskState::Rest | TaskState::Asked)
     }
 }
 
-impl Job {
+impl PkwTask {
     pub(super) fn read(relation: (u8, u32), (slot, index): (u8, u8), width: Option<usize>, it: &PkwParameters) -> Self {
-        Self::new(relation, Instruction { slot, index, write: None, width, byte_ak: it.byte_ak }, it)
+        Self::new(relation, Task { slot, index, write: None, width, byte_ak: it.byte_ak }, it)
     }
 
     pub(super) fn write(relation: (u8, u32), (slot, index): (u8, u8), value: Value, it: &PkwParameters) -> Self {
-        Self::new(relation, Instruction { slot, index, write: Some(value), width: None, byte_ak: it.byte_ak }, it)
+        Self::new(relation, Task { slot, index, write: Some(value), width: None, byte_ak: it.byte_ak }, it)
     }
 
-    const fn new((address, starts): (u8, u32), instruction: Instruction, parameters: &PkwParameters) -> Self {
+    const fn new((address, starts): (u8, u32), instruction: Task, parameters: &PkwParameters) -> Self {
         Self {
             address,
             starts,
             parameters: *parameters,
             instruction,
-            state: State::Rest,
+            state: TaskState::Rest,
             sent: false,
             exchanges_left: parameters.cycles,
             wrong: None,
@@ -106,38 +106,38 @@ impl Job {
 
     pub(super) const fn outcome(&self) -> Option<Outcome<'static>> {
         Some(match self.state {
-            State::Rest | State::Asked => return None,
-            State::Value(value) => Outcome::Value(value),
-            State::Denied(error) => Outcome::Denied(error),
-            State::Failed(cause) => Outcome::Failed(cause),
+            TaskState::Rest | TaskState::Asked => return None,
+            TaskState::Value(value) => Outcome::Value(value),
+            TaskState::Denied(error) => Outcome::Denied(error),
+            TaskState::Failed(cause) => Outcome::Failed(cause),
         })
     }
 
     /// These outputs are about to be sent: what stands in the channel is put into them.
     pub(super) fn put(&mut self, outputs: &mut [u8]) {
         if let Some(place) = part_mut(outputs, self.parameters.outputs_at) {
-            *place = if self.state == State::Asked { self.instruction.octets() } else { [0; OCTETS] };
+            *place = if self.state == TaskState::Asked { self.instruction.octets() } else { [0; OCTETS] };
             self.sent = true;
         }
     }
 
     /// Inputs came in answer to outputs.
-    pub(super) fn exchanged(&mut self, inputs: &[u8]) -> Option<Notice> {
+    pub(super) fn exchanged(&mut self, inputs: &[u8]) -> Option<AcyclicEvent> {
         let octets = *part(inputs, self.parameters.inputs_at)?;
         if self.is_over() || !core::mem::take(&mut self.sent) {
             return None;
         }
         self.exchanges_left = self.exchanges_left.saturating_sub(1);
         match self.state {
-            State::Rest if is_rest(&octets) => {
+            TaskState::Rest if is_rest(&octets) => {
                 self.wrong = None;
-                self.state = State::Asked;
+                self.state = TaskState::Asked;
             }
-            State::Rest => self.wrong = Some(Wrong::Unasked),
+            TaskState::Rest => self.wrong = Some(AnswerMismatch::Unasked),
             _ => match self.instruction.answer(octets) {
                 Ok(Answer::Nothing) => {}
-                Ok(Answer::Value(value)) => return self.over(State::Value(value)),
-                Ok(Answer::Refused(error)) => return self.over(State::Denied(error)),
+                Ok(Answer::Value(value)) => return self.over(TaskState::Value(value)),
+                Ok(Answer::Refused(error)) => return self.over(TaskState::Denied(error)),
                 Err(wrong) => self.wrong = Some(wrong),
             },
         }
@@ -147,16 +147,16 @@ impl Job {
         self.fail(self.wrong.map_or(Cause::Timeout, Cause::Channel))
     }
 
-    pub(super) fn fail(&mut self, cause: Cause) -> Option<Notice> {
+    pub(super) fn fail(&mut self, cause: Cause) -> Option<AcyclicEvent> {
         if self.is_over() {
             return None;
         }
-        self.over(State::Failed(cause))
+        self.over(TaskState::Failed(cause))
     }
 
-    const fn over(&mut self, state: State) -> Option<Notice> {
+    const fn over(&mut self, state: TaskState) -> Option<AcyclicEvent> {
         self.state = state;
-        Some(Notice::Done)
+        Some(AcyclicEvent::OutcomeReady)
     }
 }
 

@@ -116,7 +116,7 @@ impl fmt::Display for Error {
 
 /// What does not fit in an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrong {
+pub enum AnswerMismatch {
     /// No answer has this AK.
     Signature(u8),
     /// It is about another parameter.
@@ -139,7 +139,7 @@ pub enum Wrong {
     Unasked,
 }
 
-impl fmt::Display for Wrong {
+impl fmt::Display for AnswerMismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Signature(ak) => write!(f, "the parameter channel answers with AK {ak}, which is no answer"),
@@ -157,7 +157,7 @@ impl fmt::Display for Wrong {
 
 /// What a slave is told to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Instruction {
+pub(super) struct Task {
     pub(super) slot: u8,
     pub(super) index: u8,
     /// What is written.
@@ -176,7 +176,7 @@ pub(super) enum Answer {
     Refused(Error),
 }
 
-impl Instruction {
+impl Task {
     /// The octets that stand in the outputs.
     pub(super) fn octets(&self) -> [u8; OCTETS] {
         let ak = match self.write {
@@ -190,26 +190,26 @@ impl Instruction {
     }
 
     /// What the octets in the inputs answer.
-    pub(super) fn answer(&self, [pke, slot, index, _, value @ ..]: [u8; OCTETS]) -> Result<Answer, Wrong> {
+    pub(super) fn answer(&self, [pke, slot, index, _, value @ ..]: [u8; OCTETS]) -> Result<Answer, AnswerMismatch> {
         let ak = pke >> 4;
         if ak == NOTHING {
             return Ok(Answer::Nothing);
         }
         let (expected, received) = ((self.slot, self.index), (slot, index));
         if expected != received {
-            return Err(Wrong::Place { expected, received });
+            return Err(AnswerMismatch::Place { expected, received });
         }
         match (ak, value) {
             (REFUSED, [0, 0, high, low]) => Ok(Answer::Refused(Error(u16::from_be_bytes([high, low])))),
             (BYTE, [0, 0, 0, d]) => self.fitting(Value::Byte(d)),
             (WORD, [0, 0, c, d]) => self.fitting(Value::Word(u16::from_be_bytes([c, d]))),
             (DOUBLE_WORD, octets) => self.fitting(Value::DoubleWord(u32::from_be_bytes(octets))),
-            (REFUSED | BYTE | WORD, _) => Err(Wrong::Padding),
-            (other, _) => Err(Wrong::Signature(other)),
+            (REFUSED | BYTE | WORD, _) => Err(AnswerMismatch::Padding),
+            (other, _) => Err(AnswerMismatch::Signature(other)),
         }
     }
 
-    fn fitting(&self, value: Value) -> Result<Answer, Wrong> {
+    fn fitting(&self, value: Value) -> Result<Answer, AnswerMismatch> {
         let expected = match self.write {
             Some(written) if written.answer_ak() == value.answer_ak() => return Ok(Answer::Value(value)),
             // Where a byte is written as a word, the answer is as wide as the parameter: errata-bpg-bcg-tpg 133.
@@ -222,7 +222,7 @@ impl Instruction {
                 _ => return Ok(Answer::Value(value)),
             },
         };
-        Err(Wrong::Width { expected, received: value.width() })
+        Err(AnswerMismatch::Width { expected, received: value.width() })
     }
 }
 

@@ -7,7 +7,7 @@
 
 mod reader;
 
-pub use reader::{BadCapture, Reader};
+pub use reader::{CaptureError, Reader};
 
 use super::{CharacterErrors, Entry, Trace};
 use profivac_dp::link::Baud;
@@ -35,14 +35,14 @@ const NANOSECONDS: u128 = 1_000_000_000;
 /// The trace as a capture file of `link_type`, [`PROFIBUS_DL`] or [`USER0`].
 #[must_use]
 pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
-    let mut file = head(trace.baud, link_type);
+    let mut file = file_header(trace.baud, link_type);
     trace.entries.iter().for_each(|entry| file.extend(packet(entry, trace.baud)));
     file
 }
 
 /// What a file begins with: for a file that grows, packet by packet.
 #[must_use]
-pub fn head(baud: Baud, link_type: u16) -> Vec<u8> {
+pub fn file_header(baud: Baud, link_type: u16) -> Vec<u8> {
     let mut file = Vec::new();
     // Version 1.0, length of the section not given.
     block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
@@ -97,7 +97,7 @@ fn padded(octets: &[u8]) -> Vec<u8> {
 ///
 /// # Errors
 /// [`BadCapture`] when the octets are no such file.
-pub fn read(file: &[u8], otherwise: Baud) -> Result<Trace, BadCapture> {
+pub fn read(file: &[u8], otherwise: Baud) -> Result<Trace, CaptureError> {
     let mut reader = Reader::new(otherwise);
     reader.push(file);
     let mut entries = std::collections::VecDeque::new();
@@ -176,7 +176,7 @@ mod tests {
     }
 
     /// What a reader gives when the file comes in such portions, and what it says at the end.
-    fn in_portions(file: &[u8], length: usize) -> (Vec<Entry>, Option<BadCapture>) {
+    fn in_portions(file: &[u8], length: usize) -> (Vec<Entry>, Option<CaptureError>) {
         let (mut reader, mut entries) = (Reader::new(Baud::B9600), Vec::new());
         for portion in file.chunks(length) {
             reader.push(portion);
@@ -209,7 +209,7 @@ mod tests {
         for cut in 1..36 {
             let (entries, damage) = in_portions(&file[..file.len() - cut], 7);
             assert_eq!(entries.len(), trace.entries.len() - 1);
-            assert_eq!(damage, Some(BadCapture::Cut { offset: file.len() as u64 - 36 }), "{cut}");
+            assert_eq!(damage, Some(CaptureError::Cut { offset: file.len() as u64 - 36 }), "{cut}");
         }
         assert_eq!(in_portions(&file[..file.len() - 36], 7), (trace.entries.range(..2).cloned().collect(), None));
     }
@@ -219,7 +219,7 @@ mod tests {
         let mut file = write(&trace(Baud::B1500000), USER0);
         let offset = file.len() as u64;
         file.extend([6, 0, 0, 0, 4, 0, 0, 1, 0, 0, 0, 0]);
-        assert_eq!(in_portions(&file, 50).1, Some(BadCapture::Block { offset }));
+        assert_eq!(in_portions(&file, 50).1, Some(CaptureError::Block { offset }));
     }
 
     #[test]
@@ -231,18 +231,18 @@ mod tests {
             assert!(reader.next().is_none());
             reader.push(&[0; 1000]);
         }
-        assert!(reader.held() <= 2000, "{}", reader.held());
-        assert!(matches!(reader.end(), Err(BadCapture::Cut { offset: 72 })));
+        assert!(reader.buffered() <= 2000, "{}", reader.buffered());
+        assert!(matches!(reader.end(), Err(CaptureError::Cut { offset: 72 })));
     }
 
     #[test]
     fn refusals_say_why() {
         let file = write(&trace(Baud::B1500000), 1);
-        assert_eq!(read(&file, Baud::B9600), Err(BadCapture::LinkType(1)));
-        assert_eq!(read(b"GIF89a", Baud::B9600), Err(BadCapture::NotPcapng));
-        assert_eq!(read(&file[..40], Baud::B9600), Err(BadCapture::Cut { offset: 28 }));
+        assert_eq!(read(&file, Baud::B9600), Err(CaptureError::LinkType(1)));
+        assert_eq!(read(b"GIF89a", Baud::B9600), Err(CaptureError::NotPcapng));
+        assert_eq!(read(&file[..40], Baud::B9600), Err(CaptureError::Cut { offset: 28 }));
         let mut orphan = file[..28].to_vec();
         orphan.extend(&write(&trace(Baud::B1500000), PROFIBUS_DL)[72..]);
-        assert_eq!(read(&orphan, Baud::B9600), Err(BadCapture::Interface { offset: 28 }));
+        assert_eq!(read(&orphan, Baud::B9600), Err(CaptureError::Interface { offset: 28 }));
     }
 }

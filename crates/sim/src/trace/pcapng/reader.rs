@@ -18,7 +18,7 @@ const FRAMING: usize = 12;
 
 /// Why octets are no capture file that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BadCapture {
+pub enum CaptureError {
     /// It does not begin with the section header of pcapng.
     NotPcapng,
     /// The file ends within a block: its writer was stopped, or goes on.
@@ -40,7 +40,7 @@ pub enum BadCapture {
     LinkType(u16),
 }
 
-impl fmt::Display for BadCapture {
+impl fmt::Display for CaptureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotPcapng => f.write_str("expected a pcapng file, found no section header"),
@@ -56,7 +56,7 @@ impl fmt::Display for BadCapture {
     }
 }
 
-impl std::error::Error for BadCapture {}
+impl std::error::Error for CaptureError {}
 
 /// Reads packets out of octets that come in any portions.
 pub struct Reader {
@@ -122,7 +122,7 @@ impl Reader {
 
     /// How many octets are held.
     #[cfg(test)]
-    pub(super) fn held(&self) -> usize {
+    pub(super) fn buffered(&self) -> usize {
         self.ahead.len()
     }
 
@@ -131,7 +131,7 @@ impl Reader {
     /// # Errors
     /// [`BadCapture`], once: there is nothing behind it.
     #[expect(clippy::should_implement_trait, reason = "after `None` there may be more")]
-    pub fn next(&mut self) -> Option<Result<Entry, BadCapture>> {
+    pub fn next(&mut self) -> Option<Result<Entry, CaptureError>> {
         while self.stage != Stage::Damaged {
             let (offset, kind, body) = match self.block()? {
                 Ok(block) => block,
@@ -150,24 +150,24 @@ impl Reader {
     ///
     /// # Errors
     /// [`BadCapture`] unless it was told before.
-    pub fn end(&mut self) -> Result<(), BadCapture> {
+    pub fn end(&mut self) -> Result<(), CaptureError> {
         match self.stage {
             Stage::Damaged => Ok(()),
-            Stage::New => Err(self.damaged(BadCapture::NotPcapng)),
-            _ if self.passing > 0 => Err(self.damaged(BadCapture::Cut { offset: self.passed })),
+            Stage::New => Err(self.damaged(CaptureError::NotPcapng)),
+            _ if self.passing > 0 => Err(self.damaged(CaptureError::Cut { offset: self.passed })),
             _ if self.at == self.ahead.len() => Ok(()),
-            _ => Err(self.damaged(BadCapture::Cut { offset: self.offset })),
+            _ => Err(self.damaged(CaptureError::Cut { offset: self.offset })),
         }
     }
 
-    fn damaged(&mut self, damage: BadCapture) -> BadCapture {
+    fn damaged(&mut self, damage: CaptureError) -> CaptureError {
         let is_new = self.stage == Stage::New;
         self.stage = Stage::Damaged;
-        if is_new { BadCapture::NotPcapng } else { damage }
+        if is_new { CaptureError::NotPcapng } else { damage }
     }
 
     /// The next block that says something here, if it is there as a whole.
-    fn block(&mut self) -> Option<Result<Block, BadCapture>> {
+    fn block(&mut self) -> Option<Result<Block, CaptureError>> {
         loop {
             self.pass();
             let rest = self.ahead.get(self.at..).filter(|rest| rest.len() >= FRAMING)?;
@@ -179,7 +179,7 @@ impl Reader {
             let (size, is_known) = (length as usize, [SECTION_HEADER, INTERFACE, ENHANCED_PACKET].contains(&kind));
             let is_first = self.stage == Stage::New && kind != SECTION_HEADER;
             if is_first || size < FRAMING || !size.is_multiple_of(4) || (is_known && length > LARGEST) {
-                return Some(Err(BadCapture::Block { offset }));
+                return Some(Err(CaptureError::Block { offset }));
             }
             if !is_known {
                 (self.passed, self.passing) = (offset, u64::from(length));
@@ -205,7 +205,7 @@ impl Reader {
     }
 
     /// The packet in a block, if it is one.
-    fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Entry>, BadCapture> {
+    fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Entry>, CaptureError> {
         let octets = self.ahead.get(body).unwrap_or_default();
         let body = Fields { octets, big_endian: self.big_endian };
         match kind {
@@ -214,19 +214,19 @@ impl Reader {
                 self.stage = if self.stage == Stage::New { Stage::Begun } else { self.stage };
             }
             INTERFACE => {
-                let interface = Interface::read(body).ok_or(BadCapture::Block { offset })??;
+                let interface = Interface::read(body).ok_or(CaptureError::Block { offset })??;
                 if self.stage == Stage::Begun {
                     self.baud = interface.baud.unwrap_or(self.baud);
                 }
                 if self.interfaces.len() >= MOST_INTERFACES {
-                    return Err(BadCapture::Interface { offset });
+                    return Err(CaptureError::Interface { offset });
                 }
                 self.interfaces.push(interface);
             }
             _ => {
-                let number = body.clone().long().ok_or(BadCapture::Block { offset })?;
-                let interface = self.interfaces.get(number as usize).ok_or(BadCapture::Interface { offset })?;
-                let entry = interface.entry(body, self.baud).ok_or(BadCapture::Block { offset })?;
+                let number = body.clone().long().ok_or(CaptureError::Block { offset })?;
+                let interface = self.interfaces.get(number as usize).ok_or(CaptureError::Interface { offset })?;
+                let entry = interface.entry(body, self.baud).ok_or(CaptureError::Block { offset })?;
                 self.stage = Stage::Packets;
                 return Ok(Some(entry));
             }
@@ -279,10 +279,10 @@ struct Interface {
 }
 
 impl Interface {
-    fn read(mut body: Fields<'_>) -> Option<Result<Self, BadCapture>> {
+    fn read(mut body: Fields<'_>) -> Option<Result<Self, CaptureError>> {
         let link_type = body.short()?;
         if link_type != PROFIBUS_DL && link_type != USER0 {
-            return Some(Err(BadCapture::LinkType(link_type)));
+            return Some(Err(CaptureError::LinkType(link_type)));
         }
         body.take(6)?;
         let mut interface = Self { baud: None, ticks_per_second: 1_000_000 };

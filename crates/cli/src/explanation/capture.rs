@@ -1,0 +1,50 @@
+//! The capture file that is written beside the story.
+
+use super::PrintOptions;
+use crate::failure::Failure;
+use profivac_dp::link::{Baud, BitTime, T_SYN_TBIT};
+use profivac_explain::ExplainedPiece;
+use profivac_sim::trace::{Entry, pcapng};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A file that grows with every telegram.
+pub struct Capture {
+    path: PathBuf,
+    file: File,
+    baud: Baud,
+    /// When the last packet ended.
+    end: BitTime,
+}
+
+impl Capture {
+    /// Begins the file that is asked for, if one is.
+    pub fn begin(style: &PrintOptions, baud: Baud) -> Result<Option<Self>, Failure> {
+        let Some(path) = style.out.clone() else { return Ok(None) };
+        let file = File::create(&path).map_err(|error| write_failure(&path, &error))?;
+        let mut capture = Self { path, file, baud, end: BitTime(0) };
+        capture.write(&pcapng::file_header(baud, style.link_type))?;
+        Ok(Some(capture))
+    }
+
+    /// Adds pieces. Those without a time follow each other after an idle line.
+    pub fn add(&mut self, told: &[ExplainedPiece]) -> Result<(), Failure> {
+        let mut packets = Vec::new();
+        for told in told {
+            let start = told.piece.start.unwrap_or(self.end + T_SYN_TBIT);
+            let entry = Entry { start, octets: told.piece.octets.as_slice().into(), errors: told.piece.errors.clone() };
+            self.end = entry.end();
+            packets.extend(pcapng::packet(&entry, self.baud));
+        }
+        self.write(&packets)
+    }
+
+    fn write(&mut self, octets: &[u8]) -> Result<(), Failure> {
+        self.file.write_all(octets).map_err(|error| write_failure(&self.path, &error))
+    }
+}
+
+fn write_failure(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::usage(format!("{} cannot be written: {error}", path.display()))
+}

@@ -1,0 +1,248 @@
+//! The story of a line as `decode` and `sniff` print it, and the capture file they write.
+
+mod capture;
+
+pub use capture::Capture;
+
+use crate::output::out;
+use clap::Args;
+use profivac_dp::link::{Baud, BitTime};
+use profivac_explain::ExplainedPiece;
+use profivac_explain::explainer::{Explainer, Summary};
+use profivac_explain::frame::{Piece, PieceKind};
+use profivac_explain::note::Note;
+use profivac_sim::describe::{Description, Hex};
+use profivac_sim::trace::pcapng;
+use profivac_wire::Telegram;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// What both commands can print and write.
+#[derive(Args, Debug)]
+pub struct PrintOptions {
+    /// Print lines of JSON
+    #[arg(long)]
+    json: bool,
+    /// Print every telegram with its octets, too
+    #[arg(long)]
+    raw: bool,
+    /// Write what was heard to a capture file as well
+    #[arg(long, value_name = "FILE.pcapng")]
+    pub out: Option<PathBuf>,
+    /// The link type of the capture file: user0 (147), for which there is a dissector, or profibus-dl (257)
+    #[arg(long, value_name = "TYPE", default_value = "user0", value_parser = link_type, requires = "out")]
+    pub link_type: u16,
+}
+
+fn link_type(text: &str) -> Result<u16, String> {
+    match text {
+        "user0" | "147" => Ok(pcapng::USER0),
+        "profibus-dl" | "257" => Ok(pcapng::PROFIBUS_DL),
+        _ => Err(format!("expected user0 or profibus-dl, got {text:?}")),
+    }
+}
+
+/// Prints what was told.
+pub struct Printer<'a> {
+    style: &'a PrintOptions,
+    baud: Baud,
+}
+
+/// A telegram, or damaged octets, for programs.
+#[derive(Debug, Serialize)]
+struct PieceRow<'a> {
+    kind: &'static str,
+    number: usize,
+    time_s: Option<f64>,
+    octets: String,
+    words: Option<String>,
+    meaning: &'a str,
+}
+
+/// A sentence for programs.
+#[derive(Debug, Serialize)]
+struct NoteRow<'a> {
+    kind: &'static str,
+    /// The number of the telegram.
+    number: usize,
+    time_s: Option<f64>,
+    station: Option<u8>,
+    text: &'a str,
+}
+
+/// What was seen in all, for programs.
+#[derive(Debug, Serialize)]
+struct SummaryRow<'a> {
+    kind: &'static str,
+    telegrams: u64,
+    damaged: u64,
+    doubtful: u64,
+    sent: &'a std::collections::BTreeMap<u8, u64>,
+    slaves: Vec<SlaveRow>,
+}
+
+#[derive(Debug, Serialize)]
+struct SlaveRow {
+    address: u8,
+    device: Option<&'static str>,
+    requests: u64,
+    retries: u64,
+    unanswered: u64,
+    exchanges: u64,
+}
+
+impl<'a> Printer<'a> {
+    /// Prints in this style; times are bit times of `baud`.
+    pub const fn new(style: &'a PrintOptions, baud: Baud) -> Self {
+        Self { style, baud }
+    }
+
+    /// Prints pieces and what is to be said about them.
+    pub fn print(&self, told: &[ExplainedPiece]) {
+        let mut lines = Vec::new();
+        for told in told {
+            if self.style.raw {
+                lines.push(if self.style.json { self.piece_json(told) } else { self.piece(told) });
+            }
+            lines.extend(
+                told.notes.iter().map(|note| if self.style.json { self.note_json(note) } else { self.note(note) }),
+            );
+        }
+        if !lines.is_empty() {
+            out(&lines.join("\n"));
+        }
+    }
+
+    fn note(&self, note: &Note) -> String {
+        let station = note.station.map(|station| station.to_string()).unwrap_or_default();
+        format!("{} {station:>4}  {}", self.time(note.at, note.number), note.text)
+    }
+
+    fn piece(&self, told: &ExplainedPiece) -> String {
+        let ExplainedPiece { piece, number, meaning, .. } = told;
+        let meaning = if meaning.is_empty() { String::new() } else { format!(" = {meaning}") };
+        format!("{}       {}{meaning} | {}", self.time(piece.start, *number), words(piece), octets(piece))
+    }
+
+    /// Seconds, or the number of the telegram where times were not noted.
+    fn time(&self, at: Option<BitTime>, number: usize) -> String {
+        at.map_or_else(|| format!("{:>14}", format!("#{number}")), |at| format!("{:12.6} s", self.seconds(at)))
+    }
+
+    fn seconds(&self, at: BitTime) -> f64 {
+        at.0 as f64 / f64::from(self.baud.bits_per_second())
+    }
+
+    fn note_json(&self, note: &Note) -> String {
+        let time_s = note.at.map(|at| self.seconds(at));
+        let Note { number, station, text, .. } = note;
+        json(&NoteRow { kind: note.kind.name(), number: *number, time_s, station: *station, text })
+    }
+
+    fn piece_json(&self, told: &ExplainedPiece) -> String {
+        let piece = &told.piece;
+        let kind = match piece.kind {
+            PieceKind::Valid => "telegram",
+            PieceKind::Doubtful => "doubtful",
+            PieceKind::Damaged => "octets",
+        };
+        let words = Telegram::parse(&piece.octets).ok().filter(|_| piece.kind != PieceKind::Damaged);
+        json(&PieceRow {
+            kind,
+            number: told.number,
+            time_s: piece.start.map(|at| self.seconds(at)),
+            octets: octets(piece),
+            words: words.map(|telegram| single_spaced(&Description(&telegram).to_string())),
+            meaning: &told.meaning,
+        })
+    }
+
+    /// Prints what was seen in all.
+    pub fn summary(&self, explainer: &Explainer) {
+        let summary = explainer.summary();
+        let rows = slave_rows(explainer);
+        if self.style.json {
+            let Summary { telegrams, damaged, doubtful, sent } = summary;
+            let [telegrams, damaged, doubtful] = [telegrams, damaged, doubtful].map(|count| *count);
+            return out(&json(&SummaryRow { kind: "summary", telegrams, damaged, doubtful, sent, slaves: rows }));
+        }
+        out(&format!("\n{}", counts_line(summary)));
+        out(&table(summary, &rows));
+    }
+}
+
+/// `5 telegrams, 1 damaged piece (16.7 %)`
+fn counts_line(summary: &Summary) -> String {
+    let Summary { telegrams, damaged, doubtful, .. } = *summary;
+    let many = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let percent = damaged as f64 * 100.0 / telegrams.saturating_add(damaged).max(1) as f64;
+    let share = if damaged == 0 { String::new() } else { format!(" ({percent:.1} %)") };
+    let doubtful = if doubtful == 0 { String::new() } else { format!(", {doubtful} doubtful") };
+    format!("{}, {}{share}{doubtful}", many(telegrams, "telegram"), many(damaged, "damaged piece"))
+}
+
+fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
+    let rows = explainer.slaves().map(|(address, slave)| {
+        let counters = slave.counters;
+        SlaveRow {
+            address,
+            device: slave.tables.model.map(|model| model.name),
+            requests: counters.requests,
+            retries: counters.retries,
+            unanswered: counters.unanswered,
+            exchanges: counters.exchanges,
+        }
+    });
+    rows.collect()
+}
+
+/// Who spoke, and how it went.
+fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
+    let mut text = format!(
+        "{:>4}  {:<8}{:>10}{:>10}{:>9}{:>12}{:>11}",
+        "ADDR", "DEVICE", "SENT", "REQUESTS", "RETRIES", "UNANSWERED", "EXCHANGES"
+    );
+    let stations: std::collections::BTreeSet<u8> =
+        summary.sent.keys().copied().chain(rows.iter().map(|row| row.address)).collect();
+    for address in stations {
+        let sent = summary.sent.get(&address).copied().unwrap_or_default();
+        text += &match rows.iter().find(|row| row.address == address) {
+            Some(SlaveRow { device, requests, retries, unanswered, exchanges, .. }) => {
+                let device = device.unwrap_or("?");
+                format!(
+                    "\n{address:>4}  {device:<8}{sent:>10}{requests:>10}{retries:>9}{unanswered:>12}{exchanges:>11}"
+                )
+            }
+            None => format!("\n{address:>4}  {:<8}{sent:>10}", "master"),
+        };
+    }
+    text
+}
+
+/// Texts, numbers and lists always have a JSON form.
+fn json(row: &impl Serialize) -> String {
+    serde_json::to_string(row).unwrap_or_default()
+}
+
+fn words(piece: &Piece) -> String {
+    match (piece.kind, Telegram::parse(&piece.octets)) {
+        (PieceKind::Valid, Ok(telegram)) => Description(&telegram).to_string(),
+        (PieceKind::Doubtful, Ok(telegram)) => format!("{} (doubtful)", Description(&telegram)),
+        _ => "damaged".to_owned(),
+    }
+}
+
+/// The octets, `!` behind those with a character error.
+fn octets(piece: &Piece) -> String {
+    if piece.errors.is_empty() {
+        return Hex(&piece.octets).to_string();
+    }
+    let mark = |place| if piece.errors.contains(&place) { "!" } else { "" };
+    let octets = piece.octets.iter().enumerate().map(|(place, octet)| format!("{octet:02X}{}", mark(place)));
+    octets.collect::<Vec<_>>().join(" ")
+}
+
+/// Columns are for the eye.
+fn single_spaced(words: &str) -> String {
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,70 @@
+//! The frame count bits of an initiator: one per station, whatever the service. profibus-wire 1.10.
+
+use super::request::OpenRequest;
+use profivac_wire::control::FrameCount;
+
+/// What the next counted request to each of the addresses 0 to 126 carries.
+#[derive(Clone, Debug)]
+pub(super) struct FrameCounts([FrameCount; 127]);
+
+impl FrameCounts {
+    pub(super) const fn new() -> Self {
+        Self([FrameCount::First; 127])
+    }
+
+    /// How a request is to be counted.
+    pub(super) fn next(&self, asked: &OpenRequest) -> FrameCount {
+        match self.0.get(usize::from(asked.da)) {
+            Some(count) if asked.kind.counts() => *count,
+            _ => FrameCount::Uncounted,
+        }
+    }
+
+    /// A valid answer came: the next request carries the other bit.
+    pub(super) fn answered(&mut self, asked: &OpenRequest) {
+        self.set(asked, |count| match count {
+            FrameCount::Counted(fcb) => FrameCount::Counted(!fcb),
+            FrameCount::First | FrameCount::Uncounted => FrameCount::Counted(false),
+        });
+    }
+
+    /// The station is not operational any more: the next request is the first again.
+    pub(super) fn forget(&mut self, asked: &OpenRequest) {
+        self.set(asked, |_| FrameCount::First);
+    }
+
+    fn set(&mut self, asked: &OpenRequest, change: impl Fn(FrameCount) -> FrameCount) {
+        if let Some(count) = self.0.get_mut(usize::from(asked.da))
+            && asked.kind.counts()
+        {
+            *count = change(*count);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::request::Kind;
+    use super::*;
+
+    #[test]
+    fn the_bit_begins_with_a_first_contact_and_toggles_with_answers_only() {
+        let mut counts = FrameCounts::new();
+        let diag = OpenRequest { da: 8, kind: Kind::Reply, dsap: Some(60), ssap: Some(62) };
+        let exchange = OpenRequest { dsap: None, ssap: None, ..diag };
+        let neighbour = OpenRequest { da: 9, ..diag };
+        let status = OpenRequest { kind: Kind::FdlStatus, ..exchange };
+
+        assert_eq!(counts.next(&diag), FrameCount::First);
+        counts.answered(&diag);
+        // Another service of the same station goes on counting, and what is not counted changes nothing.
+        assert_eq!(counts.next(&exchange), FrameCount::Counted(false));
+        assert_eq!(counts.next(&status), FrameCount::Uncounted);
+        counts.answered(&status);
+        counts.answered(&exchange);
+        assert_eq!(counts.next(&diag), FrameCount::Counted(true));
+        assert_eq!(counts.next(&neighbour), FrameCount::First);
+        counts.forget(&exchange);
+        assert_eq!(counts.next(&diag), FrameCount::First);
+    }
+}

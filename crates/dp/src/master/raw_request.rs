@@ -1,0 +1,143 @@
+//! One request of a tool beside the cycle.
+
+use crate::link::active::{Answer, Confirmation, Failure, Request};
+use core::fmt;
+use profivac_wire::MAX_TELEGRAM;
+use profivac_wire::control::{Function, StationType, Status};
+
+/// The slot is in use: the request before is not finished, or its result was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Busy;
+
+impl fmt::Display for Busy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the request before is not finished")
+    }
+}
+
+impl core::error::Error for Busy {}
+
+/// The slot for a request and then its result. `octets` holds the data unit of whichever it is.
+#[derive(Clone, Debug)]
+pub(super) struct RawRequest {
+    stage: Stage,
+    octets: [u8; MAX_TELEGRAM],
+    length: usize,
+}
+
+/// How far the request has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Free,
+    Waiting(Header),
+    Sent,
+    Answered { station: StationType, status: Status, retries: u8 },
+    Unconfirmed,
+    Failed(Failure),
+}
+
+/// A request without its data unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Header {
+    da: u8,
+    function: Function,
+    dsap: Option<u8>,
+    ssap: Option<u8>,
+}
+
+impl RawRequest {
+    pub(super) const fn new() -> Self {
+        Self { stage: Stage::Free, octets: [0; MAX_TELEGRAM], length: 0 }
+    }
+
+    pub(super) fn submit(&mut self, request: &Request<'_>) -> Result<(), Busy> {
+        if self.stage != Stage::Free {
+            return Err(Busy);
+        }
+        let &Request { da, function, dsap, ssap, du } = request;
+        self.stage = if self.store(du) {
+            Stage::Waiting(Header { da, function, dsap, ssap })
+        } else {
+            Stage::Failed(Failure::Impossible)
+        };
+        Ok(())
+    }
+
+    /// Whether there is a request to be sent.
+    pub(super) const fn is_waiting(&self) -> bool {
+        matches!(self.stage, Stage::Waiting(_))
+    }
+
+    /// The request, to be sent now.
+    pub(super) fn start(&mut self) -> Option<Request<'_>> {
+        let Stage::Waiting(Header { da, function, dsap, ssap }) = self.stage else { return None };
+        self.stage = Stage::Sent;
+        Some(Request { da, function, dsap, ssap, du: self.du() })
+    }
+
+    pub(super) fn finish(&mut self, confirmation: Confirmation<'_>) {
+        self.stage = match confirmation {
+            Confirmation::Sent => Stage::Unconfirmed,
+            Confirmation::Failed(failure) => Stage::Failed(failure),
+            Confirmation::Answer(Answer { station, status, du, retries }) => {
+                self.store(du);
+                Stage::Answered { station, status, retries }
+            }
+        };
+    }
+
+    /// The result, once. The slot is free then.
+    pub(super) fn take(&mut self) -> Option<Confirmation<'_>> {
+        match core::mem::replace(&mut self.stage, Stage::Free) {
+            stage @ (Stage::Free | Stage::Waiting(_) | Stage::Sent) => {
+                self.stage = stage;
+                None
+            }
+            Stage::Answered { station, status, retries } => {
+                Some(Confirmation::Answer(Answer { station, status, du: self.du(), retries }))
+            }
+            Stage::Unconfirmed => Some(Confirmation::Sent),
+            Stage::Failed(failure) => Some(Confirmation::Failed(failure)),
+        }
+    }
+
+    fn du(&self) -> &[u8] {
+        self.octets.get(..self.length).unwrap_or_default()
+    }
+
+    fn store(&mut self, du: &[u8]) -> bool {
+        let Some(place) = self.octets.get_mut(..du.len()) else { return false };
+        place.copy_from_slice(du);
+        self.length = du.len();
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::services;
+    use super::*;
+
+    #[test]
+    fn the_slot_holds_one_request_until_its_result_is_taken() {
+        let mut job = RawRequest::new();
+        assert_eq!(job.submit(&services::slave_diag(8)), Ok(()));
+        assert_eq!(job.submit(&services::get_cfg(8)), Err(Busy));
+        assert_eq!(job.take(), None);
+        assert_eq!(job.start(), Some(services::slave_diag(8)));
+        assert_eq!(job.start(), None);
+        let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &[1, 2, 3], retries: 1 };
+        job.finish(Confirmation::Answer(answer));
+        assert_eq!(job.submit(&services::get_cfg(8)), Err(Busy));
+        assert_eq!(job.take(), Some(Confirmation::Answer(answer)));
+        assert_eq!(job.take(), None);
+        assert_eq!(job.submit(&services::get_cfg(8)), Ok(()));
+    }
+
+    #[test]
+    fn a_data_unit_that_no_telegram_can_carry_fails_at_once() {
+        let mut job = RawRequest::new();
+        assert_eq!(job.submit(&services::set_slave_add(8, &[0; 300])), Ok(()));
+        assert_eq!(job.take(), Some(Confirmation::Failed(Failure::Impossible)));
+    }
+}

@@ -1,0 +1,129 @@
+//! What MS1 and every MS2 connection have of their own: one job, and the response to it. profibus-wire 4.2.
+//!
+//! A request is acknowledged and its job done at once; the response then waits here until the master polls for it. The link
+//! layer repeats a fetched response if need be, so the channel is free again as soon as it handed one over.
+
+use super::{Device, Dpv1Error, Relation};
+use crate::link::Reply;
+use profivac_wire::MAX_DU;
+use profivac_wire::acyclic::call::{CALL_INDEX, IM_RECORD_LENGTH, IM0};
+use profivac_wire::acyclic::{
+    Access, Call, ErrorCode, ErrorDecode, Function, Negative, Response, Transfer, record::MAX_RECORD_LENGTH,
+};
+
+/// One acyclic relation, as far as it is the same for MS1 and MS2.
+#[derive(Clone, Debug)]
+pub(super) struct AcyclicServer {
+    response: [u8; MAX_DU],
+    /// Nothing waits while 0.
+    length: usize,
+    /// What a Read from index 255 returns: the last Call selected I&M0.
+    im0_selected: bool,
+}
+
+impl AcyclicServer {
+    pub(super) const EMPTY: Self = Self { response: [0; MAX_DU], length: 0, im0_selected: false };
+
+    /// Forgets what waits and what was selected.
+    pub(super) const fn clear(&mut self) {
+        self.length = 0;
+        self.im0_selected = false;
+    }
+
+    pub(super) const fn holds_response(&self) -> bool {
+        self.length > 0
+    }
+
+    /// A poll: the response if one waits, which is always low priority.
+    pub(super) fn fetch(&mut self, du: &mut [u8; MAX_DU]) -> Reply {
+        let length = core::mem::take(&mut self.length);
+        match (du.get_mut(..length), self.response.get(..length)) {
+            (Some(place), Some(response)) if length > 0 => {
+                place.copy_from_slice(response);
+                Reply::Low(length)
+            }
+            _ => Reply::ShortAck,
+        }
+    }
+
+    pub(super) fn post(&mut self, response: &Response<'_>) {
+        self.length = response.emit(&mut self.response).unwrap_or(0);
+    }
+
+    pub(super) fn refuse(&mut self, function: Function, refusal: Dpv1Error) {
+        self.post(&Response::Negative(Negative {
+            function,
+            decode: ErrorDecode::DpV1,
+            code_1: ErrorCode(refusal.code_1),
+            code_2: refusal.code_2,
+        }));
+    }
+
+    /// A record longer than wanted is cut, a shorter one comes with its own length. `scratch` takes the whole record.
+    pub(super) fn read<D: Device>(
+        &mut self,
+        device: &mut D,
+        via: Relation,
+        wanted: Access,
+        scratch: &mut [u8; MAX_DU],
+    ) {
+        let Access { slot, index, length } = wanted;
+        let record = scratch.get_mut(..MAX_RECORD_LENGTH).unwrap_or_default();
+        let read = match index {
+            CALL_INDEX => self.read_called(device, slot, record),
+            _ => device.read(via, slot, index, record),
+        };
+        match read {
+            Ok(whole) => {
+                let data = record.get(..whole.min(usize::from(length))).unwrap_or_default();
+                self.post(&Response::Read(Transfer { slot, index, data }));
+            }
+            Err(refusal) => self.refuse(Function::Read, refusal),
+        }
+    }
+
+    pub(super) fn write<D: Device>(&mut self, device: &mut D, via: Relation, record: Transfer<'_>) {
+        let Transfer { slot, index, data } = record;
+        let written = match index {
+            CALL_INDEX => self.call(device, slot, data),
+            _ => device.write(via, slot, index, data),
+        };
+        match (written, u8::try_from(data.len())) {
+            (Ok(()), Ok(length)) => self.post(&Response::Write(Access { slot, index, length })),
+            (Ok(()), Err(_)) => self.refuse(Function::Write, Dpv1Error::TYPE_CONFLICT),
+            (Err(refusal), _) => self.refuse(Function::Write, refusal),
+        }
+    }
+
+    /// A Write to index 255 selects a record. profibus-wire 5.1. There is I&M0 or nothing, only in slot 0, and nobody may
+    /// write it.
+    fn call<D: Device>(&mut self, device: &D, slot: u8, data: &[u8]) -> Result<(), Dpv1Error> {
+        // free choice: a refused Call leaves nothing selected.
+        self.im0_selected = false;
+        im0(device, slot)?;
+        let call = Call::parse(data).map_err(|_| Dpv1Error::ACCESS_DENIED)?;
+        match (call.is_call(), call.fi_index, call.record) {
+            (false, ..) => Err(Dpv1Error::INVALID_PARAMETER),
+            (true, IM0, []) => {
+                self.im0_selected = true;
+                Ok(())
+            }
+            (true, IM0, _) => Err(Dpv1Error::ACCESS_DENIED),
+            (true, ..) => Err(Dpv1Error::INVALID_INDEX),
+        }
+    }
+
+    /// A Read from index 255 returns what was selected through the same channel.
+    fn read_called<D: Device>(&self, device: &D, slot: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
+        let im0 = im0(device, slot)?;
+        if !self.im0_selected {
+            return Err(Dpv1Error::STATE_CONFLICT);
+        }
+        Call::new(IM0, &im0).emit(record).map_err(|_| Dpv1Error::TYPE_CONFLICT)
+    }
+}
+
+fn im0<D: Device>(device: &D, slot: u8) -> Result<[u8; IM_RECORD_LENGTH], Dpv1Error> {
+    let record = device.im0().ok_or(Dpv1Error::INVALID_INDEX)?;
+    if slot == 0 { Ok(record) } else { Err(Dpv1Error::INVALID_SLOT) }
+}

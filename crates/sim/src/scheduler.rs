@@ -1,0 +1,101 @@
+//! Who is next: a tournament between the times at which each of many wants to be called.
+//!
+//! A time changes far more often than it comes (a watchdog moves with every exchange), so a heap of events would mostly
+//! hold stale ones. Here every participant has one place, and changing it costs a few comparisons.
+
+use profivac_dp::link::BitTime;
+
+/// Never.
+pub(crate) const NEVER: BitTime = BitTime(u64::MAX);
+
+/// One time for each place, and the earliest of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Scheduler {
+    /// A binary tree: node 1 is the root, the children of `n` are `2n` and `2n + 1`, the last half are the places.
+    earliest: Vec<BitTime>,
+}
+
+impl Scheduler {
+    /// `places` places, all of them [`NEVER`].
+    pub(crate) fn new(places: usize) -> Self {
+        Self { earliest: vec![NEVER; places.next_power_of_two() * 2] }
+    }
+
+    /// Makes room for `places` places in all. The times are kept.
+    pub(crate) fn grow(&mut self, places: usize) {
+        let had = self.places();
+        if places > had {
+            let mut grown = Self::new(places);
+            (0..had).for_each(|place| grown.set(place, self.earliest[had + place]));
+            *self = grown;
+        }
+    }
+
+    fn places(&self) -> usize {
+        self.earliest.len() / 2
+    }
+
+    /// The time of `place` is now `time`.
+    pub(crate) fn set(&mut self, place: usize, time: BitTime) {
+        let mut node = self.places() + place;
+        if self.earliest[node] == time {
+            return;
+        }
+        self.earliest[node] = time;
+        while node > 1 {
+            let winner = self.earliest[node].min(self.earliest[node ^ 1]);
+            node /= 2;
+            if self.earliest[node] == winner {
+                break;
+            }
+            self.earliest[node] = winner;
+        }
+    }
+
+    /// The earliest time.
+    pub(crate) fn earliest_time(&self) -> BitTime {
+        self.earliest[1]
+    }
+
+    /// The lowest place that has the earliest time.
+    pub(crate) fn earliest_place(&self) -> usize {
+        let mut node = 1;
+        while node < self.places() {
+            node *= 2;
+            if self.earliest[node] != self.earliest_time() {
+                node += 1;
+            }
+        }
+        node - self.places()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn the_earliest_is_always_first_and_the_lowest_place_wins() {
+        let mut agenda = Scheduler::new(1);
+        agenda.grow(100);
+        let mut times = [NEVER; 100];
+        let mut random = Random::new(1);
+        for _ in 0..10_000 {
+            let (place, time) = (random.below(100) as usize, BitTime(random.below(50)));
+            times[place] = time;
+            agenda.set(place, time);
+            let first = times.iter().min().unwrap();
+            assert_eq!(agenda.earliest_time(), *first);
+            assert_eq!(Some(agenda.earliest_place()), times.iter().position(|time| time == first));
+        }
+    }
+
+    #[test]
+    fn growing_keeps_the_times() {
+        let mut agenda = Scheduler::new(2);
+        agenda.set(1, BitTime(7));
+        agenda.grow(9);
+        assert_eq!((agenda.earliest_time(), agenda.earliest_place()), (BitTime(7), 1));
+    }
+}

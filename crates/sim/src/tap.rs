@@ -1,0 +1,233 @@
+//! What is heard at one place of the cable.
+//!
+//! All passive stations at one place hear alike, so one ear listens for them. An active station has its own, because it
+//! does not hear itself, and so has a station with a fault of its own.
+//!
+//! As long as one undamaged telegram is on the line, whole characters are taken, each at the time its last bit ends.
+//! Otherwise, when signals overlap or bits are inverted, the ear steps from bit to bit through a [`Uart`].
+//!
+//! Passive stations want telegrams only, and an undisturbed telegram is complete when it ends, so a shared ear listens to
+//! its characters then, all in one go.
+
+use crate::character::{Character, Uart};
+use crate::noise::Noise;
+use crate::scheduler::NEVER;
+use crate::signal::Signal;
+use profivac_dp::link::{BitTime, CHARACTER_TBIT, Receiver};
+use profivac_wire::{BROADCAST, DataTelegram, Telegram};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// The stations that share an ear, by the address from 0 to 127 that each listens to.
+#[derive(Clone, Debug)]
+pub(crate) struct Listeners([Vec<usize>; 128]);
+
+impl Default for Listeners {
+    fn default() -> Self {
+        Self([const { Vec::new() }; 128])
+    }
+}
+
+impl Listeners {
+    /// A station listens to `address`.
+    pub(crate) fn join(&mut self, station: usize, address: u8) {
+        self.0[usize::from(address) % 128].push(station);
+    }
+
+    /// A station listens to `address` no longer.
+    pub(crate) fn leave(&mut self, station: usize, address: u8) {
+        self.0[usize::from(address) % 128].retain(|member| *member != station);
+    }
+
+    /// The stations that have to be given a telegram.
+    pub(crate) fn of(&self, telegram: &Telegram<'_>) -> impl Iterator<Item = usize> {
+        let lists = match telegram {
+            Telegram::Data(DataTelegram { da: BROADCAST, .. }) => &self.0[..],
+            Telegram::Data(frame) => std::slice::from_ref(&self.0[usize::from(frame.da) % 128]),
+            Telegram::ShortAck | Telegram::Token { .. } => &[],
+        };
+        lists.iter().flatten().copied()
+    }
+}
+
+/// A signal that reaches this place.
+#[derive(Clone, Debug)]
+struct Incoming {
+    signal: Signal,
+    sender: Option<usize>,
+    begin: BitTime,
+    /// Nothing comes after this.
+    until: BitTime,
+    /// The number of the next whole octet, and when it begins.
+    next: usize,
+    due: BitTime,
+}
+
+/// A place to listen.
+#[derive(Clone, Debug)]
+pub(crate) struct Tap {
+    pub(crate) position: u64,
+    /// The only station that listens here, if it is one that must not share.
+    pub(crate) owner: Option<usize>,
+    pub(crate) audience: Listeners,
+    pub(crate) receiver: Receiver,
+    /// The signals on their way, the first to arrive first.
+    incoming: VecDeque<Incoming>,
+    uart: Uart,
+    /// Everything before this was listened to.
+    at: BitTime,
+    /// The next inverted bit.
+    flip: BitTime,
+    line_noise: Option<Noise>,
+    pub(crate) own_noise: Option<Noise>,
+}
+
+impl Tap {
+    /// A place `position` bit times from the end of the cable, from `now` on.
+    pub(crate) fn new(position: u64, now: BitTime, line_noise: Option<Noise>) -> Self {
+        let mut ear = Self {
+            position,
+            owner: None,
+            audience: Listeners::default(),
+            receiver: Receiver::new(now),
+            incoming: VecDeque::new(),
+            uart: Uart::default(),
+            at: now,
+            flip: NEVER,
+            line_noise,
+            own_noise: None,
+        };
+        ear.find_flip(now);
+        ear
+    }
+
+    /// Takes a whole telegram, and when it began, if nothing disturbs it.
+    pub(crate) fn take_telegram(&mut self) -> Option<(BitTime, Arc<[u8]>)> {
+        let first = self.incoming.front().filter(|first| self.is_undisturbed(first))?;
+        let whole = (first.begin, first.signal.clean()?.clone());
+        self.at = first.until;
+        self.incoming.pop_front();
+        Some(whole)
+    }
+
+    /// Other noise from `now` on.
+    pub(crate) fn set_noise(&mut self, now: BitTime, line: Option<Noise>, own: Option<Noise>) {
+        self.line_noise = line;
+        self.own_noise = own;
+        self.find_flip(now.max(self.at));
+    }
+
+    fn find_flip(&mut self, from: BitTime) {
+        let next = |noise: &Option<Noise>| noise.as_ref().map_or(NEVER, |noise| noise.next(from));
+        self.flip = next(&self.line_noise).min(next(&self.own_noise));
+    }
+
+    /// A signal begins here at `begin`.
+    pub(crate) fn announce(&mut self, signal: Signal, sender: Option<usize>, begin: BitTime) {
+        let until = begin + signal.duration_tbit();
+        let place = self.incoming.partition_point(|other| other.begin <= begin);
+        self.incoming.insert(place, Incoming { signal, sender, begin, until, next: 0, due: begin });
+    }
+
+    /// What `sender` sends is not heard here after `now`.
+    pub(crate) fn cut_off(&mut self, sender: usize, now: BitTime) {
+        for incoming in self.incoming.iter_mut().filter(|incoming| incoming.sender == Some(sender)) {
+            incoming.until = incoming.until.min(now);
+        }
+    }
+
+    /// When there is something to hear that may matter to somebody.
+    pub(crate) fn next(&self) -> BitTime {
+        match self.incoming.front() {
+            None if self.uart.is_idle() => self.flip + 1,
+            Some(first) if self.is_undisturbed(first) => first.until,
+            Some(first) if self.is_clean(first) => first.due + CHARACTER_TBIT,
+            _ => self.first_bit() + 1,
+        }
+    }
+
+    /// Whether only the last character of the first signal can complete a telegram, and nobody asks about the others.
+    fn is_undisturbed(&self, first: &Incoming) -> bool {
+        self.owner.is_none()
+            && first.signal.is_telegram()
+            && first.next == 0
+            && !self.receiver.is_receiving()
+            && first.until == first.begin + first.signal.duration_tbit()
+            && self.is_clean(first)
+            && self.is_alone(first.until)
+    }
+
+    /// Whether the next character of the first signal comes whole.
+    fn is_clean(&self, first: &Incoming) -> bool {
+        let end = first.due + CHARACTER_TBIT;
+        first.signal.clean().is_some()
+            && self.uart.is_idle()
+            && (self.at == first.due || self.at < first.due && first.next == 0)
+            && first.until >= end
+            && self.is_alone(end)
+    }
+
+    /// Whether neither noise nor another signal comes before `end`.
+    fn is_alone(&self, end: BitTime) -> bool {
+        self.flip >= end && self.incoming.get(1).is_none_or(|second| second.begin >= end)
+    }
+
+    /// Whether everything before `time` was listened to.
+    pub(crate) fn has_heard(&self, time: BitTime) -> bool {
+        self.at >= time
+    }
+
+    /// The next bit that has to be looked at.
+    fn first_bit(&self) -> BitTime {
+        if !self.uart.is_idle() {
+            return self.at;
+        }
+        let begins = self.incoming.iter().map(|incoming| incoming.begin.max(self.at));
+        begins.fold(self.flip, BitTime::min).max(self.at)
+    }
+
+    /// Listens to one character if nothing disturbs it, to one bit otherwise. Returns the character that ends with it.
+    pub(crate) fn read_next(&mut self) -> Option<(BitTime, Character)> {
+        if self.incoming.front().is_some_and(|first| self.is_clean(first)) {
+            return self.read_octet();
+        }
+        self.at = self.first_bit();
+        let inverted = self.flip == self.at;
+        if inverted {
+            self.find_flip(self.at + 1);
+        }
+        let line = self.incoming.iter().all(|incoming| incoming.level(self.at));
+        self.at = self.at + 1;
+        self.incoming.retain_mut(|incoming| incoming.has_more(self.at));
+        self.uart.level(line != inverted).map(|character| (self.at, character))
+    }
+
+    fn read_octet(&mut self) -> Option<(BitTime, Character)> {
+        let first = self.incoming.front_mut()?;
+        let octets = first.signal.clean()?;
+        let octet = *octets.get(first.next)?;
+        first.next += 1;
+        first.due = first.due + CHARACTER_TBIT;
+        self.at = first.due;
+        if first.next == octets.len() {
+            self.incoming.pop_front();
+        }
+        Some((self.at, Character { octet, error: false }))
+    }
+}
+
+impl Incoming {
+    /// Several drivers at once: free choice, 0 wins over 1.
+    fn level(&self, at: BitTime) -> bool {
+        at < self.begin || at >= self.until || self.signal.level(at - self.begin)
+    }
+
+    /// Forgets what came before `at`. False when nothing is left.
+    fn has_more(&mut self, at: BitTime) -> bool {
+        while self.due < at {
+            self.due = self.due + CHARACTER_TBIT;
+            self.next += 1;
+        }
+        at < self.until
+    }
+}

@@ -1,0 +1,387 @@
+//! Devices by name: `bcg450@5:unit=torr`.
+//!
+//! To add a device, add its entry to [`DEVICES`].
+
+use crate::device::GaugeSlave;
+use crate::nonvolatile::NonvolatileMemory;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::bcg450::{self, Bcg450};
+use profivac_devices::img400::{self, Gauges, Img400, IonGauge, OtherGauge};
+use profivac_devices::model::Model;
+use profivac_devices::profile::{SerialNumber, Setup};
+use profivac_devices::pxg55x::table::VARIANTS;
+use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
+use profivac_devices::tpg::{self, Tpg};
+use profivac_devices::xpg400::{self, Xpg400};
+use profivac_dp::link::Baud;
+use profivac_dp::slave::Slave;
+use std::collections::BTreeSet;
+use std::str::FromStr;
+
+/// The highest address on a command line: 126 is a switch outside 0 to 125.
+const MAX_ADDRESS: u8 = 126;
+
+/// Keys every device has.
+const COMMON_KEYS: [&str; 2] = ["serial", "unit"];
+
+/// The longest serial number.
+const MAX_SERIAL: usize = 30;
+
+/// What a serial number looks like.
+const SERIAL_FORM: &str = "1 to 30 ASCII characters";
+
+/// A device there is.
+pub struct DeviceEntry {
+    /// Its tables.
+    pub model: &'static Model,
+    /// Its own keys, beside [`COMMON_KEYS`].
+    keys: &'static [&'static str],
+    build: fn(&DeviceSpec, Setup, NonvolatileMemory, Baud) -> BuildResult,
+}
+
+/// A device, or why there is none.
+type BuildResult = Result<Box<dyn GaugeSlave>, SpecError>;
+
+/// All devices there are, in the order of their manuals.
+pub static DEVICES: [DeviceEntry; 12] = [
+    pcg(0),
+    pcg(1),
+    pcg(2),
+    psg(6),
+    psg(7),
+    psg(8),
+    DeviceEntry {
+        model: &xpg400::table::BPG400.model,
+        keys: &[],
+        build: |_, setup, memory, baud| Ok(slave(Xpg400::new(memory, xpg400::Xpg400Model::Bpg, setup), baud)),
+    },
+    DeviceEntry {
+        model: &xpg400::table::HPG400.model,
+        keys: &[],
+        build: |_, setup, memory, baud| Ok(slave(Xpg400::new(memory, xpg400::Xpg400Model::Hpg, setup), baud)),
+    },
+    DeviceEntry {
+        model: &bcg450::table::MODEL,
+        keys: &[],
+        build: |_, setup, memory, baud| Ok(slave(Bcg450::new(memory, setup), baud)),
+    },
+    DeviceEntry { model: &tpg::table::TPG300, keys: &TPG_KEYS, build: build_tpg },
+    DeviceEntry { model: &tpg::table::TPG500, keys: &TPG_KEYS, build: build_tpg },
+    DeviceEntry { model: &img400::table::MODEL, keys: &IMG_KEYS, build: build_img },
+];
+
+/// A gauge of tira56e1 that may have an atmosphere sensor, by its place in the manual's list.
+const fn pcg(version: usize) -> DeviceEntry {
+    DeviceEntry { keys: &["atm"], ..psg(version) }
+}
+
+/// One without.
+const fn psg(version: usize) -> DeviceEntry {
+    DeviceEntry { model: &VARIANTS[version].model, keys: &[], build: build_pxg }
+}
+
+fn build_pxg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: Baud) -> BuildResult {
+    let atmosphere = match spec.value("atm") {
+        // With one, if there is such a gauge.
+        None => None,
+        Some("on") => Some(true),
+        Some("off") => Some(false),
+        Some(_) => return Err(spec.invalid_value("atm", "on|off")),
+    };
+    let kind =
+        Pxg55xModel::named(&spec.device, atmosphere).ok_or_else(|| SpecError::UnknownDevice(spec.device.clone()))?;
+    Ok(slave(Pxg55x::new(memory, kind, setup), baud))
+}
+
+const TPG_KEYS: [&str; 4] = ["a1", "a2", "b1", "b2"];
+
+/// What a channel of the controllers can have. `none` is a channel without a gauge.
+const TPG_GAUGES: [(&str, Option<tpg::TpgGauge>); 3] =
+    [("pirani", Some(tpg::TpgGauge::Pirani)), ("cold-cathode", Some(tpg::TpgGauge::ColdCathode)), ("none", None)];
+
+fn build_tpg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: Baud) -> BuildResult {
+    let [a1, a2, b1, b2] = TPG_KEYS;
+    let (pirani, cold_cathode) = (Some(tpg::TpgGauge::Pirani), Some(tpg::TpgGauge::ColdCathode));
+    let gauges = [
+        spec.choice(a1, &TPG_GAUGES, pirani)?,
+        spec.choice(a2, &TPG_GAUGES, pirani)?,
+        spec.choice(b1, &TPG_GAUGES, cold_cathode)?,
+        spec.choice(b2, &TPG_GAUGES, cold_cathode)?,
+    ];
+    Ok(slave(Tpg::new(entry(&spec.device)?.model, memory, setup, gauges), baud))
+}
+
+const IMG_KEYS: [&str; 4] = ["ch1", "ch2", "ch3", "ch4"];
+
+const ION_GAUGES: [(&str, Option<IonGauge>); 3] =
+    [("bag", Some(IonGauge::Bag)), ("ext", Some(IonGauge::Ext)), ("none", None)];
+
+const OTHER_GAUGES: [(&str, Option<OtherGauge>); 3] =
+    [("tpr", Some(OtherGauge::Tpr)), ("cmr", Some(OtherGauge::Cmr)), ("none", None)];
+
+fn build_img(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: Baud) -> BuildResult {
+    let [ch1, ch2, ch3, ch4] = IMG_KEYS;
+    let usual = Gauges::default();
+    let gauges = Gauges {
+        ch1: spec.choice(ch1, &ION_GAUGES, usual.ch1)?,
+        ch2: spec.choice(ch2, &ION_GAUGES, usual.ch2)?,
+        ch3: spec.choice(ch3, &OTHER_GAUGES, usual.ch3)?,
+        ch4: spec.choice(ch4, &OTHER_GAUGES, usual.ch4)?,
+    };
+    Ok(slave(Img400::new(memory, setup, gauges), baud))
+}
+
+fn slave<I: SimulatedDevice + Send + 'static>(instrument: I, baud: Baud) -> Box<dyn GaugeSlave> {
+    let address = instrument.station_address();
+    Box::new(Slave::new(instrument, address, baud))
+}
+
+/// One device as the command line names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceSpec {
+    /// The name of the device.
+    pub device: String,
+    /// The setting of its address switch, 0 to 126.
+    pub address: u8,
+    /// Keys with their values, each key once.
+    pub keys: Vec<(String, String)>,
+}
+
+/// Why there is no such device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SpecError {
+    /// Not of the form `DEVICE@ADDR[:key=value,...]`.
+    #[error("expected DEVICE@ADDR[:key=value,...] like bcg450@5, got {0:?}")]
+    Syntax(String),
+    /// No address.
+    #[error("expected an address from 0 to 126, got {0:?}")]
+    InvalidAddress(String),
+    /// No device of this name.
+    #[error("unknown device {0:?}; there are {known}", known = names())]
+    UnknownDevice(String),
+    /// The device has no such key.
+    #[error("{device} has no key {key:?}; it has {keys}", keys = expected.join(", "))]
+    UnknownKey {
+        /// The device.
+        device: String,
+        /// What was asked for.
+        key: String,
+        /// What it has.
+        expected: Vec<&'static str>,
+    },
+    /// A key stands twice.
+    #[error("the key {0:?} is given twice")]
+    DuplicateKey(String),
+    /// A key cannot have this value.
+    #[error("{device}: expected {key}={expected}, got {value:?}")]
+    InvalidValue {
+        /// The device.
+        device: String,
+        /// The key.
+        key: &'static str,
+        /// The values it can have.
+        expected: String,
+        /// What was asked for.
+        value: String,
+    },
+    /// Two devices have their switch on one address.
+    #[error("two devices at address {0}")]
+    DuplicateAddress(u8),
+}
+
+impl FromStr for DeviceSpec {
+    type Err = SpecError;
+
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        let form = || SpecError::Syntax(text.to_owned());
+        let (device, rest) = text.split_once('@').ok_or_else(form)?;
+        let (place, keys) = rest.split_once(':').map_or((rest, None), |(place, keys)| (place, Some(keys)));
+        let entry = entry(device)?;
+        let place = parse_address(place)?;
+        let mut spec = Self { device: device.to_owned(), address: place, keys: Vec::new() };
+        for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
+            let (key, value) = pair.split_once('=').ok_or_else(form)?;
+            spec.add(entry, key, value)?;
+        }
+        Ok(spec)
+    }
+}
+
+impl DeviceSpec {
+    fn add(&mut self, entry: &DeviceEntry, key: &str, value: &str) -> Result<(), SpecError> {
+        let mut expected = entry.keys.iter().chain(&COMMON_KEYS);
+        if !expected.clone().any(|known| *known == key) {
+            let expected = expected.by_ref().copied().collect();
+            return Err(SpecError::UnknownKey { device: self.device.clone(), key: key.to_owned(), expected });
+        }
+        if self.value(key).is_some() {
+            return Err(SpecError::DuplicateKey(key.to_owned()));
+        }
+        self.keys.push((key.to_owned(), value.to_owned()));
+        Ok(())
+    }
+
+    /// The value of a key, if it is given.
+    #[must_use]
+    pub fn value(&self, key: &str) -> Option<&str> {
+        self.keys.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
+    }
+
+    /// Makes the device with what its memory holds.
+    ///
+    /// # Errors
+    /// [`SpecError::Value`] when a key has a value the device does not take.
+    pub fn build(&self, memory: NonvolatileMemory, baud: Baud) -> Result<Box<dyn GaugeSlave>, SpecError> {
+        let entry = entry(&self.device)?;
+        (entry.build)(self, self.setup(entry.model)?, memory, baud)
+    }
+
+    /// What the keys of every device say.
+    fn setup(&self, model: &Model) -> Result<Setup, SpecError> {
+        let mut setup = Setup::new(self.address);
+        if let Some(text) = self.value("serial") {
+            let fits = text.is_ascii() && !text.is_empty() && text.len() <= MAX_SERIAL;
+            setup.serial =
+                fits.then(|| SerialNumber::new(text)).ok_or_else(|| self.invalid_value("serial", SERIAL_FORM))?;
+        }
+        if let Some(name) = self.value("unit") {
+            let names = || model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join("|");
+            setup.unit = Some(model.unit_named(name).ok_or_else(|| self.invalid_value("unit", &names()))?);
+        }
+        Ok(setup)
+    }
+
+    /// What the value of `key` stands for, `usual` if it is not given.
+    fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)], usual: T) -> Result<T, SpecError> {
+        let Some(value) = self.value(key) else { return Ok(usual) };
+        let names = || choices.iter().map(|(name, _)| *name).collect::<Vec<_>>().join("|");
+        let choice = choices.iter().find(|(name, _)| *name == value);
+        choice.map(|(_, choice)| *choice).ok_or_else(|| self.invalid_value(key, &names()))
+    }
+
+    /// The value of `key` is none of those the device takes.
+    fn invalid_value(&self, key: &'static str, expected: &str) -> SpecError {
+        SpecError::InvalidValue {
+            device: self.device.clone(),
+            key,
+            expected: expected.to_owned(),
+            value: self.value(key).unwrap_or_default().to_owned(),
+        }
+    }
+}
+
+/// An address a switch can have, as people write it.
+///
+/// # Errors
+/// [`SpecError::Address`] when it is none.
+pub fn parse_address(text: &str) -> Result<u8, SpecError> {
+    let place = text.parse().ok().filter(|place| *place <= MAX_ADDRESS);
+    place.ok_or_else(|| SpecError::InvalidAddress(text.to_owned()))
+}
+
+/// Checks that no two devices have their switch on one address.
+///
+/// # Errors
+/// [`SpecError::SameAddress`] names the first that is taken.
+pub fn check_addresses(specs: &[DeviceSpec]) -> Result<(), SpecError> {
+    let mut taken = BTreeSet::new();
+    match specs.iter().find(|spec| !taken.insert(spec.address)) {
+        Some(spec) => Err(SpecError::DuplicateAddress(spec.address)),
+        None => Ok(()),
+    }
+}
+
+/// The device of this name.
+///
+/// # Errors
+/// [`SpecError::Device`] when there is none; it lists those there are.
+pub fn entry(name: &str) -> Result<&'static DeviceEntry, SpecError> {
+    DEVICES.iter().find(|entry| entry.model.name == name).ok_or_else(|| SpecError::UnknownDevice(name.to_owned()))
+}
+
+fn names() -> String {
+    DEVICES.iter().map(|entry| entry.model.name).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<DeviceSpec, SpecError> {
+        text.parse()
+    }
+
+    #[test]
+    fn a_spec_has_a_device_an_address_and_keys() {
+        let spec = parse("bcg450@126:unit=torr,serial=4711").unwrap();
+        assert_eq!((spec.device.as_str(), spec.address), ("bcg450", 126));
+        assert_eq!((spec.value("unit"), spec.value("serial"), spec.value("atm")), (Some("torr"), Some("4711"), None));
+    }
+
+    #[test]
+    fn every_device_is_made_under_its_name() {
+        for entry in &DEVICES {
+            let name = entry.model.name;
+            let unit = parse(&format!("{name}@9")).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
+            assert_eq!((unit.instrument().name(), unit.station_address()), (name, 9));
+            assert_eq!(unit.instrument().ident_number(), entry.model.ident);
+        }
+    }
+
+    #[test]
+    fn an_atmosphere_sensor_is_there_unless_it_is_switched_off() {
+        let parts = |text: &str| {
+            let unit = parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
+            unit.instrument().parts().len()
+        };
+        assert_eq!([parts("pcg550@5"), parts("pcg550@5:atm=on"), parts("pcg550@5:atm=off")], [3, 3, 2]);
+        assert_eq!(parts("psg550@5"), 1);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, error) in [
+            ("bcg450", SpecError::Syntax("bcg450".to_owned())),
+            ("bcg450@5:unit", SpecError::Syntax("bcg450@5:unit".to_owned())),
+            ("bcg451@5", SpecError::UnknownDevice("bcg451".to_owned())),
+            ("bcg450@127", SpecError::InvalidAddress("127".to_owned())),
+            ("bcg450@", SpecError::InvalidAddress(String::new())),
+            ("bcg450@-1", SpecError::InvalidAddress("-1".to_owned())),
+            ("bcg450@5:unit=pa,unit=pa", SpecError::DuplicateKey("unit".to_owned())),
+        ] {
+            assert_eq!(parse(text), Err(error), "{text}");
+        }
+        assert!(parse("psg550@5:atm=on").is_err());
+        let sentence = parse("bcg450@5:atm=on").unwrap_err().to_string();
+        assert_eq!(sentence, "bcg450 has no key \"atm\"; it has serial, unit");
+    }
+
+    #[test]
+    fn a_value_the_device_does_not_take_is_refused_with_those_it_takes() {
+        let build = |text: &str| match parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200) {
+            Ok(_) => "built".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        assert_eq!(build("bcg450@5:unit=hpa,serial=4711"), "built");
+        assert_eq!(build("pcg552@5:atm=off,unit=pa"), "built");
+        assert_eq!(build("tpg500@5:a1=none,b2=pirani"), "built");
+        assert_eq!(build("img400@5:ch1=none,ch4=tpr"), "built");
+        assert_eq!(build("pcg554@5:atm=yes"), "pcg554: expected atm=on|off, got \"yes\"");
+        assert_eq!(build("tpg300@5:a1=bag"), "tpg300: expected a1=pirani|cold-cathode|none, got \"bag\"");
+        assert_eq!(build("img400@5:ch3=bag"), "img400: expected ch3=tpr|cmr|none, got \"bag\"");
+        let units = "bcg450: expected unit=COUNTS|Torr|Micron|mbar|Pascal, got \"psi\"";
+        assert_eq!(build("bcg450@5:unit=psi"), units);
+        for serial in ["", "Zähler", "1234567890123456789012345678901"] {
+            let expected = format!("bcg450: expected serial=1 to 30 ASCII characters, got {serial:?}");
+            assert_eq!(build(&format!("bcg450@5:serial={serial}")), expected);
+        }
+    }
+
+    #[test]
+    fn an_address_is_given_once() {
+        let specs = |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect::<Vec<DeviceSpec>>();
+        assert_eq!(check_addresses(&specs(&["bcg450@5", "bcg450@6"])), Ok(()));
+        let twice = check_addresses(&specs(&["bcg450@5", "bcg450@6", "bcg450@5"]));
+        assert_eq!(twice, Err(SpecError::DuplicateAddress(5)));
+    }
+}

@@ -1,0 +1,332 @@
+//! A whole segment in memory: devices and their master on one line, octet by octet in bit times, as fast as wanted.
+//!
+//! What one says the other decodes: between them is the real codec and nothing else.
+
+use crate::device::VirtualDevice;
+use profivac_client::cyclic::{CyclicSlave, CyclicValues};
+use profivac_dp::link::active::{Active, BusParameters};
+use profivac_dp::link::{Baud, BitTime, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
+use profivac_dp::master::{Mode, Settings, SlaveListError};
+use profivac_host::line::{Line, Pace};
+use profivac_host::session::BusMaster;
+use profivac_vacuum::sensor::Environment;
+use profivac_wire::{MAX_TELEGRAM, Telegram};
+use std::collections::VecDeque;
+
+/// How many telegrams are remembered.
+const MAX_TELEGRAMS: usize = 32;
+
+/// A station of the segment.
+enum SegmentStation {
+    Device(VirtualDevice),
+    Master(Box<Active<BusMaster>>),
+}
+
+impl SegmentStation {
+    fn station(&self) -> &dyn Station {
+        match self {
+            Self::Device(device) => device,
+            Self::Master(master) => &**master,
+        }
+    }
+
+    fn station_mut(&mut self) -> &mut dyn Station {
+        match self {
+            Self::Device(device) => device,
+            Self::Master(master) => &mut **master,
+        }
+    }
+}
+
+impl Station for SegmentStation {
+    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.station_mut().telegram(end, telegram)
+    }
+
+    fn activity(&mut self, end: BitTime) {
+        self.station_mut().activity(end);
+    }
+
+    fn sent(&mut self, end: BitTime) {
+        self.station_mut().sent(end);
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        self.station_mut().poll(now)
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.station().wake_at()
+    }
+
+    fn listening(&self) -> Listening {
+        self.station().listening()
+    }
+}
+
+/// A segment in memory, and somebody who listens to it.
+pub struct MemorySegment {
+    line: Line<Vec<SegmentStation>>,
+    slaves: Vec<CyclicSlave>,
+    baud: Baud,
+    now: BitTime,
+    receiver: Receiver,
+    telegrams: VecDeque<Vec<u8>>,
+}
+
+impl MemorySegment {
+    /// `devices` and a master at `address` that exchanges data with all it finds in `watched`.
+    ///
+    /// # Errors
+    /// [`Rejected`] when the master cannot have such a slave.
+    pub fn new(
+        devices: Vec<VirtualDevice>,
+        watched: Vec<CyclicSlave>,
+        address: u8,
+        baud: Baud,
+    ) -> Result<Self, SlaveListError> {
+        let bus = BusParameters::new(address, baud);
+        let mut master = Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0)));
+        for slave in &watched {
+            master.user.add(&slave.parameters(baud))?;
+        }
+        master.user.set_mode(Mode::Operate);
+        let members = devices.into_iter().map(SegmentStation::Device).chain([SegmentStation::Master(master)]).collect();
+        let receiver = Receiver::with_idle(BitTime(0), T_SYN_TBIT);
+        Ok(Self {
+            line: Line::new(members, receiver.clone(), Pace::ByLine),
+            slaves: watched,
+            baud,
+            now: BitTime(0),
+            receiver,
+            telegrams: VecDeque::new(),
+        })
+    }
+
+    /// Time passes on the line until the segment has been running for `seconds`.
+    pub fn run_until(&mut self, seconds: f64) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of bit times, never negative"
+        )]
+        let end = self.now.max(BitTime((seconds * f64::from(self.baud.bits_per_second())) as u64));
+        let mut out = Vec::new();
+        while let Some(next) = self.line.wake_at().filter(|next| *next <= end) {
+            self.now = self.now.max(next);
+            out.clear();
+            self.line.advance(self.now, &mut out);
+            out.iter().for_each(|octet| self.record_octet(*octet));
+        }
+        self.now = end;
+    }
+
+    fn record_octet(&mut self, octet: u8) {
+        if let Received::Telegram(telegram) = self.receiver.octet(self.now, octet) {
+            let mut octets = [0; MAX_TELEGRAM];
+            let length = telegram.emit(&mut octets).unwrap_or_default();
+            self.telegrams.push_back(octets.iter().take(length).copied().collect());
+            if self.telegrams.len() > MAX_TELEGRAMS {
+                self.telegrams.pop_front();
+            }
+        }
+    }
+
+    /// From now on noise damages this part of the octets, 0 to 1.
+    pub fn set_noise(&mut self, part: f64) {
+        self.line.set_noise(part);
+    }
+
+    /// How long the segment has been running, in seconds.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.now.0 as f64 / f64::from(self.baud.bits_per_second())
+    }
+
+    /// The vacuum around all devices changes.
+    pub fn set_surroundings(&mut self, around: impl Into<Environment>) {
+        let around = around.into();
+        self.devices_mut().for_each(|device| device.set_surroundings(around));
+    }
+
+    /// The devices.
+    pub fn devices(&self) -> impl Iterator<Item = &VirtualDevice> {
+        self.line.stations().iter().filter_map(|member| match member {
+            SegmentStation::Device(device) => Some(device),
+            SegmentStation::Master(_) => None,
+        })
+    }
+
+    /// The devices, to do something to them.
+    pub fn devices_mut(&mut self) -> impl Iterator<Item = &mut VirtualDevice> {
+        self.line.stations_mut().iter_mut().filter_map(|member| match member {
+            SegmentStation::Device(device) => Some(device),
+            SegmentStation::Master(_) => None,
+        })
+    }
+
+    /// The slaves the master has.
+    #[must_use]
+    pub fn slaves(&self) -> &[CyclicSlave] {
+        &self.slaves
+    }
+
+    /// The master.
+    pub fn master(&self) -> Option<&BusMaster> {
+        self.line.stations().iter().find_map(|member| match member {
+            SegmentStation::Master(master) => Some(&master.user),
+            SegmentStation::Device(_) => None,
+        })
+    }
+
+    /// The master, to ask it for something.
+    pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
+        self.line.stations_mut().iter_mut().find_map(|member| match member {
+            SegmentStation::Master(master) => Some(&mut master.user),
+            SegmentStation::Device(_) => None,
+        })
+    }
+
+    /// What the master has last read from a slave.
+    #[must_use]
+    pub fn values(&self, watched: &CyclicSlave) -> CyclicValues {
+        let inputs = self.master().and_then(|master| master.inputs(watched.address));
+        inputs.map(|inputs| watched.decode_inputs(inputs)).unwrap_or_default()
+    }
+
+    /// The last telegrams on the line, the oldest first.
+    pub fn telegrams(&self) -> impl DoubleEndedIterator<Item = &[u8]> {
+        self.telegrams.iter().map(Vec::as_slice)
+    }
+
+    /// The rate.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::GasConditions;
+    use crate::device_spec::DeviceSpec;
+    use crate::nonvolatile::NonvolatileMemory;
+    use profivac_client::cyclic::ChannelPrinciples;
+    use profivac_client::pressure::Pressure;
+    use profivac_devices::bcg450::table::MODEL;
+    use profivac_vacuum::Gas;
+
+    impl MemorySegment {
+        fn run(&mut self, seconds: f64) {
+            self.run_until(self.seconds() + seconds);
+        }
+    }
+
+    fn conditions(mbar: f64) -> GasConditions {
+        let atmosphere = Pressure::from_mbar(1013.25);
+        GasConditions { pressure: Pressure::from_mbar(mbar), atmosphere, gas: Gas::N2 }
+    }
+
+    fn scene(baud: Baud) -> MemorySegment {
+        scene_of(baud, |device| device)
+    }
+
+    fn scene_of(baud: Baud, change: impl Fn(VirtualDevice) -> VirtualDevice) -> MemorySegment {
+        let devices = [5, 6].map(|place| {
+            let spec: DeviceSpec = format!("bcg450@{place}").parse().unwrap();
+            change(VirtualDevice::new(
+                spec.build(NonvolatileMemory::volatile(), baud).unwrap(),
+                place,
+                baud,
+                conditions(1e-3),
+            ))
+        });
+        let (configuration, unit) = (MODEL.default_configuration, MODEL.unit_named("mbar").unwrap());
+        let watched = [5, 6].map(|address| CyclicSlave {
+            address,
+            model: &MODEL,
+            configuration,
+            unit,
+            principles: ChannelPrinciples::default(),
+        });
+        MemorySegment::new(devices.into(), watched.into(), 1, baud).unwrap()
+    }
+
+    #[test]
+    fn what_the_master_reads_is_what_the_gauges_measure() {
+        for baud in [Baud::B9600, Baud::B93750, Baud::B1500000] {
+            let mut scene = scene(baud);
+            for mbar in [1e-3, 5e-8, 0.2, 900.0] {
+                scene.set_surroundings(conditions(mbar));
+                scene.run(1.0);
+                for watched in scene.slaves() {
+                    let read = scene.values(watched).values[0].pa.unwrap() / 100.0;
+                    assert!((read / mbar - 1.0).abs() < 1e-6, "{read} instead of {mbar} mbar at {baud}");
+                }
+            }
+            let counters = *scene.master().unwrap().counters(6).unwrap();
+            assert!(counters.exchanges > 20, "{counters:?} at {baud}");
+            assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1), "at {baud}");
+            assert!((scene.seconds() - 4.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn with_real_sensors_a_seed_is_a_trajectory_however_long_the_pieces_are() {
+        let run = |seed: u64, pieces: u32| {
+            let mut scene = scene_of(Baud::B187500, |device| device.with_real_sensors(seed));
+            (1..=pieces).for_each(|piece| scene.run_until(2.0 * f64::from(piece) / f64::from(pieces)));
+            scene.slaves().iter().map(|watched| scene.values(watched).values[0].pa.unwrap()).collect::<Vec<_>>()
+        };
+        let once = run(7, 1);
+        assert_eq!(run(7, 100), once);
+        assert_ne!(run(8, 1), once);
+        assert_ne!(once[0], once[1], "no two gauges are alike");
+        assert!(once.iter().all(|pa| (pa / 0.1 - 1.0).abs() < 0.3), "{once:?}");
+    }
+
+    #[test]
+    fn what_noise_damages_is_repeated_and_never_read() {
+        let mut scene = scene(Baud::B187500);
+        scene.run(1.0);
+        scene.set_noise(0.002);
+        for _ in 0..20 {
+            scene.run(0.5);
+            for watched in scene.slaves() {
+                let read = scene.values(watched).values[0].pa.unwrap() / 100.0;
+                assert!((read / 1e-3 - 1.0).abs() < 1e-6, "{read}");
+            }
+        }
+        let disturbed = *scene.master().unwrap().counters(5).unwrap();
+        assert!(disturbed.retries > 10, "{disturbed:?}");
+        scene.set_noise(0.0);
+        scene.run(5.0);
+        let quiet = *scene.master().unwrap().counters(5).unwrap();
+        assert!(quiet.exchanges > disturbed.exchanges + 100 && quiet.retries == disturbed.retries, "{quiet:?}");
+    }
+
+    #[test]
+    fn a_gauge_without_power_is_lost_and_found_again() {
+        let mut scene = scene(Baud::B187500);
+        scene.run(1.0);
+        scene.devices_mut().take(1).for_each(|device| device.set_power(false));
+        scene.run(1.0);
+        let counters = |scene: &MemorySegment, address| *scene.master().unwrap().counters(address).unwrap();
+        assert!(counters(&scene, 5).lost > 0);
+        assert_eq!(counters(&scene, 6).lost, 0);
+        scene.devices_mut().for_each(|device| device.set_power(true));
+        scene.run(1.0);
+        assert_eq!(counters(&scene, 5).starts, 2);
+    }
+
+    #[test]
+    fn the_last_telegrams_are_remembered() {
+        let mut scene = scene(Baud::B187500);
+        scene.run(1.0);
+        let telegrams: Vec<_> = scene.telegrams().collect();
+        assert_eq!(telegrams.len(), MAX_TELEGRAMS);
+        assert!(telegrams.contains(&&[0xDC, 1, 1][..]));
+        assert!(telegrams.iter().any(|octets| octets.starts_with(&[0x68, 0x0A, 0x0A, 0x68, 1, 5, 0x08])));
+    }
+}

@@ -1,0 +1,390 @@
+//! The nonvolatile memory of a device: in the program only, or in a file that survives a power cut.
+//!
+//! A file is written anew for every change: to a second file, which is synchronised, renamed over the first one, and the
+//! folder synchronised. So there is the old content or the new one, at any instant, and never anything else. It is text,
+//! one value a line, and its last line has the check sum of all others:
+//!
+//! ```text
+//! # nonvolatile memory of bcg450 at address 5
+//! parameter 1:2/39 = 01
+//! address = 05 00
+//! end, check sum 3DE0C46B
+//! ```
+
+use profivac_devices::store::{Key, MAX_STORED, Store, StoreError};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// What the memory needs of a file system, step by step.
+pub trait Disk: Send {
+    /// The octets of a file.
+    ///
+    /// # Errors
+    /// As the system says.
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// Creates or replaces a file.
+    ///
+    /// # Errors
+    /// As the system says.
+    fn write(&mut self, path: &Path, octets: &[u8]) -> io::Result<()>;
+
+    /// Returns when a file, or a folder's list of files, would survive a power cut.
+    ///
+    /// # Errors
+    /// As the system says.
+    fn synchronise(&mut self, path: &Path) -> io::Result<()>;
+
+    /// Gives a file another name, in place of the file that has it.
+    ///
+    /// # Errors
+    /// As the system says.
+    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
+}
+
+/// The file system of the computer.
+struct HostDisk;
+
+impl Disk for HostDisk {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        fs::read(path)
+    }
+
+    fn write(&mut self, path: &Path, octets: &[u8]) -> io::Result<()> {
+        fs::write(path, octets)
+    }
+
+    fn synchronise(&mut self, path: &Path) -> io::Result<()> {
+        File::open(path)?.sync_all()
+    }
+
+    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+        fs::rename(from, to)
+    }
+}
+
+/// The values a device keeps.
+pub struct NonvolatileMemory {
+    title: String,
+    entries: BTreeMap<Key, Vec<u8>>,
+    file: Option<(PathBuf, Box<dyn Disk>)>,
+}
+
+/// A memory that was opened.
+pub struct OpenedMemory {
+    /// The memory.
+    pub memory: NonvolatileMemory,
+    /// The file was damaged and is now here; the memory is empty.
+    pub damaged_copy: Option<PathBuf>,
+}
+
+impl NonvolatileMemory {
+    /// A memory that lives as long as the program.
+    #[must_use]
+    pub fn volatile() -> Self {
+        Self { title: String::new(), entries: BTreeMap::new(), file: None }
+    }
+
+    /// The memory of the device `name` at `place`, kept in `folder`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// What the system says, if the memory could not be written.
+    pub fn open(folder: &Path, name: &str, place: u8) -> io::Result<OpenedMemory> {
+        fs::create_dir_all(folder)?;
+        let title = format!("{name} at address {place}");
+        Self::open_on(Box::new(HostDisk), folder.join(format!("{name}-{place}.state")), title)
+    }
+
+    fn open_on(mut disk: Box<dyn Disk>, path: PathBuf, title: String) -> io::Result<OpenedMemory> {
+        let (entries, aside) = match disk.read(&path) {
+            Ok(octets) => match parse(&octets) {
+                Some(entries) => (entries, None),
+                None => (BTreeMap::new(), Some(keep_damaged(&mut *disk, &path)?)),
+            },
+            Err(error) if error.kind() == ErrorKind::NotFound => (BTreeMap::new(), None),
+            Err(error) => return Err(error),
+        };
+        let mut memory = Self { title, entries, file: Some((path, disk)) };
+        memory.write()?;
+        Ok(OpenedMemory { memory, damaged_copy: aside })
+    }
+
+    /// Writes all entries, so that a power cut leaves the old file or the new one.
+    fn write(&mut self) -> io::Result<()> {
+        let text = print(&self.title, &self.entries);
+        let Some((path, disk)) = &mut self.file else { return Ok(()) };
+        let fresh = path.with_extension("new");
+        disk.write(&fresh, text.as_bytes())?;
+        disk.synchronise(&fresh)?;
+        disk.rename(&fresh, path)?;
+        disk.synchronise(path.parent().unwrap_or(Path::new(".")))
+    }
+}
+
+impl Store for NonvolatileMemory {
+    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
+        let stored = self.entries.get(&key)?;
+        octets.get_mut(..stored.len())?.copy_from_slice(stored);
+        Some(stored.len())
+    }
+
+    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+        if octets.len() > MAX_STORED {
+            return Err(StoreError);
+        }
+        let before = self.entries.insert(key, octets.to_vec());
+        let written = self.write().map_err(|_| StoreError);
+        if written.is_err() {
+            match before {
+                Some(before) => self.entries.insert(key, before),
+                None => self.entries.remove(&key),
+            };
+        }
+        written
+    }
+}
+
+/// Keeps a damaged file under a name that is still free.
+fn keep_damaged(disk: &mut dyn Disk, path: &Path) -> io::Result<PathBuf> {
+    let named = |number: u32| path.with_extension(format!("damaged-{number}"));
+    let is_free = |aside: &PathBuf| disk.read(aside).is_err_and(|error| error.kind() == ErrorKind::NotFound);
+    let aside = (1..).map(named).find(is_free).ok_or(ErrorKind::AlreadyExists)?;
+    disk.rename(path, &aside)?;
+    Ok(aside)
+}
+
+const END: &str = "end, check sum ";
+
+fn print(title: &str, entries: &BTreeMap<Key, Vec<u8>>) -> String {
+    let mut text = format!("# nonvolatile memory of {title}\n");
+    for (key, octets) in entries {
+        text.push_str(&key_text(*key));
+        text.push_str(" =");
+        for octet in octets {
+            // Writing to a text does not fail.
+            let _ = write!(text, " {octet:02X}");
+        }
+        text.push('\n');
+    }
+    let sum = crc32fast::hash(text.as_bytes());
+    let _ = writeln!(text, "{END}{sum:08X}");
+    text
+}
+
+fn key_text(key: Key) -> String {
+    match key {
+        Key::Parameter { slot, instance, index } => format!("parameter {slot}:{instance}/{index}"),
+        Key::Address => "address".to_owned(),
+        Key::Internal(number) => format!("hidden {number}"),
+    }
+}
+
+/// `None` if anything is not as it was printed.
+fn parse(octets: &[u8]) -> Option<BTreeMap<Key, Vec<u8>>> {
+    let text = std::str::from_utf8(octets).ok()?;
+    let body = text.get(..text.rfind(END)?)?;
+    let end = text.get(body.len()..)?;
+    if end != format!("{END}{:08X}\n", crc32fast::hash(body.as_bytes())) {
+        return None;
+    }
+    body.lines().filter(|line| !line.starts_with('#')).map(parse_line).collect()
+}
+
+fn parse_line(line: &str) -> Option<(Key, Vec<u8>)> {
+    let (key, octets) = line.split_once(" =")?;
+    let octets = octets.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).ok());
+    Some((parse_key(key)?, octets.collect::<Option<_>>()?))
+}
+
+fn parse_key(text: &str) -> Option<Key> {
+    if text == "address" {
+        return Some(Key::Address);
+    }
+    let (kind, place) = text.split_once(' ')?;
+    match kind {
+        "hidden" => Some(Key::Internal(place.parse().ok()?)),
+        "parameter" => {
+            let (slot, rest) = place.split_once(':')?;
+            let (instance, index) = rest.split_once('/')?;
+            let (slot, instance, index) = (slot.parse().ok()?, instance.parse().ok()?, index.parse().ok()?);
+            Some(Key::Parameter { slot, instance, index })
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    const PARAMETER: Key = Key::Parameter { slot: 1, instance: 2, index: 39 };
+    const PATH: &str = "folder/bcg450-5.state";
+
+    fn load(memory: &NonvolatileMemory, key: Key) -> Option<Vec<u8>> {
+        let mut octets = [0; MAX_STORED];
+        memory.load(key, &mut octets).map(|length| octets[..length].to_vec())
+    }
+
+    /// A disk whose power is cut after so many steps. What was not synchronised may be there or not, names and contents
+    /// apart.
+    #[derive(Clone, Default)]
+    struct Fragile(Arc<Mutex<Content>>);
+
+    #[derive(Clone, Default)]
+    struct Content {
+        files: Vec<File>,
+        /// Names of files, as a program sees them.
+        names: Names,
+        /// As they survive a power cut.
+        kept: Names,
+        steps: usize,
+        last_step: Option<usize>,
+    }
+
+    type Names = BTreeMap<PathBuf, usize>;
+
+    #[derive(Clone, Default)]
+    struct File {
+        octets: Vec<u8>,
+        kept: Vec<u8>,
+    }
+
+    impl Content {
+        /// Counts a step; an error from the last one on.
+        fn step(&mut self) -> io::Result<()> {
+            self.steps += 1;
+            match self.last_step {
+                Some(last) if self.steps > last => Err(ErrorKind::BrokenPipe.into()),
+                _ => Ok(()),
+            }
+        }
+
+        fn octets(&self, path: &Path) -> io::Result<Vec<u8>> {
+            Ok(self.files[*self.names.get(path).ok_or(ErrorKind::NotFound)?].octets.clone())
+        }
+
+        fn put(&mut self, path: &Path, octets: &[u8]) {
+            self.names.insert(path.to_owned(), self.files.len());
+            self.files.push(File { octets: octets.to_vec(), kept: Vec::new() });
+        }
+    }
+
+    impl Disk for Fragile {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            self.0.lock().unwrap().octets(path)
+        }
+
+        /// Torn, if the power goes.
+        fn write(&mut self, path: &Path, octets: &[u8]) -> io::Result<()> {
+            let mut content = self.0.lock().unwrap();
+            let done = content.step();
+            content.put(path, if done.is_ok() { octets } else { &octets[..octets.len() / 2] });
+            done
+        }
+
+        fn synchronise(&mut self, path: &Path) -> io::Result<()> {
+            let mut content = self.0.lock().unwrap();
+            content.step()?;
+            if path == Path::new("folder") {
+                content.kept = content.names.clone();
+            } else {
+                let file = content.names[path];
+                content.files[file].kept = content.files[file].octets.clone();
+            }
+            Ok(())
+        }
+
+        fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+            let mut content = self.0.lock().unwrap();
+            content.step()?;
+            let file = content.names.remove(from).ok_or(ErrorKind::NotFound)?;
+            content.names.insert(to.to_owned(), file);
+            Ok(())
+        }
+    }
+
+    fn open(disk: &Fragile) -> OpenedMemory {
+        NonvolatileMemory::open_on(Box::new(disk.clone()), PATH.into(), "test".to_owned()).unwrap()
+    }
+
+    /// The disks a cut may leave: of names and of contents only what was synchronised, or all.
+    fn after_the_cut(disk: &Fragile) -> [Fragile; 4] {
+        let content = disk.0.lock().unwrap().clone();
+        [(false, false), (false, true), (true, false), (true, true)].map(|(all_names, all_contents)| {
+            let names = if all_names { &content.names } else { &content.kept };
+            let mut left = Content::default();
+            for (path, file) in names {
+                let File { octets, kept } = &content.files[*file];
+                left.put(path, if all_contents { octets } else { kept });
+            }
+            Fragile(Arc::new(Mutex::new(left)))
+        })
+    }
+
+    #[test]
+    fn a_power_cut_at_any_step_leaves_the_old_value_or_the_new_one() {
+        let mut seen_new = false;
+        for last_step in 0..=4 {
+            let disk = Fragile::default();
+            let mut memory = open(&disk).memory;
+            memory.save(PARAMETER, &[1]).unwrap();
+            memory.save(Key::Address, &[5, 0]).unwrap();
+            let steps = disk.0.lock().unwrap().steps;
+            disk.0.lock().unwrap().last_step = Some(steps + last_step);
+            let saved = memory.save(PARAMETER, &[2]);
+            assert_eq!(saved.is_ok(), last_step == 4);
+            assert_eq!(load(&memory, PARAMETER), Some(vec![if saved.is_ok() { 2 } else { 1 }]));
+            for disk in after_the_cut(&disk) {
+                let OpenedMemory { memory, damaged_copy: aside } = open(&disk);
+                assert_eq!(aside, None, "after step {last_step}");
+                let value = load(&memory, PARAMETER).unwrap();
+                assert!(value == [2] || (value == [1] && saved.is_err()), "{value:?} after step {last_step}");
+                assert_eq!(load(&memory, Key::Address), Some(vec![5, 0]));
+                seen_new |= value == [2];
+            }
+        }
+        assert!(seen_new);
+    }
+
+    #[test]
+    fn what_was_saved_is_there_after_opening_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = || NonvolatileMemory::open(&folder.path().join("deep/er"), "bcg450", 5).unwrap();
+        let mut memory = open().memory;
+        let longest: Vec<u8> = (0..16).collect();
+        memory.save(PARAMETER, &longest).unwrap();
+        memory.save(Key::Internal(3), &[]).unwrap();
+        assert_eq!(memory.save(Key::Address, &[0; MAX_STORED + 1]), Err(StoreError));
+        let OpenedMemory { memory, damaged_copy: aside } = open();
+        assert_eq!((load(&memory, PARAMETER), load(&memory, Key::Internal(3))), (Some(longest), Some(vec![])));
+        assert_eq!((load(&memory, Key::Address), aside), (None, None));
+    }
+
+    #[test]
+    fn every_altered_or_missing_octet_is_noticed_and_the_file_kept_aside() {
+        let disk = Fragile::default();
+        let mut memory = open(&disk).memory;
+        memory.save(PARAMETER, &[1]).unwrap();
+        let octets = disk.read(Path::new(PATH)).unwrap();
+        let altered = (0..octets.len()).map(|position| {
+            let mut altered = octets.clone();
+            altered[position] ^= 1;
+            altered
+        });
+        for damaged in altered.chain((0..octets.len()).map(|length| octets[..length].to_vec())) {
+            let disk = Fragile::default();
+            disk.0.lock().unwrap().put(Path::new(PATH), &damaged);
+            for number in 1..3 {
+                let OpenedMemory { memory, damaged_copy: aside } = open(&disk);
+                let aside = aside.unwrap();
+                assert_eq!(aside, Path::new(PATH).with_extension(format!("damaged-{number}")));
+                assert_eq!((load(&memory, PARAMETER), disk.read(&aside).unwrap()), (None, damaged.clone()));
+                disk.0.lock().unwrap().put(Path::new(PATH), &damaged);
+            }
+        }
+    }
+}

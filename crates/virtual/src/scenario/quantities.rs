@@ -1,0 +1,231 @@
+//! Numbers with units as people write them, names that were nearly right, and where something stands.
+
+use profivac_client::pressure::Pressure;
+use profivac_vacuum::pump::flow_of_sccm;
+use std::fmt::Display;
+use std::ops::Range;
+use toml::Spanned;
+
+/// What is wrong, and where in the text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TextError {
+    /// An octet of the text.
+    pub at: usize,
+    /// One sentence.
+    pub message: String,
+}
+
+impl TextError {
+    /// Something that begins where `span` does.
+    pub fn at(span: &Range<usize>, what: impl Display) -> Self {
+        Self { at: span.start, message: what.to_string() }
+    }
+}
+
+/// A text of the file with its place.
+pub type Text = Spanned<String>;
+
+/// What a number with a unit can be: its name, an example, its units with what each is in SI, and the smallest (but for
+/// nothing at all) and the largest there can be, as people write them and in SI.
+///
+/// free choice of the bounds: wider than anything that is built, and narrow enough that no calculation leaves what a number can hold.
+pub struct Quantity {
+    name: &'static str,
+    example: &'static str,
+    units: &'static [(&'static str, f64)],
+    bounds: [(&'static str, f64); 2],
+}
+
+const TORR_PA: f64 = 101_325.0 / 760.0;
+
+/// A time, in s.
+pub const TIME: Quantity = Quantity {
+    name: "a time",
+    example: "90 s",
+    units: &[("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86_400.0)],
+    bounds: [("1 ms", 1e-3), ("36500 d", 3.1536e9)],
+};
+
+/// A volume, in m^3.
+pub const VOLUME: Quantity = Quantity {
+    name: "a volume",
+    example: "100 l",
+    units: &[("l", 1e-3), ("ml", 1e-6), ("mm3", 1e-9), ("m3", 1.0)],
+    bounds: [("1 mm3", 1e-9), ("1e6 m3", 1e6)],
+};
+
+/// A length, in m.
+pub const LENGTH: Quantity = Quantity {
+    name: "a length",
+    example: "40 mm",
+    units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)],
+    bounds: [("0.001 mm", 1e-6), ("1000 m", 1e3)],
+};
+
+/// An area, in m^2.
+pub const AREA: Quantity = Quantity {
+    name: "an area",
+    example: "1.5 m2",
+    units: &[("m2", 1.0), ("cm2", 1e-4)],
+    bounds: [("0.01 cm2", 1e-6), ("1e6 m2", 1e6)],
+};
+
+/// A pumping speed or a conductance, in m^3/s.
+pub const SPEED: Quantity = Quantity {
+    name: "a pumping speed",
+    example: "300 l/s",
+    units: &[("l/s", 1e-3), ("m3/h", 1.0 / 3600.0), ("m3/s", 1.0)],
+    bounds: [("1e-15 l/s", 1e-18), ("1e6 m3/s", 1e6)],
+};
+
+/// A part, 0 to 1.
+pub const PART: Quantity =
+    Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)], bounds: [("0 %", 0.0), ("100 %", 1.0)] };
+
+/// A gas flow, in Pa m^3/s; that in sccm is no factor, but counted at room temperature.
+const FLOW: Quantity = Quantity {
+    name: "a gas flow",
+    example: "1e-5 mbar l/s",
+    units: &[("mbar l/s", 0.1), ("Pa m3/s", 1.0), ("Torr l/s", TORR_PA * 1e-3), ("sccm", 0.0)],
+    bounds: [("0 mbar l/s", 0.0), ("1e7 mbar l/s", 1e6)],
+};
+
+impl Quantity {
+    /// The number in SI.
+    pub fn parse(&self, text: &Text) -> Result<f64, TextError> {
+        let written = text.get_ref().trim();
+        let units = || self.units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+        let wrong = || {
+            let Self { name, example, .. } = self;
+            TextError::at(&text.span(), format!("expected {name} like {example:?} in {}, got {written:?}", units()))
+        };
+        let split = |(unit, factor): &(&str, f64)| {
+            let number: f64 = written.strip_suffix(unit)?.trim_end().parse().ok()?;
+            (number.is_finite() && number >= 0.0).then_some((number, *factor))
+        };
+        let (number, factor) = self.units.iter().find_map(split).ok_or_else(wrong)?;
+        let number = if factor == 0.0 { flow_of_sccm(number) } else { number * factor };
+        let [(least, from), (most, to)] = self.bounds;
+        // A bound that is written in one unit and read in another may be off by the last digit.
+        if number == 0.0 || (from * (1.0 - 1e-9)..=to * (1.0 + 1e-9)).contains(&number) {
+            return Ok(number);
+        }
+        Err(TextError::at(&text.span(), format!("expected {} from {least} to {most}, got {written:?}", self.name)))
+    }
+
+    /// The number in SI, above zero.
+    pub fn positive(&self, text: &Text) -> Result<f64, TextError> {
+        let number = self.parse(text)?;
+        let what = || format!("expected {} above zero, got {:?}", self.name, text.get_ref());
+        if number > 0.0 { Ok(number) } else { Err(TextError::at(&text.span(), what())) }
+    }
+}
+
+/// A gas flow, in Pa m^3/s.
+pub fn flow(text: &Text) -> Result<f64, TextError> {
+    FLOW.parse(text)
+}
+
+/// The highest pressure there can be, in Pa: 10 bar.
+const HIGHEST_PA: f64 = 1e6;
+
+/// A pressure, in Pa.
+pub fn pressure(text: &Text) -> Result<f64, TextError> {
+    let pressure: Pressure = parsed(text)?;
+    let wrong = || TextError::at(&text.span(), format!("expected a pressure up to 10 bar, got {:?}", text.get_ref()));
+    if pressure.pa() <= HIGHEST_PA { Ok(pressure.pa()) } else { Err(wrong()) }
+}
+
+/// A temperature in degrees Celsius or K, in K.
+pub fn temperature(text: &Text) -> Result<f64, TextError> {
+    let written = text.get_ref();
+    let kelvin = match written.trim().rsplit_once(' ') {
+        Some((number, "C")) => number.trim().parse::<f64>().ok().map(|celsius| celsius + 273.15),
+        Some((number, "K")) => number.trim().parse().ok(),
+        _ => None,
+    };
+    let possible = kelvin.filter(|kelvin| (1.0..=2000.0).contains(kelvin));
+    possible.ok_or_else(|| {
+        TextError::at(&text.span(), format!("expected a temperature like \"150 C\" or \"423 K\", got {written:?}"))
+    })
+}
+
+/// Whatever can be read from a text.
+pub fn parsed<T: std::str::FromStr<Err: Display>>(text: &Text) -> Result<T, TextError> {
+    text.get_ref().parse().map_err(|error| TextError::at(&text.span(), error))
+}
+
+/// There is nothing of this name; what there is, and which of it was probably meant.
+pub fn unknown<'a>(what: &str, name: &Text, known: impl Iterator<Item = &'a str>) -> TextError {
+    let known: Vec<&str> = known.collect();
+    let there = if known.is_empty() { "there is none".to_owned() } else { format!("there are {}", known.join(", ")) };
+    let near = nearest(name.get_ref(), known.iter().copied())
+        .map_or(String::new(), |near| format!("; did you mean {near:?}?"));
+    TextError::at(&name.span(), format!("expected {what}, got {:?}; {there}{near}", name.get_ref()))
+}
+
+/// The name that is nearly this one.
+pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
+    alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
+}
+
+/// What the parser says of a key that does not exist, with the one that was probably meant.
+pub fn parser_message(message: &str) -> String {
+    let mut names = message.split('`').skip(1).step_by(2);
+    let near =
+        message.starts_with("unknown field").then(|| names.next()).flatten().and_then(|name| nearest(name, names));
+    near.map_or_else(|| message.to_owned(), |near| format!("{message}; did you mean `{near}`?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(written: &str) -> Text {
+        Spanned::new(7..9, written.to_owned())
+    }
+
+    #[test]
+    fn quantities_are_read_with_their_units() {
+        for (quantity, written, expected) in [
+            (&TIME, "90 s", 90.0),
+            (&TIME, "2h", 7200.0),
+            (&TIME, "1.5 d", 129_600.0),
+            (&TIME, "10 ms", 0.01),
+            (&VOLUME, "100 l", 0.1),
+            (&SPEED, "36 m3/h", 0.01),
+            (&FLOW, "1e-5 mbar l/s", 1e-6),
+            (&FLOW, "2e-3Pa m3/s", 2e-3),
+            (&PART, "50 %", 0.5),
+            (&AREA, "200 cm2", 0.02),
+        ] {
+            let read = quantity.parse(&text(written)).unwrap();
+            assert!((read / expected - 1.0).abs() < 1e-12, "{written}: {read}");
+        }
+        assert!((flow(&text("60 sccm")).unwrap() / 0.10875 - 1.0).abs() < 1e-3);
+        assert!((temperature(&text("150 C")).unwrap() - 423.15).abs() < 1e-9);
+        assert_eq!(temperature(&text("77 K")), Ok(77.0));
+    }
+
+    #[test]
+    fn what_is_no_quantity_is_answered_with_one() {
+        for written in ["", "s", "9", "-1 s", "nan s", "1e400 s", "1 s s", "1 m"] {
+            let expected = format!("expected a time like \"90 s\" in ms, s, min, h, d, got {written:?}");
+            assert_eq!(TIME.parse(&text(written)), Err(TextError { at: 7, message: expected }), "{written}");
+        }
+        assert_eq!(VOLUME.positive(&text("0 l")).unwrap_err().message, "expected a volume above zero, got \"0 l\"");
+        let cold = temperature(&text("-300 C")).unwrap_err().message;
+        assert_eq!(cold, "expected a temperature like \"150 C\" or \"423 K\", got \"-300 C\"");
+    }
+
+    #[test]
+    fn a_name_that_is_nearly_right_is_told() {
+        let known = || ["gate", "fore-valve"].into_iter();
+        let said = unknown("a valve", &text("gaet"), known()).message;
+        assert_eq!(said, "expected a valve, got \"gaet\"; there are gate, fore-valve; did you mean \"gate\"?");
+        assert!(!unknown("a valve", &text("turbo"), known()).message.contains("did you mean"));
+        let sentence = parser_message("unknown field `opne`, expected one of `at`, `open`");
+        assert_eq!(sentence, "unknown field `opne`, expected one of `at`, `open`; did you mean `open`?");
+    }
+}
