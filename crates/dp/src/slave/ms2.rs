@@ -129,7 +129,7 @@ impl Connection {
         } else {
             self.channel.post(&Response::Initiate(InitiateRes {
                 max_len_data_unit: MAX_RECORD as u8,
-                // The slave's own, whatever was asked for: section 10, point 26.
+                // The slave's own, whatever was asked for: profibus-wire 10, point 26.
                 capabilities: Capabilities::READ_WRITE,
                 source: initiate.destination,
                 destination: initiate.source,
@@ -151,7 +151,7 @@ impl Connection {
         }
         match (link.phase, Request::parse(pdu)) {
             (_, Ok(Request::Abort(_))) => self.close(),
-            // section 10, point 20
+            // profibus-wire 10, point 20
             (Phase::Answered | Phase::Refused | Phase::Aborting, _) => return NO_ROOM,
             (Phase::Open, request) => self.work(link, request, job),
         }
