@@ -1,7 +1,8 @@
-//! `cargo xtask layers|purity|goldens`: what this repository checks and regenerates about itself.
+//! `cargo xtask layers|citations|purity|goldens`: what this repository checks and regenerates about itself.
 //!
 //! Each task is a file. A check prints one line when it holds, and every defect it found when it does not.
 
+mod citations;
 mod goldens;
 mod layers;
 mod modules;
@@ -11,6 +12,7 @@ use anyhow::{Result, bail};
 use std::path::Path;
 
 const USAGE: &str = "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only
+       cargo xtask citations every citation leads to a section; with --uncited: the sections that no test cites
        cargo xtask purity    the inner crates are no_std without alloc, all the way down
        cargo xtask goldens   write the goldens anew, for review with git diff";
 
@@ -18,6 +20,8 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
+        ["citations"] => citations::check(),
+        ["citations", "--uncited"] => citations::uncited(),
         ["purity"] => purity::check(),
         ["goldens"] => goldens::bless(),
         _ => {

@@ -73,7 +73,7 @@ fn the_selection_ends_with_the_connection() {
     assert_eq!(bench.ms1_job(READ), low(NOTHING_SELECTED));
 }
 
-/// The errors of 5.1.
+/// The errors of profibus-wire 5.1.
 #[test]
 fn what_does_not_fit_is_refused_by_name() {
     for (request, refusal) in [

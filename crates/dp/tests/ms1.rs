@@ -121,7 +121,7 @@ fn the_device_learns_through_which_relation_it_is_asked() {
     assert_eq!(bench.device().seen, seen);
 }
 
-/// The table of 4.3.
+/// The table of profibus-wire 4.3.
 #[test]
 fn malformed_requests_are_refused_by_name() {
     for (request, refusal) in [
@@ -182,7 +182,7 @@ fn what_waits_is_gone_with_the_relation() {
     assert_eq!(bench.ms1(""), Answer::Ack);
 }
 
-/// A configuration accepted once more during data exchange is no reason to leave: transition 10.
+/// A configuration accepted once more during data exchange is no reason to leave: profibus-wire 3.2, transition 10.
 #[test]
 fn it_survives_a_second_chk_cfg() {
     let mut bench = Bench::exchanging(Gauge::default());

@@ -78,7 +78,7 @@ fn a_dp_v0_device_has_no_connections() {
     assert_eq!(bench.ms2(1, 48, ""), RS);
 }
 
-/// The table of 4.6.5: what the first poll fetches, and RS afterwards.
+/// The table of profibus-wire 4.6.5: what the first poll fetches, and RS afterwards.
 #[test]
 fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
     for (initiate, answer) in [

@@ -236,7 +236,7 @@ fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Tool, Han
     (desk, connection)
 }
 
-/// 4.9, rule 2: T is the greater Send_Timeout of both sides.
+/// profibus-wire 4.9, rule 2: T is the greater Send_Timeout of both sides.
 #[test]
 fn idle_follows_t_after_the_last_response_again_and_again() {
     for (asked, least, ms) in [(100, 100, 1000), (10, 100, 1000), (130, 100, 1300), (1, 1, 10)] {
@@ -254,7 +254,7 @@ fn idle_follows_t_after_the_last_response_again_and_again() {
     }
 }
 
-/// 4.9, rule 4.
+/// profibus-wire 4.9, rule 4.
 #[test]
 fn a_response_is_waited_for_as_long_as_c2_response_timeout_and_t() {
     for (asked, response, least, ms) in [(100, 100, 100, 1000), (100, 250, 100, 2500), (10, 20, 100, 1000)] {
@@ -298,7 +298,7 @@ fn an_initiate_that_nobody_answers_ends_in_time() {
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
 }
 
-/// 4.9, rule 6: polls go on for T.
+/// profibus-wire 4.9, rule 6: polls go on for T.
 #[test]
 fn a_slave_that_falls_silent_is_polled_for_t() {
     use profivac_dp::link::active::Failure;
@@ -356,7 +356,8 @@ fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
     assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Written));
 }
 
-/// 4.9, rule 6: the request is repeated as long as the slave has no room; the count begins anew when it has.
+/// profibus-wire 4.9, rule 6: the request is repeated as long as the slave has no room; the count begins anew when it
+/// has.
 #[test]
 fn a_busy_slave_is_asked_again_so_many_times() {
     use profivac_wire::control::Status;

@@ -1,4 +1,4 @@
-//! A slave that does not know its rate, on a bus that does. profibus-wire 3.6, 3.7 and transition 15.
+//! A slave that does not know its rate, on a bus that does. profibus-wire 3.6, 3.7 and 3.2, transition 15.
 
 mod bench;
 

@@ -136,7 +136,7 @@ fn what_is_asked_for_and_missing_is_not_supported_and_no_fault() {
     assert_eq!(bench.diag(MASTER), "02 04 00 02");
 }
 
-/// The table of Lock_Req and Unlock_Req, transitions 3, 5 and 6.
+/// The table of Lock_Req and Unlock_Req, profibus-wire 2.4 and 3.2, transitions 3, 5 and 6.
 #[test]
 fn lock_and_unlock() {
     for unlock in ["40", "C0"] {
@@ -239,7 +239,7 @@ fn get_cfg_is_open_to_everybody_in_every_state() {
     }
 }
 
-/// Outputs are safe on the way in and on the way out: 3.8.
+/// Outputs are safe on the way in and on the way out: profibus-wire 3.8.
 #[test]
 fn outputs_are_safe_outside_data_exchange() {
     let mut bench = exchanging();

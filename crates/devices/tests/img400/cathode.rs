@@ -157,7 +157,7 @@ fn the_overpressure_fault_acts_on_what_is_on() {
 
 #[test]
 fn the_key_is_an_emergency_off_and_can_be_locked() {
-    // 4.4.4 (table 5, 3), 4.4.1 (203), (129)
+    // 4.4.4 (table 5, 3), 4.4.1 (ID 203), (129)
     let mut desk = exchanging(FLOATS, 1e-6);
     let press = |desk: &mut Desk<Controller>, channel| desk.device().operate(Action::Button(channel)).unwrap();
     for (lock, locked) in [(0, false), (1, false), (2, true), (3, true)] {

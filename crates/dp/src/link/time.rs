@@ -113,7 +113,7 @@ impl Baud {
     }
 
     /// max T_SDR, the latest start of an answer a slave of this project declares, in bit times. profibus-wire 1.12; for
-    /// 45.45 kbit/s the choice of point 27 in section 10 there.
+    /// 45.45 kbit/s the choice of profibus-wire 10, point 27.
     #[must_use]
     pub const fn max_tsdr_tbit(self) -> u16 {
         match self {

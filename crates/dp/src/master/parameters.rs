@@ -27,7 +27,7 @@ pub struct Settings {
 impl Settings {
     /// Settings for a transmission rate.
     ///
-    /// free choice, all of them: the reference gives none (profibus-wire 3.10, and point 35 of section 10).
+    /// free choice, all of them: the reference gives none (profibus-wire 3.10 and 10, point 35).
     #[must_use]
     pub const fn new(baud: Baud) -> Self {
         Self {

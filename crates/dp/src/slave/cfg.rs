@@ -6,8 +6,8 @@ use profivac_wire::cfg::Lengths;
 use profivac_wire::control::Status;
 
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
-    /// profibus-wire 2.6 and transitions 8 to 11. In WAIT-PRM, and from a foreign master, it is acknowledged and ignored
-    /// (section 10, point 7).
+    /// profibus-wire 2.6 and 3.2, transitions 8 to 11. In WAIT-PRM, and from a foreign master, it is acknowledged and
+    /// ignored (profibus-wire 10, point 7).
     pub(super) fn chk_cfg(&mut self, request: &Indication<'_>) -> Reply {
         let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
             return Reply::ShortAck;

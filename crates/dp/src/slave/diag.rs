@@ -6,7 +6,7 @@ use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
-    /// profibus-wire 2.3; a request with data is refused, section 10, point 8.
+    /// profibus-wire 2.3; a request with data is refused, profibus-wire 10, point 8.
     pub(super) fn slave_diag(&mut self, request: &Indication<'_>) -> Reply {
         if !request.du.is_empty() {
             return NO_RESOURCE;

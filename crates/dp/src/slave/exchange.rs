@@ -77,7 +77,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let begins = |on, off| command.contains(on) && !command.contains(off);
         let unsupported = (begins(ControlCommand::SYNC, ControlCommand::UNSYNC) && !features.sync)
             || (begins(ControlCommand::FREEZE, ControlCommand::UNFREEZE) && !features.freeze)
-            // section 10, point 14
+            // profibus-wire 10, point 14
             || command.intersects(ControlCommand::RESERVED);
         if command.contains(ControlCommand::CLEAR_DATA) {
             self.set_safe_outputs();

@@ -87,8 +87,8 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     }
 
     /// The bus was lost and found again, at `baud`: frame counts are forgotten and connections closed, what MS0 was doing goes
-    /// on. A watched slave has lost its master before it could lose the rate. profibus-wire 3.6 and transition 15. Times after
-    /// this call are in bit times of `baud` and may begin anew.
+    /// on. A watched slave has lost its master before it could lose the rate. profibus-wire 3.6 and 3.2, transition 15.
+    /// Times after this call are in bit times of `baud` and may begin anew.
     pub fn rate_found(&mut self, baud: Baud) {
         if self.watchdog_is_running() {
             self.enter_wait_prm(Fault::None);
@@ -102,7 +102,8 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         self.state.owner().is_some_and(|owner| owner.watchdog.is_some())
     }
 
-    /// The application gives up data exchange or wants to be parameterised anew: transitions 16 and 17 of profibus-wire 3.2.
+    /// The application gives up data exchange or wants to be parameterised anew: profibus-wire 3.2, transitions 16 and
+    /// 17.
     pub fn return_to_wait_prm(&mut self) {
         self.enter_wait_prm(Fault::None);
     }
@@ -152,7 +153,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
             Sap::ResourceManager => self.resource_manager(request),
             Sap::Ms2(sap) => self.ms2(sap, request),
             // An SDN service asked for as SRD, and access points the slave does not open: it raises no alarms, so it has no
-            // extra access point to acknowledge them (2.1).
+            // extra access point to acknowledge them (profibus-wire 2.1).
             Sap::GlobalControl | Sap::SetExtPrm | Sap::Alarm | Sap::Other(_) => SERVICE_CLOSED,
         }
     }
@@ -163,8 +164,8 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
     }
 
-    /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (section 10, point 15). The acknowledgement
-    /// carries no address, so the new one may hold at once.
+    /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (profibus-wire 10, point 15). The
+    /// acknowledgement carries no address, so the new one may hold at once.
     fn set_slave_add(&mut self, request: &Indication<'_>) -> Reply {
         if !matches!(self.state, SlaveState::WaitPrm(_)) || !self.device.address_is_settable() {
             return SERVICE_CLOSED;
@@ -186,7 +187,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     }
 
     /// Every error-free request of the owner to this station restarts the watchdog, whatever the service, and so does a
-    /// Global_Control that is accepted. profibus-wire 3.6 and section 10, point 16.
+    /// Global_Control that is accepted. profibus-wire 3.6 and 10, point 16.
     fn restart_watchdog(&mut self, sa: u8) {
         let now = self.now;
         if let Some(Owner { master, watchdog: Some(watchdog), .. }) = self.state.owner_mut()

@@ -21,7 +21,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
             return self.ms1.fetch(&mut self.du);
         }
         if self.ms1.holds_response() {
-            // section 10, point 20
+            // profibus-wire 10, point 20
             return NO_RESOURCE;
         }
         match Request::parse(request.du) {
@@ -31,7 +31,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
                 self.ms1.refuse(function, Dpv1Error::TYPE_CONFLICT);
             }
             // No alarm is ever pending, so no acknowledgement fits; the other functions are unknown to MS1. Both end the
-            // relation: section 10, point 19. free choice: the telegram itself is acknowledged.
+            // relation: profibus-wire 10, point 19. free choice: the telegram itself is acknowledged.
             Ok(
                 Request::AlarmAck(_)
                 | Request::Idle(_)

@@ -130,7 +130,7 @@ impl Connection {
         } else {
             self.channel.post(&Response::Initiate(InitiateRes {
                 max_len_data_unit: MAX_RECORD_LENGTH as u8,
-                // The slave's own, whatever was asked for: section 10, point 26.
+                // The slave's own, whatever was asked for: profibus-wire 10, point 26.
                 capabilities: Capabilities::READ_WRITE,
                 source: initiate.destination,
                 destination: initiate.source,
@@ -152,7 +152,7 @@ impl Connection {
         }
         match (link.phase, Request::parse(pdu)) {
             (_, Ok(Request::Abort(_))) => self.close(),
-            // section 10, point 20
+            // profibus-wire 10, point 20
             (Phase::Answered | Phase::Refused | Phase::Aborting, _) => return NO_RESOURCE,
             (Phase::Open, request) => self.execute(link, request, job),
         }

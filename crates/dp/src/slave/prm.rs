@@ -10,8 +10,8 @@ const DPV1_1_UNKNOWN: Dpv1Status1 = Dpv1Status1::RESERVED.union(Dpv1Status1::PUB
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Always acknowledged; whether it was right is for the next diagnosis to tell.
     pub(super) fn set_prm(&mut self, request: &Indication<'_>) -> Reply {
-        // A foreign master changes nothing while the slave is locked, not even with a faulty telegram: section 10, points
-        // 6 and 12.
+        // A foreign master changes nothing while the slave is locked, not even with a faulty telegram:
+        // profibus-wire 10, points 6 and 12.
         if self.state.is_locked_against(request.sa) {
             return Reply::ShortAck;
         }
@@ -48,7 +48,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let acceptable = prm.ident == self.device.ident_number()
             // Reserved bits matter to a DP-V1 slave only.
             && (!features.dpv1 || (dpv1_known && !prm.status.intersects(PrmStatus::RESERVED)))
-            // section 10, point 11
+            // profibus-wire 10, point 11
             && !(watchdog_on && prm.wd_fact.contains(&0));
         if !acceptable || self.device.set_prm(prm.user).is_err() {
             return None;
@@ -85,7 +85,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 }
 
 /// DPV1_Status_1, and whether the three octets are ones a DP-V1 slave knows: all absent, or without reserved bits.
-/// One or two octets are neither (section 10, point 37).
+/// One or two octets are neither (profibus-wire 10, point 37).
 fn dpv1_status(user: &[u8]) -> (Dpv1Status1, bool) {
     match user {
         [] => (Dpv1Status1::empty(), true),

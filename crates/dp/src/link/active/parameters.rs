@@ -68,7 +68,8 @@ impl BusParameters {
     pub const fn new(address: u8, baud: Baud) -> Self {
         let (max_tsdr_tbit, setup_tbit, quiet_tbit, retry_limit, gap_factor, rotation_tbit) = match baud {
             Baud::B9600 | Baud::B19200 | Baud::B93750 | Baud::B187500 => (60, 1, 0, 1, 1, 50_000),
-            // free choice: the set one maker uses, since it fits together and admits every slave seen (section 10, point 27)
+            // free choice: the set one maker uses, since it fits together and admits every slave seen
+            // (profibus-wire 10, point 27)
             Baud::B45450 => (400, 95, 0, 1, 1, 50_000),
             Baud::B500000 => (100, 1, 0, 1, 1, 100_000),
             Baud::B1500000 => (150, 1, 0, 1, 10, 300_000),
@@ -142,7 +143,7 @@ impl BusParameters {
     ///
     /// # Errors
     /// The first parameter that is [`OutOfRange`]. The slot time has no upper limit, because ports of operating systems
-    /// need more than the 16383 bit times of profibus-wire 1.12 at higher rates (section 9, point 38).
+    /// need more than the 16383 bit times of profibus-wire 1.12 at higher rates (profibus-wire 9.4, point 38).
     pub fn check(&self) -> Result<(), OutOfRange> {
         let reaction = self.margin_tbit().saturating_add(T_SYN_TBIT);
         let reaction = u32::try_from(reaction).unwrap_or(u32::MAX);

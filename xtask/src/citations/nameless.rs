@@ -1,0 +1,94 @@
+//! Citations that do not name their document: the folder or the table that they stand in gives it.
+
+use super::grammar::{Place, number};
+
+/// Points without the name of a document: `section 9, point 38`, `4.9, rule 2` or `point 38 of section 9`.
+pub fn points(text: &str) -> Vec<usize> {
+    let words = ["point", "rule", "transition"].into_iter().flat_map(|word| text.match_indices(word));
+    let nameless = |(at, word): (usize, &str)| {
+        let (before, after) = (text.get(..at)?, text.get(at + word.len()..)?);
+        let after = after.strip_prefix('s').unwrap_or(after).strip_prefix(' ')?;
+        let after = after.get(number(after)?.len()..)?;
+        let section = before.strip_suffix(", ").unwrap_or("");
+        let last = section.rsplit([' ', '(']).next()?;
+        let dotted = number(last).is_some_and(|number| number == last && number.contains('.'));
+        let named = section.trim_end_matches(|char: char| char.is_ascii_digit() || char == '.').ends_with("section ");
+        let of = after.starts_with(" of section ") || after.starts_with(" in section ");
+        (dotted || named || of).then_some(at)
+    };
+    words.filter_map(nameless).collect()
+}
+
+/// Numbers in brackets, `(14)` or `(84) to (92)`, with their places.
+pub fn bracketed(text: &str) -> Vec<(usize, Place)> {
+    let one = |at: usize| {
+        let inside = text.get(at..)?.strip_prefix('(')?;
+        let digits = number(inside).filter(|digits| !digits.contains('.') && digits.len() <= 3)?;
+        inside.get(digits.len()..)?.starts_with(')').then_some((digits.to_owned(), at + digits.len() + 2))
+    };
+    let mut found = Vec::new();
+    let mut done = 0;
+    for (at, _) in text.match_indices('(') {
+        let glued = text.get(..at).is_some_and(|before| before.ends_with(|char: char| char.is_alphanumeric()));
+        let Some((first, end)) = one(at).filter(|_| at >= done && !glued) else { continue };
+        let last = text.get(end..).filter(|rest| rest.starts_with(" to ")).and_then(|_| one(end + 4));
+        done = last.as_ref().map_or(end, |(_, end)| *end);
+        found.push((at, last.map_or(Place::Section(first.clone()), |(last, _)| Place::Range(first, last))));
+    }
+    found
+}
+
+/// Numbers of three parts or more, which in the folder of a device are sections of its manual.
+pub fn bare(text: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
+        let begins = !text
+            .get(..at)
+            .is_some_and(|before| before.ends_with(|char: char| char.is_alphanumeric() || ".-".contains(char)));
+        let numbers = number(rest).filter(|_| begins);
+        if let Some(section) = numbers.filter(|number| number.split('.').count() > 2) {
+            found.push((at, section.to_owned()));
+        }
+        at += numbers.map_or_else(|| rest.chars().next().map_or(1, char::len_utf8), str::len);
+    }
+    found
+}
+
+/// The section in a row of the table of a block: `N "11.2.2";`, behind the store class.
+pub fn row(code: &str) -> Option<(usize, String)> {
+    let (at, _) = code.match_indices(" \"").find(|(at, _)| {
+        let before = code.get(..*at).unwrap_or("").trim_end();
+        ["N", "V", "D", "-"]
+            .iter()
+            .any(|store| before.strip_suffix(store).is_some_and(|before| before.ends_with([' ', ']'])))
+    })?;
+    let quoted = code.get(at + 2..)?;
+    let section = quoted.get(..quoted.find('"')?)?;
+    Some((at, section.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_of_a_table_has_its_section_behind_the_store_class() {
+        let section = |code| row(code).map(|(_, section)| section);
+        assert_eq!(section("17 High \"High\" BY_TYPE [1_R/W 2_R/W]   N  \"11.2.2\";").as_deref(), Some("11.2.2"));
+        assert_eq!(section("20 Key \"Key N\" UINT8 [1_R]  -  \"3.1\" LOCK;").as_deref(), Some("3.1"));
+        assert_eq!(section("hardware: \"1.0\","), None);
+    }
+
+    #[test]
+    fn numbers_in_brackets_and_sections_of_three_parts_are_found() {
+        let found: Vec<Place> = bracketed("one (14), (84) to (92); RECORD(12), (1.5), (2022)")
+            .into_iter()
+            .map(|(_, place)| place)
+            .collect();
+        assert_eq!(found, [Place::Section("14".to_owned()), Place::Range("84".to_owned(), "92".to_owned())]);
+        let found: Vec<String> =
+            bare("3.2.1 and 1.5 of v1.2.3, 3.2.10.").into_iter().map(|(_, section)| section).collect();
+        assert_eq!(found, ["3.2.1", "3.2.10"]);
+    }
+}
