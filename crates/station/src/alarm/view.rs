@@ -117,6 +117,7 @@ pub struct Count {
 
 /// What must be known about alarms at a moment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+#[schema(as = ActiveAlarms)]
 pub struct Standing {
     /// Why what is told here may be wrong: nobody has looked for long, or it cannot be written.
     pub trouble: Option<String>,
