@@ -44,7 +44,21 @@ const REFUSAL = /the server responded with a status of 4\d\d/
 /** Opens a page as somebody, and afterwards holds it to have complained of nothing but refusals. */
 async function as(person, path, look, options = {}) {
   const { cookie, value } = sessions.get(person)
-  const storageState = { cookies: [{ name: cookie, value, domain: '127.0.0.1', path: '/', expires: -1, httpOnly: true, secure: false, sameSite: 'Strict' }], origins: [] }
+  const storageState = {
+    cookies: [
+      {
+        name: cookie,
+        value,
+        domain: '127.0.0.1',
+        path: '/',
+        expires: -1,
+        httpOnly: true,
+        secure: false,
+        sameSite: 'Strict',
+      },
+    ],
+    origins: [],
+  }
   const { page, complaints, close } = await openPage(browser, plant.url + path, { storageState, ...options })
   try {
     await look(page)
@@ -103,7 +117,10 @@ test('somebody reads, plots, arms a degas and fires it', async () => {
     await page.keyboard.press('8')
     const rows = page.locator('.audit tbody tr')
     await rows.filter({ hasText: 'degas-on' }).first().waitFor()
-    assert.match(await text(rows.first()), /Otto operator, 127\.0\.0\.1[^]*outcome[^]*chamber 5[^]*Hot Cathode Block State Command \(1:2\/14\)[^]*done/)
+    assert.match(
+      await text(rows.first()),
+      /Otto operator, 127\.0\.0\.1[^]*outcome[^]*chamber 5[^]*Hot Cathode Block State Command \(1:2\/14\)[^]*done/,
+    )
     await page.keyboard.press('6')
     await page.locator('.events tbody tr', { hasText: 'ba.degas-on by Otto: done' }).waitFor()
   })
@@ -115,7 +132,10 @@ test('a degas above its pressure is refused with the condition', async () => {
   await as(OPERATOR, '/gauge/chamber', async (page) => {
     await command(page, 'ba.degas-on').click()
     await panel(page).locator('.alarm', { hasText: 'must be below 7.2e-6 mbar; pump down first' }).waitFor()
-    assert.match(await text(panel(page).locator('.conditions .fails').last()), /ba\.process-value is below 7\.2e-6 mbar · it is 5e-4 mbar/)
+    assert.match(
+      await text(panel(page).locator('.conditions .fails').last()),
+      /ba\.process-value is below 7\.2e-6 mbar · it is 5e-4 mbar/,
+    )
     assert.equal(await panel(page).getByRole('button', { name: 'Fire' }).count(), 0)
     await page.keyboard.press('1')
     assert.equal(new URL(page.url()).pathname, '/gauge/chamber', 'a key that slipped leads away from an order')
@@ -198,9 +218,17 @@ test('the audit page filters, and gives a table', async () => {
     const rows = page.locator('.audit tbody tr')
     await rows.first().waitFor()
     await page.getByLabel('Who').fill('Erna')
-    await page.waitForFunction(() => [...document.querySelectorAll('.audit tbody tr')].every((row) => row.innerText.includes('Erna')))
+    await page.waitForFunction(() =>
+      [...document.querySelectorAll('.audit tbody tr')].every((row) => row.innerText.includes('Erna')),
+    )
     const table = await (await ask(VIEWER, await page.getByRole('link', { name: 'CSV' }).getAttribute('href'))).text()
     assert.match(table, /^id,time,what,of,who/)
-    assert.ok(table.trim().split('\n').slice(1).every((line) => line.includes('"Erna"')))
+    assert.ok(
+      table
+        .trim()
+        .split('\n')
+        .slice(1)
+        .every((line) => line.includes('"Erna"')),
+    )
   })
 })

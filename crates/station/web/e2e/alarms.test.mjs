@@ -29,7 +29,10 @@ async function as(name, look, options = {}) {
     await page.locator('.alarm-item').first().waitFor()
     await look(page)
     // What is refused is an error for the console of Chromium.
-    assert.deepEqual(complaints.filter((complaint) => !/status of (401|403)/.test(complaint)), [])
+    assert.deepEqual(
+      complaints.filter((complaint) => !/status of (401|403)/.test(complaint)),
+      [],
+    )
   } finally {
     await close()
   }
@@ -47,7 +50,9 @@ test('an alarm is raised, acknowledged and over', async () => {
     assert.match(await text(vented), /▲ high\s+new/)
     assert.match(await text(vented), /vessel above 10\.0 mbar.*: 500 mbar when it was raised/)
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
-    await page.waitForFunction(() => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged')
+    await page.waitForFunction(
+      () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged',
+    )
     assert.match(await text(vented), /acknowledged by olga/)
     plant.tell('vessel=1')
     await vented.waitFor({ state: 'detached' })
@@ -72,7 +77,9 @@ test('what was over before anybody knew stays until somebody knows', async () =>
     const vented = item(page, 'vessel vented')
     await vented.waitFor()
     plant.tell('vessel=1')
-    await page.waitForFunction(() => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'over, new')
+    await page.waitForFunction(
+      () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'over, new',
+    )
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
     await vented.waitFor({ state: 'detached' })
   })
@@ -80,9 +87,16 @@ test('what was over before anybody knew stays until somebody knows', async () =>
 
 test('what stands comes before what is over, the most urgent first', async () => {
   await as('vera', async (page) => {
-    const marks = await page.locator('.alarm-list').first().locator('.alarm-item').evaluateAll((items) => items.map((item) => item.className.split(' ')[1]))
+    const marks = await page
+      .locator('.alarm-list')
+      .first()
+      .locator('.alarm-item')
+      .evaluateAll((items) => items.map((item) => item.className.split(' ')[1]))
     const rank = ['high', 'medium', 'low']
-    assert.deepEqual(marks, [...marks].sort((one, other) => rank.indexOf(one) - rank.indexOf(other)))
+    assert.deepEqual(
+      marks,
+      [...marks].sort((one, other) => rank.indexOf(one) - rank.indexOf(other)),
+    )
     assert.ok(marks.includes('high') && marks.includes('low'), marks.join())
   })
 })
@@ -94,7 +108,11 @@ test('a viewer sees everything and can do nothing', async () => {
     const status = await page.evaluate(async () => {
       const { token } = await (await fetch('/api/session')).json()
       const headers = { 'content-type': 'application/json', 'x-csrf-token': token }
-      const answer = await fetch('/api/alarms/gate%202%20not%20evacuated/acknowledge', { method: 'POST', headers, body: '{"occurrence":1}' })
+      const answer = await fetch('/api/alarms/gate%202%20not%20evacuated/acknowledge', {
+        method: 'POST',
+        headers,
+        body: '{"occurrence":1}',
+      })
       return [answer.status, (await answer.json()).problem]
     })
     assert.deepEqual(status, [403, 'acknowledging an alarm needs the role operator, vera has viewer'])
@@ -103,7 +121,12 @@ test('a viewer sees everything and can do nothing', async () => {
 
 test('an operator cannot take an alarm away, an engineer can, with a reason', async () => {
   await as('olga', async (page) => {
-    assert.equal(await item(page, 'gate 2 not evacuated').getByRole('button', { name: /Out of service/ }).count(), 0)
+    assert.equal(
+      await item(page, 'gate 2 not evacuated')
+        .getByRole('button', { name: /Out of service/ })
+        .count(),
+      0,
+    )
   })
   await as('ada', async (page) => {
     const gate = item(page, 'gate 2 not evacuated')
@@ -176,7 +199,8 @@ test('the limits of alarms are lines in trends, coloured by priority and named',
       const found = ['bad', 'accent'].map((name) => {
         const colour = parseInt(style.getPropertyValue(`--${name}`).trim().slice(1), 16)
         let count = 0
-        for (let place = 0; place < data.length; place += 4) if (((data[place] << 16) | (data[place + 1] << 8) | data[place + 2]) === colour) count += 1
+        for (let place = 0; place < data.length; place += 4)
+          if (((data[place] << 16) | (data[place + 1] << 8) | data[place + 2]) === colour) count += 1
         return count
       })
       return found.every((count) => count > canvas.width / 3)

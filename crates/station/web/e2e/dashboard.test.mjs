@@ -17,7 +17,16 @@ after(async () => {
   await plant?.stop()
 })
 
-const PAGES = { '/': 'Overview', '/trends': 'Trends', '/bus': 'Bus map', '/gauge': 'Gauge', '/rise': 'Rate of rise', '/events': 'Events', '/alarms': 'Alarms', '/audit': 'Audit' }
+const PAGES = {
+  '/': 'Overview',
+  '/trends': 'Trends',
+  '/bus': 'Bus map',
+  '/gauge': 'Gauge',
+  '/rise': 'Rate of rise',
+  '/events': 'Events',
+  '/alarms': 'Alarms',
+  '/audit': 'Audit',
+}
 
 /** Opens a page of the plant, and afterwards holds it to have complained of nothing. */
 async function visit(path, look, options = {}) {
@@ -47,7 +56,13 @@ test('every page loads and says which it is', async () => {
 test('numbers are those of the API, in every unit', async () => {
   const { readings } = (await plant.json('/api/gauges')).find(({ name }) => name === 'turbo outlet')
   assert.deepEqual([readings[0].pa, readings[0].corrected_pa.toFixed(3)], [2.34, '3.978'])
-  const shown = { mbar: '2.34 × 10⁻² mbar', hPa: '2.34 × 10⁻² hPa', Torr: '1.76 × 10⁻² Torr', micron: '17.6 micron', Pa: '2.34 Pa' }
+  const shown = {
+    mbar: '2.34 × 10⁻² mbar',
+    hPa: '2.34 × 10⁻² hPa',
+    Torr: '1.76 × 10⁻² Torr',
+    micron: '17.6 micron',
+    Pa: '2.34 Pa',
+  }
   await visit('/', async (page) => {
     const card = page.locator('[data-gauge="turbo outlet"]')
     assert.match(await text(card), /Ar: 3\.98 × 10⁻² mbar/)
@@ -94,14 +109,22 @@ test('a zoom is fetched again for the pixels there are', async () => {
     const after = await windowOf(page)
     assert.ok(Math.abs((after[1] - after[0]) / (before[1] - before[0]) - 0.5) < 0.01, `${before} ${after}`)
     const bins = Number(new URL(request.url()).searchParams.get('pixels'))
-    assert.ok(Math.abs((bins * (after[1] - after[0])) / span(request) - box.width) < 3, `${bins} pixels for ${box.width}`)
+    assert.ok(
+      Math.abs((bins * (after[1] - after[0])) / span(request) - box.width) < 3,
+      `${bins} pixels for ${box.width}`,
+    )
     await Promise.all([
       page.waitForRequest((request) => request.url().includes('/api/trend') && span(request) < 8 * 3_600_000),
       wheel(page, box, -150),
     ])
     assert.match(page.url(), /from=\d+&to=\d+/)
     await page.getByRole('button', { name: '10 min' }).click()
-    await page.waitForFunction(() => Math.round((document.querySelector('.chart').dataset.to - document.querySelector('.chart').dataset.from) / 1000) === 600)
+    await page.waitForFunction(
+      () =>
+        Math.round(
+          (document.querySelector('.chart').dataset.to - document.querySelector('.chart').dataset.from) / 1000,
+        ) === 600,
+    )
   })
 })
 
@@ -171,11 +194,18 @@ test('the cursor reads all curves at once, and says when there is nothing', asyn
 })
 
 test('nothing of the header is cut off, whatever the window', async () => {
-  for (const [width, height] of [[1280, 800], [768, 1024], [360, 740]]) {
+  for (const [width, height] of [
+    [1280, 800],
+    [768, 1024],
+    [360, 740],
+  ]) {
     const look = async (page) => {
-      const boxes = await page.locator('header :is(a, button, select)').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+      const boxes = await page
+        .locator('header :is(a, button, select)')
+        .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
       assert.ok(boxes.length >= 12)
-      for (const { left, right, top, bottom } of boxes) assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= 260, `${width}: ${left} to ${right}`)
+      for (const { left, right, top, bottom } of boxes)
+        assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= 260, `${width}: ${left} to ${right}`)
       const hides = await page.locator('nav').evaluate((nav) => nav.scrollWidth - nav.clientWidth)
       assert.equal(hides, 0, `${width}: pages are hidden`)
     }
@@ -187,7 +217,9 @@ test('what an alarm says has a line of its own, and no page is wider than its wi
   const look = async (page) => {
     const item = page.locator('.alarm-item').first()
     await item.waitFor()
-    const [name, words] = await item.locator('.what > *').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+    const [name, words] = await item
+      .locator('.what > *')
+      .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
     assert.equal(words.left, name.left)
     assert.ok(words.top >= name.bottom)
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0)
@@ -205,7 +237,8 @@ test('every page is reached by keys', async () => {
     }
     await page.keyboard.press('?')
     await page.getByRole('dialog').waitFor()
-    for (const words of ['Alarms', 'Audit', 'over, new', 'kept on request']) await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
+    for (const words of ['Alarms', 'Audit', 'over, new', 'kept on request'])
+      await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
     await page.keyboard.press('Escape')
     await page.getByRole('dialog').waitFor({ state: 'hidden' })
     await page.keyboard.press('1')
@@ -232,7 +265,9 @@ test('a key that is pressed while a page is being drawn counts', async () => {
 
 test('everything that can be pressed is reached by Tab, and shows it', async () => {
   await visit('/bus', async (page) => {
-    const wanted = await page.evaluate(() => document.querySelectorAll('a, button, select, input, [tabindex="0"]').length)
+    const wanted = await page.evaluate(
+      () => document.querySelectorAll('a, button, select, input, [tabindex="0"]').length,
+    )
     const seen = new Set()
     for (let step = 0; step < wanted; step += 1) {
       await page.keyboard.press('Tab')
@@ -318,7 +353,10 @@ test('parameters are read, searched, and read again', async () => {
   await visit('/gauge/chamber', async (page) => {
     await page.locator('.progress', { hasText: 'read at' }).waitFor()
     const blocks = await plant.json('/api/gauges/chamber/blocks')
-    assert.equal(await page.locator('.parameters tbody tr').count(), blocks.flatMap(({ parameters }) => parameters).length)
+    assert.equal(
+      await page.locator('.parameters tbody tr').count(),
+      blocks.flatMap(({ parameters }) => parameters).length,
+    )
     await page.getByLabel('Search parameters').fill('trip status')
     assert.deepEqual(await page.locator('.parameters tbody th code').allInnerTexts(), ['trip-point.1/status'])
     await Promise.all([
@@ -336,9 +374,14 @@ test('a rise is marked by dragging, and told apart', async () => {
     await page.locator('.result h2', { hasText: 'Mostly outgassing, and a leak' }).waitFor()
     const flows = await page.locator('.flows tbody tr').first().locator('td').allInnerTexts()
     // 2.4e-3 Pa/s in 12 L are 2.88e-5 Pa m³/s; the fit finds it within some percent.
-    const [mbarLitres, pascalCubic, sccm] = flows.map((cell) => Number(cell.replace(/ × 10⁻(.)/, (_, power) => `e-${'⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(power)}`)))
+    const [mbarLitres, pascalCubic, sccm] = flows.map((cell) =>
+      Number(cell.replace(/ × 10⁻(.)/, (_, power) => `e-${'⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(power)}`)),
+    )
     assert.ok(Math.abs(pascalCubic / 2.88e-5 - 1) < 0.05, flows.join())
-    assert.ok(Math.abs(mbarLitres / pascalCubic - 10) < 0.05 && Math.abs((mbarLitres / sccm) / 0.01689 - 1) < 0.01, flows.join())
+    assert.ok(
+      Math.abs(mbarLitres / pascalCubic - 10) < 0.05 && Math.abs(mbarLitres / sccm / 0.01689 - 1) < 0.01,
+      flows.join(),
+    )
   })
   await visit('/rise?s=vessel', async (page) => {
     await drawn(page)

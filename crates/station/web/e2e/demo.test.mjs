@@ -32,7 +32,10 @@ test('all twelve devices measure, and their pressures fall', async () => {
     const chamber = page.locator('.big[data-series="bcg450 5"]')
     const first = await chamber.innerText()
     assert.match(first, / mbar$/)
-    await page.waitForFunction(([element, first]) => element.innerText !== first, [await chamber.elementHandle(), first])
+    await page.waitForFunction(
+      ([element, first]) => element.innerText !== first,
+      [await chamber.elementHandle(), first],
+    )
   })
 })
 

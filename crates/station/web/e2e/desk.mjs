@@ -52,7 +52,9 @@ async function startProgram(program, address, ...more) {
 /** The demonstration with its dashboard; `cargo build -p profivac-cli` makes it. It goes on until it is stopped. */
 export async function startDemo(...more) {
   const program = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/profivac`
-  const child = spawn(program, ['demo', '--headless', '--listen', '127.0.0.1:0', ...more], { stdio: ['pipe', 'ignore', 'pipe'] })
+  const child = spawn(program, ['demo', '--headless', '--listen', '127.0.0.1:0', ...more], {
+    stdio: ['pipe', 'ignore', 'pipe'],
+  })
   const lines = createInterface({ input: child.stderr })
   const failed = once(child, 'error').then(([error]) => Promise.reject(error))
   const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${program} ended with ${code}`)))
@@ -81,7 +83,12 @@ export function startBrowser() {
 
 /** A page, still empty, whose complaints are kept: errors of scripts and everything the console calls an error. */
 export async function openContext(browser, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', locale: 'en-GB', ...options })
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    reducedMotion: 'reduce',
+    locale: 'en-GB',
+    ...options,
+  })
   context.setDefaultTimeout(60_000)
   const page = await context.newPage()
   const complaints = []

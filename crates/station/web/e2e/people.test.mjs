@@ -25,7 +25,10 @@ async function visit(path, look) {
   try {
     await page.goto(plant.url + path)
     await look(page)
-    assert.deepEqual(complaints.filter((complaint) => !/status of (401|403|400)/.test(complaint)), [])
+    assert.deepEqual(
+      complaints.filter((complaint) => !/status of (401|403|400)/.test(complaint)),
+      [],
+    )
   } finally {
     await close()
   }

@@ -42,7 +42,10 @@ async function standing(page) {
 /** The whole page from its top, unless it is very long. */
 async function shown(page) {
   await page.evaluate(() => scrollTo(0, 0))
-  const [width, height] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollHeight])
+  const [width, height] = await page.evaluate(() => [
+    document.documentElement.clientWidth,
+    document.documentElement.scrollHeight,
+  ])
   return { x: 0, y: 0, width, height: Math.min(height, LONGEST) }
 }
 
@@ -106,7 +109,11 @@ async function take(plant, all, person = null) {
     await ready(page)
     if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
     const clip = name === 'order' ? undefined : await shown(page)
-    await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: clip !== undefined, ...(clip ? { clip } : {}) })
+    await page.screenshot({
+      path: `${folder}/dashboard-${name}.png`,
+      fullPage: clip !== undefined,
+      ...(clip ? { clip } : {}),
+    })
     await close()
   }
   await plant.stop()

@@ -48,7 +48,15 @@ export interface Outcome {
 export interface Audited {
   id: number
   at_ms: number
-  what: 'fired' | 'outcome' | 'refused' | 'disarmed' | 'mastership' | 'acknowledged' | 'taken-out-of-service' | 'returned-to-service'
+  what:
+    | 'fired'
+    | 'outcome'
+    | 'refused'
+    | 'disarmed'
+    | 'mastership'
+    | 'acknowledged'
+    | 'taken-out-of-service'
+    | 'returned-to-service'
   of: number | null
   who: string
   role: string
@@ -67,7 +75,8 @@ export type Move = 'ask' | 'release' | 'grant' | 'take-over'
 
 const of = (gauge: string): string => `/api/gauges/${encodeURIComponent(gauge)}`
 
-export const commands = (gauge: string, signal?: AbortSignal): Promise<Command[]> => get(`${of(gauge)}/commands`, {}, signal)
+export const commands = (gauge: string, signal?: AbortSignal): Promise<Command[]> =>
+  get(`${of(gauge)}/commands`, {}, signal)
 export const arm = (gauge: string, wish: Wish): Promise<Armed> => post(`${of(gauge)}/arm`, wish)
 export const fire = (order: string): Promise<Outcome> => post(`/api/orders/${order}/fire`, null)
 export const disarm = (order: string): Promise<void> => remove(`/api/orders/${order}`)
@@ -96,5 +105,6 @@ function query({ gauge, who, from, to, most }: Filter): Record<string, string | 
   }
 }
 
-export const audit = (filter: Filter, signal?: AbortSignal): Promise<Audited[]> => get('/api/audit', query(filter), signal)
+export const audit = (filter: Filter, signal?: AbortSignal): Promise<Audited[]> =>
+  get('/api/audit', query(filter), signal)
 export const auditAddress = (filter: Filter): string => address('/api/audit.csv', query({ ...filter, most: 100_000 }))

@@ -309,7 +309,8 @@ async function answer<T>(path: string, request: RequestInit): Promise<T> {
 export const session = (): Promise<Session> => get('/api/session', {})
 export const login = (name: string, password: string): Promise<Session> => post(LOGIN, { name, password })
 export const logout = (): Promise<void> => post('/api/logout', null)
-export const changePassword = (current: string, next: string): Promise<Session> => post('/api/password', { current, new: next })
+export const changePassword = (current: string, next: string): Promise<Session> =>
+  post('/api/password', { current, new: next })
 
 export function address(path: string, query: Record<string, string | number>): string {
   const text = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)])).toString()

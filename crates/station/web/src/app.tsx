@@ -95,7 +95,15 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
   }
 }
 
-function Header({ current, live, showHelp }: { current: string | undefined; live: Live; showHelp: () => void }): JSX.Element {
+function Header({
+  current,
+  live,
+  showHelp,
+}: {
+  current: string | undefined
+  live: Live
+  showHelp: () => void
+}): JSX.Element {
   const out = useHere().session?.door === 'out'
   return (
     <header>
@@ -109,7 +117,13 @@ function Header({ current, live, showHelp }: { current: string | undefined; live
         <Person />
         {!out && <UnitChoice />}
         <ThemeChoice />
-        <button type="button" class="plain" onClick={showHelp} aria-label="Help: keys and marks" title="Keys and marks (?)">
+        <button
+          type="button"
+          class="plain"
+          onClick={showHelp}
+          aria-label="Help: keys and marks"
+          title="Keys and marks (?)"
+        >
           ?
         </button>
       </div>

@@ -96,7 +96,11 @@ function take(next: Moment): void {
   for (const gauge of next.gauges) {
     for (const reading of gauge.readings) {
       const quality = worth(gauge, reading, 0)
-      remember(reading.series, { at: next.station.now_ms, pa: quality === 'gap' ? null : reading.pa, bits: bits(quality) })
+      remember(reading.series, {
+        at: next.station.now_ms,
+        pa: quality === 'gap' ? null : reading.pa,
+        bits: bits(quality),
+      })
     }
   }
   tell()

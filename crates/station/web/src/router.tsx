@@ -9,7 +9,8 @@ export interface Place {
 }
 
 const here = (): Place => ({ path: location.pathname, query: new URLSearchParams(location.search) })
-const isHere = ({ path, query }: Place): boolean => path + query === location.pathname + new URLSearchParams(location.search)
+const isHere = ({ path, query }: Place): boolean =>
+  path + query === location.pathname + new URLSearchParams(location.search)
 const listeners = new Set<() => void>()
 
 addEventListener('popstate', () => listeners.forEach((listener) => listener()))
@@ -52,7 +53,11 @@ export function nameIn(path: string): string | null {
   }
 }
 
-export function Link({ to, children, ...rest }: { to: string; children: ComponentChildren } & JSX.IntrinsicElements['a']): JSX.Element {
+export function Link({
+  to,
+  children,
+  ...rest
+}: { to: string; children: ComponentChildren } & JSX.IntrinsicElements['a']): JSX.Element {
   const follow = (event: MouseEvent): void => {
     if (event.ctrlKey || event.metaKey || event.shiftKey || event.button !== 0) return
     event.preventDefault()

@@ -81,8 +81,18 @@ test('outgassing without a leak is not called no rise', () => {
 })
 
 test('parameters are found by any word', () => {
-  const parameter = { target: 'a/high-trip', name: 'High Trip Point', numbers: 'slot 1', access: 'R', value: '5 Pa', refusal: null }
-  const blocks = [{ name: 'Trip', parameters: [parameter] }, { name: 'Empty', parameters: [] }]
+  const parameter = {
+    target: 'a/high-trip',
+    name: 'High Trip Point',
+    numbers: 'slot 1',
+    access: 'R',
+    value: '5 Pa',
+    refusal: null,
+  }
+  const blocks = [
+    { name: 'Trip', parameters: [parameter] },
+    { name: 'Empty', parameters: [] },
+  ]
   assert.deepEqual(matching(blocks, ''), [blocks[0]])
   assert.deepEqual(matching(blocks, 'pa HIGH'), [blocks[0]])
   assert.deepEqual(matching(blocks, 'low'), [])
@@ -111,5 +121,8 @@ test('what could not be recorded is told, samples and events', () => {
 })
 
 test('an export names each series by itself', () => {
-  assert.equal(exportAddress(['hall, north', 'annex'], 1, 2), '/api/export.csv?from=1&to=2&series=hall%2C+north&series=annex')
+  assert.equal(
+    exportAddress(['hall, north', 'annex'], 1, 2),
+    '/api/export.csv?from=1&to=2&series=hall%2C+north&series=annex',
+  )
 })

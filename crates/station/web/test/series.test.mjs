@@ -89,7 +89,10 @@ test('a value is read where it holds, and nothing in a gap', () => {
 })
 
 test('places are found', () => {
-  assert.deepEqual([-1, 0, 5, 10, 99].map((at) => placeAt([0, 10, 20], at)), [-1, 0, 0, 1, 2])
+  assert.deepEqual(
+    [-1, 0, 5, 10, 99].map((at) => placeAt([0, 10, 20], at)),
+    [-1, 0, 0, 1, 2],
+  )
   assert.equal(placeAt([], 5), -1)
 })
 

@@ -2,7 +2,17 @@
 
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import { acknowledge, acknowledgeAll, alarmHistory, alarms, outOfService, returnToService, webhooks, type Alarm, type Webhook } from '../api.ts'
+import {
+  acknowledge,
+  acknowledgeAll,
+  alarmHistory,
+  alarms,
+  outOfService,
+  returnToService,
+  webhooks,
+  type Alarm,
+  type Webhook,
+} from '../api.ts'
 import { live, useLive } from '../live.ts'
 import { StateMark, PriorityMark } from '../parts/alarm.tsx'
 import { sentence, useAsked } from '../parts/use.ts'
@@ -124,7 +134,9 @@ function Text({ alarm }: { alarm: Alarm }): JSX.Element {
   const { raised_ms, raised_value, value, limit, acknowledged_by, acknowledged_ms, gauge } = alarm
   const isCounted = raised_value !== null && limit !== null
   const facts = [
-    isCounted ? `${meaning(alarm, unit)}: ${quantity(raised_value, alarm.unit, unit)} when it was raised` : alarm.text || meaning(alarm, unit),
+    isCounted
+      ? `${meaning(alarm, unit)}: ${quantity(raised_value, alarm.unit, unit)} when it was raised`
+      : alarm.text || meaning(alarm, unit),
     isCounted && value !== null ? `now ${quantity(value, alarm.unit, unit)}` : '',
   ].filter(Boolean)
   return (
@@ -132,7 +144,9 @@ function Text({ alarm }: { alarm: Alarm }): JSX.Element {
       <p>{facts.join(', ')}</p>
       <p class="muted">
         {raised_ms !== null && `raised ${time(raised_ms, now)}, ${age(Math.max(0, now - raised_ms))} ago`}
-        {acknowledged_by && acknowledged_ms !== null && ` · acknowledged by ${acknowledged_by} ${time(acknowledged_ms, now)}`}
+        {acknowledged_by &&
+          acknowledged_ms !== null &&
+          ` · acknowledged by ${acknowledged_by} ${time(acknowledged_ms, now)}`}
         {gauge && (
           <>
             {' · '}
@@ -187,11 +201,21 @@ function OutOfService({ all, act }: { all: Alarm[]; act: Act }): JSX.Element {
 }
 
 /** What there is, whether it stands or not. */
-function Every({ all, error, leave }: { all: Alarm[]; error: string | null; leave: (alarm: Alarm) => void }): JSX.Element {
+function Every({
+  all,
+  error,
+  leave,
+}: {
+  all: Alarm[]
+  error: string | null
+  leave: (alarm: Alarm) => void
+}): JSX.Element {
   const unit = useUnit()
   const mine = may(useSession(), 'engineer')
   const [text, setText] = useState('')
-  const shown = all.filter((alarm) => `${alarm.name} ${meaning(alarm, unit)}`.toLowerCase().includes(text.toLowerCase()))
+  const shown = all.filter((alarm) =>
+    `${alarm.name} ${meaning(alarm, unit)}`.toLowerCase().includes(text.toLowerCase()),
+  )
   return (
     <section class="panel" aria-label="All alarms">
       <details>
@@ -199,7 +223,13 @@ function Every({ all, error, leave }: { all: Alarm[]; error: string | null; leav
           <h2>All {all.length || ''} alarms</h2>
         </summary>
         <div class="bar">
-          <input type="search" placeholder="Search" aria-label="Search alarms" value={text} onInput={(event) => setText(event.currentTarget.value)} />
+          <input
+            type="search"
+            placeholder="Search"
+            aria-label="Search alarms"
+            value={text}
+            onInput={(event) => setText(event.currentTarget.value)}
+          />
         </div>
         {error && <p class="alarm">{error}</p>}
         {all.length > 0 && shown.length === 0 && <p class="muted">Nothing matches.</p>}
@@ -226,7 +256,12 @@ function Every({ all, error, leave }: { all: Alarm[]; error: string | null; leav
                 <td>{meaning(alarm, unit)}</td>
                 <td>
                   {mine && alarm.state !== 'out-of-service' && (
-                    <button type="button" class="plain" aria-label={`Out of service: ${alarm.name}`} onClick={() => leave(alarm)}>
+                    <button
+                      type="button"
+                      class="plain"
+                      aria-label={`Out of service: ${alarm.name}`}
+                      onClick={() => leave(alarm)}
+                    >
                       Out of service …
                     </button>
                   )}
@@ -245,7 +280,9 @@ function History(): JSX.Element {
   const [most, setMost] = useState(PAGE)
   const [what, setWhat] = useState('')
   const [text, setText] = useState('')
-  const asked = useAsked(String(most), HISTORY_MS, (signal) => alarmHistory(0, Math.ceil(live().now) + 60_000, most, signal))
+  const asked = useAsked(String(most), HISTORY_MS, (signal) =>
+    alarmHistory(0, Math.ceil(live().now) + 60_000, most, signal),
+  )
   const all = asked.value ?? []
   const shown = all.filter((event) => isWanted(event, what, text))
   return (
@@ -260,7 +297,13 @@ function History(): JSX.Element {
             </option>
           ))}
         </select>
-        <input type="search" placeholder="Search" aria-label="Search the history" value={text} onInput={(event) => setText(event.currentTarget.value)} />
+        <input
+          type="search"
+          placeholder="Search"
+          aria-label="Search the history"
+          value={text}
+          onInput={(event) => setText(event.currentTarget.value)}
+        />
       </div>
       {asked.error && <p class="alarm">{asked.error}</p>}
       <table>
@@ -294,7 +337,9 @@ function History(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {asked.value && shown.length === 0 && <p class="muted">{all.length > 0 ? 'Nothing matches.' : 'Nothing has happened yet.'}</p>}
+      {asked.value && shown.length === 0 && (
+        <p class="muted">{all.length > 0 ? 'Nothing matches.' : 'Nothing has happened yet.'}</p>
+      )}
       {all.length === most && (
         <button type="button" onClick={() => setMost(most + PAGE)}>
           Older ones
@@ -356,7 +401,13 @@ function Leaving({ alarm, act, close }: { alarm: Alarm; act: Act; close: () => v
       <form onSubmit={submit}>
         <label>
           Why
-          <input required maxLength={500} pattern=".*\S.*" value={reason} onInput={(event) => setReason(event.currentTarget.value)} />
+          <input
+            required
+            maxLength={500}
+            pattern=".*\S.*"
+            value={reason}
+            onInput={(event) => setReason(event.currentTarget.value)}
+          />
         </label>
         <label>
           For how long

@@ -51,8 +51,18 @@ export function Audit(): JSX.Element {
             </option>
           ))}
         </select>
-        <input type="search" placeholder="Who" aria-label="Who" value={who} onInput={(event) => setWho(event.currentTarget.value.trim())} />
-        <select aria-label="Time" value={String(back)} onChange={(event) => setBack(event.currentTarget.value === 'null' ? null : Number(event.currentTarget.value))}>
+        <input
+          type="search"
+          placeholder="Who"
+          aria-label="Who"
+          value={who}
+          onInput={(event) => setWho(event.currentTarget.value.trim())}
+        />
+        <select
+          aria-label="Time"
+          value={String(back)}
+          onChange={(event) => setBack(event.currentTarget.value === 'null' ? null : Number(event.currentTarget.value))}
+        >
           {TIMES.map(([words, ms]) => (
             <option value={String(ms)} key={words}>
               {words}
@@ -82,7 +92,9 @@ export function Audit(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {asked.value && rows.length === 0 && <p class="muted">{gauge || who || back !== null ? 'Nothing matches.' : 'Nobody has done anything yet.'}</p>}
+      {asked.value && rows.length === 0 && (
+        <p class="muted">{gauge || who || back !== null ? 'Nothing matches.' : 'Nobody has done anything yet.'}</p>
+      )}
       {rows.length === most && (
         <button type="button" onClick={() => setMost(most + PAGE)}>
           Older ones

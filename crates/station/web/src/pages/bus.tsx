@@ -26,7 +26,8 @@ export function Bus(): JSX.Element {
 }
 
 function Legend({ segments }: { segments: Segment[] }): JSX.Element {
-  const count = (standing: Standing): number => segments.flatMap(({ stations }) => stations).filter((one) => one.standing === standing).length
+  const count = (standing: Standing): number =>
+    segments.flatMap(({ stations }) => stations).filter((one) => one.standing === standing).length
   return (
     <ul class="legend" aria-label="Colours">
       {(Object.keys(STANDINGS) as Standing[]).map((standing) => (
@@ -49,7 +50,13 @@ function Map({ segment }: { segment: Segment }): JSX.Element {
       <Facts segment={segment} />
       <div class="addresses">
         {ADDRESSES.map((address) => (
-          <Cell address={address} station={at.get(address)} chosen={address === chosen} choose={setChosen} key={address} />
+          <Cell
+            address={address}
+            station={at.get(address)}
+            chosen={address === chosen}
+            choose={setChosen}
+            key={address}
+          />
         ))}
       </div>
       <Detail station={station} />
@@ -90,7 +97,14 @@ function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
   if (!station) return <span class="cell empty">{address}</span>
   const words = `${address}: ${station.name ?? STANDINGS[station.standing].word}, ${station.words}`
   return (
-    <button type="button" class={`cell ${station.standing}`} aria-pressed={chosen} aria-label={words} title={words} onClick={() => choose(address)}>
+    <button
+      type="button"
+      class={`cell ${station.standing}`}
+      aria-pressed={chosen}
+      aria-label={words}
+      title={words}
+      onClick={() => choose(address)}
+    >
       {address}
     </button>
   )

@@ -41,7 +41,11 @@ export function Device(): JSX.Element {
             ))}
           </select>
         </label>
-        {gauge && <Link to={`/trends?${new URLSearchParams(gauge.readings.map(({ series }) => ['s', series]))}`}>Its trend</Link>}
+        {gauge && (
+          <Link to={`/trends?${new URLSearchParams(gauge.readings.map(({ series }) => ['s', series]))}`}>
+            Its trend
+          </Link>
+        )}
       </div>
       {gauge ? (
         <>
@@ -49,7 +53,9 @@ export function Device(): JSX.Element {
           <Acting gauge={gauge} key={gauge.name} />
         </>
       ) : (
-        <p class="alarm">{name ? `There is no gauge called ${name}. Choose another one above.` : 'There is no gauge in the station.'}</p>
+        <p class="alarm">
+          {name ? `There is no gauge called ${name}. Choose another one above.` : 'There is no gauge in the station.'}
+        </p>
       )}
     </>
   )
@@ -118,7 +124,15 @@ interface Read {
 const kept = new Map<string, Read>()
 onChange(() => isIn() || kept.clear())
 
-function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => void; done: Outcome | null }): JSX.Element {
+function Blocks({
+  gauge,
+  begin,
+  done,
+}: {
+  gauge: Gauge
+  begin: (wish: Wish) => void
+  done: Outcome | null
+}): JSX.Element {
   const [read, setRead] = useState<Read>(kept.get(gauge.name) ?? { blocks: null, at: null, error: null })
   const [begun, setBegun] = useState<number | null>(null)
   const [wanted, setWanted] = useState('')
@@ -138,7 +152,10 @@ function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => v
   // What was written was read back: it need not be read again.
   useEffect(() => {
     if (done === null || done.after === null || read.blocks === null) return
-    const next = { ...read, blocks: read.blocks.map((block) => ({ ...block, parameters: block.parameters.map((it) => written(it, done)) })) }
+    const next = {
+      ...read,
+      blocks: read.blocks.map((block) => ({ ...block, parameters: block.parameters.map((it) => written(it, done)) })),
+    }
     kept.set(gauge.name, next)
     setRead(next)
   }, [done])
@@ -147,7 +164,13 @@ function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => v
     <section class="panel blocks" aria-label="Parameters" aria-busy={begun !== null}>
       <div class="bar">
         <h2>Parameters</h2>
-        <input type="search" placeholder="Search" aria-label="Search parameters" value={wanted} onInput={(event) => setWanted(event.currentTarget.value)} />
+        <input
+          type="search"
+          placeholder="Search"
+          aria-label="Search parameters"
+          value={wanted}
+          onInput={(event) => setWanted(event.currentTarget.value)}
+        />
         <button type="button" class="main" onClick={again} disabled={begun !== null}>
           Read again
         </button>
@@ -170,7 +193,12 @@ function Blocks({ gauge, begin, done }: { gauge: Gauge; begin: (wish: Wish) => v
 function Progress({ gauge, begun, read }: { gauge: Gauge; begun: number | null; read: Read }): JSX.Element {
   const so = useLive().moment?.reading.find((one) => one.gauge === gauge.name)
   const far = so ? `${so.done} of ${so.of}, ` : ''
-  const words = begun !== null ? `reading … ${far}${age(performance.now() - begun)}` : read.at !== null ? `read at ${clock(read.at)}` : 'not read yet'
+  const words =
+    begun !== null
+      ? `reading … ${far}${age(performance.now() - begun)}`
+      : read.at !== null
+        ? `read at ${clock(read.at)}`
+        : 'not read yet'
   return (
     <span class={begun === null ? 'progress muted' : 'progress busy'} role="status">
       {words}
@@ -232,7 +260,14 @@ function Change({ parameter, begin }: { parameter: Parameter; begin: (wish: Wish
   const reason = obstacle(session, mastership, write.role, null)
   if (!open || reason !== null) {
     return (
-      <button type="button" class="change" disabled={reason !== null} title={reason ?? undefined} aria-label={`Change ${name}`} onClick={() => setOpen(true)}>
+      <button
+        type="button"
+        class="change"
+        disabled={reason !== null}
+        title={reason ?? undefined}
+        aria-label={`Change ${name}`}
+        onClick={() => setOpen(true)}
+      >
         Change
       </button>
     )
@@ -253,7 +288,14 @@ function Change({ parameter, begin }: { parameter: Parameter; begin: (wish: Wish
           ))}
         </select>
       ) : (
-        <input name="value" aria-label={`New value of ${name}`} defaultValue={value ?? ''} autocomplete="off" required autofocus />
+        <input
+          name="value"
+          aria-label={`New value of ${name}`}
+          defaultValue={value ?? ''}
+          autocomplete="off"
+          required
+          autofocus
+        />
       )}
       <button class="main">Arm</button>
       <button type="button" onClick={() => setOpen(false)}>

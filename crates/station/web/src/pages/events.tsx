@@ -18,12 +18,19 @@ export function Events(): JSX.Element {
   const [text, setText] = useState('')
   const asked = useAsked(String(most), AGAIN_MS, (signal) => events(0, Math.ceil(live().now) + 60_000, most, signal))
   const all = asked.value ?? []
-  const shown = all.filter((event) => (!kind || event.kind === kind) && `${event.gauge ?? ''} ${event.text}`.toLowerCase().includes(text.toLowerCase()))
+  const shown = all.filter(
+    (event) =>
+      (!kind || event.kind === kind) && `${event.gauge ?? ''} ${event.text}`.toLowerCase().includes(text.toLowerCase()),
+  )
   return (
     <section class="panel events" aria-label="Events">
       <div class="bar">
         <h1>Events</h1>
-        <select aria-label="Kind" value={kind} onChange={(event) => setKind(event.currentTarget.value as EventKind | '')}>
+        <select
+          aria-label="Kind"
+          value={kind}
+          onChange={(event) => setKind(event.currentTarget.value as EventKind | '')}
+        >
           <option value="">all kinds</option>
           {Object.entries(KINDS).map(([kind, word]) => (
             <option value={kind} key={kind}>
@@ -31,7 +38,13 @@ export function Events(): JSX.Element {
             </option>
           ))}
         </select>
-        <input type="search" placeholder="Search" aria-label="Search events" value={text} onInput={(event) => setText(event.currentTarget.value)} />
+        <input
+          type="search"
+          placeholder="Search"
+          aria-label="Search events"
+          value={text}
+          onInput={(event) => setText(event.currentTarget.value)}
+        />
       </div>
       {asked.error && <p class="alarm">{asked.error}</p>}
       <table>
@@ -58,7 +71,9 @@ export function Events(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {asked.value && shown.length === 0 && <p class="muted">{all.length > 0 ? 'Nothing matches.' : 'Nothing has happened yet.'}</p>}
+      {asked.value && shown.length === 0 && (
+        <p class="muted">{all.length > 0 ? 'Nothing matches.' : 'Nothing has happened yet.'}</p>
+      )}
       {all.length === most && (
         <button type="button" onClick={() => setMost(most + PAGE)}>
           Older ones

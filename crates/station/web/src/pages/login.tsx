@@ -41,7 +41,14 @@ export function Login(): JSX.Element {
       <form ref={form} method="post" onSubmit={(event) => void submit(event)}>
         <label>
           <span>Name</span>
-          <input name="username" autocomplete="username" autocapitalize="none" spellcheck={false} required defaultValue={lost ?? ''} />
+          <input
+            name="username"
+            autocomplete="username"
+            autocapitalize="none"
+            spellcheck={false}
+            required
+            defaultValue={lost ?? ''}
+          />
         </label>
         <Password name="password" label="Password" autocomplete="current-password" />
         <button type="submit" class="main" disabled={busy}>

@@ -28,7 +28,13 @@ export function Overview(): JSX.Element {
             {gauges
               .filter((gauge) => gauge.segment === segment.name)
               .map((gauge) => (
-                <Card gauge={gauge} alarms={alarms.list.filter((alarm) => alarm.gauge === gauge.name)} live={live} unit={unit} key={gauge.name} />
+                <Card
+                  gauge={gauge}
+                  alarms={alarms.list.filter((alarm) => alarm.gauge === gauge.name)}
+                  live={live}
+                  unit={unit}
+                  key={gauge.name}
+                />
               ))}
           </div>
         </section>
@@ -100,7 +106,15 @@ function Measured({ gauge, reading, live, unit, several }: MeasuredProps): JSX.E
 }
 
 /** For which gas the reading is corrected, beside what is indicated. */
-export function Corrected({ gauge, reading, unit }: { gauge: Gauge; reading: Reading; unit: Unit }): JSX.Element | null {
+export function Corrected({
+  gauge,
+  reading,
+  unit,
+}: {
+  gauge: Gauge
+  reading: Reading
+  unit: Unit
+}): JSX.Element | null {
   if (gauge.gas.toLowerCase() === 'n2') return null
   if (reading.corrected_pa === null) return <span class="corrected">no factor for {gas(gauge.gas)} here</span>
   return (

@@ -33,7 +33,12 @@ interface Wanted {
 function useWanted(first: string): [Wanted, (wanted: Wanted) => void] {
   const { query } = usePlace()
   const time = (name: string): number | null => (query.get(name) ? Number(query.get(name)) : null)
-  const wanted = { series: query.get('s') ?? first, begin: time('begin'), end: time('end'), litres: query.get('litres') ?? '' }
+  const wanted = {
+    series: query.get('s') ?? first,
+    begin: time('begin'),
+    end: time('end'),
+    litres: query.get('litres') ?? '',
+  }
   const change = ({ series, begin, end, litres }: Wanted): void => {
     const next = new URLSearchParams(query.has('range') || query.has('from') ? rangeText(rangeOf(query)) : {})
     next.set('s', series)
@@ -62,7 +67,10 @@ export function Rise(): JSX.Element {
         <li>
           <label>
             <span>Choose the gauge</span>
-            <select value={series} onChange={(event) => change({ ...wanted, series: event.currentTarget.value, begin: null, end: null })}>
+            <select
+              value={series}
+              onChange={(event) => change({ ...wanted, series: event.currentTarget.value, begin: null, end: null })}
+            >
               {names.map((name) => (
                 <option value={name} key={name}>
                   {name}
@@ -72,19 +80,44 @@ export function Rise(): JSX.Element {
           </label>
         </li>
         <li>
-          <Moment words="Close the valve to the pump and mark the beginning" button="It closes now" at={begin} now={live.now} set={(at) => change({ ...wanted, begin: at, end: null })} />
+          <Moment
+            words="Close the valve to the pump and mark the beginning"
+            button="It closes now"
+            at={begin}
+            now={live.now}
+            set={(at) => change({ ...wanted, begin: at, end: null })}
+          />
         </li>
         <li>
-          <Moment words="Wait, then mark the end" button="It ends now" at={end} now={live.now} set={(at) => change({ ...wanted, end: at })} />
+          <Moment
+            words="Wait, then mark the end"
+            button="It ends now"
+            at={end}
+            now={live.now}
+            set={(at) => change({ ...wanted, end: at })}
+          />
         </li>
         <li>
           <label>
             <span>Give the volume, for flows</span>
-            <input class="short" type="number" min="0" step="any" inputMode="decimal" value={litres} onInput={(event) => change({ ...wanted, litres: event.currentTarget.value })} /> L
+            <input
+              class="short"
+              type="number"
+              min="0"
+              step="any"
+              inputMode="decimal"
+              value={litres}
+              onInput={(event) => change({ ...wanted, litres: event.currentTarget.value })}
+            />{' '}
+            L
           </label>
         </li>
       </ol>
-      <Curves wanted={wanted} fit={ready ? fit.value : null} mark={(from, to) => change({ ...wanted, begin: from, end: to })} />
+      <Curves
+        wanted={wanted}
+        fit={ready ? fit.value : null}
+        mark={(from, to) => change({ ...wanted, begin: from, end: to })}
+      />
       <Result fit={ready ? fit.value : null} error={ready ? fit.error : null} volume={volume} />
     </div>
   )
@@ -109,12 +142,26 @@ function Moment({ words, button, at, now, set }: MomentProps): JSX.Element {
       <button type="button" class="main" onClick={() => set(now)}>
         {button}
       </button>
-      <input type="datetime-local" step="1" aria-label={words} value={at === null ? '' : inputMoment(at)} onChange={(event) => typed(event.currentTarget.value)} />
+      <input
+        type="datetime-local"
+        step="1"
+        aria-label={words}
+        value={at === null ? '' : inputMoment(at)}
+        onChange={(event) => typed(event.currentTarget.value)}
+      />
     </div>
   )
 }
 
-function Curves({ wanted, fit, mark }: { wanted: Wanted; fit: Fit | null; mark: (from: number, to: number) => void }): JSX.Element {
+function Curves({
+  wanted,
+  fit,
+  mark,
+}: {
+  wanted: Wanted
+  fit: Fit | null
+  mark: (from: number, to: number) => void
+}): JSX.Element {
   const live = useLive()
   const unit = useUnit()
   const dark = useDark()
@@ -125,7 +172,11 @@ function Curves({ wanted, fit, mark }: { wanted: Wanted; fit: Fit | null; mark: 
   const drawn = useDrawn(asked.value, range, unit, live.now)
   const window = windowOf(range, live.now)
   const measured = colour(0, dark)
-  const lines: Line[] = drawn.trends.map(({ series }, place) => ({ name: series, colour: measured, stretches: drawn.stretches[place]! }))
+  const lines: Line[] = drawn.trends.map(({ series }, place) => ({
+    name: series,
+    colour: measured,
+    stretches: drawn.stretches[place]!,
+  }))
   const curves = [...drawn.curves]
   if (fit && wanted.begin !== null && lines.length > 0) {
     curves.push(fittedCurve(fit, drawn.times, wanted.begin, wanted.end ?? live.now, unit))
@@ -185,7 +236,9 @@ function linear([low, high]: [number, number]): [number, number] {
 }
 
 function fittedCurve(fit: Fit, times: number[], begin: number, end: number, unit: Unit): Curve {
-  const mean = times.map((time) => (time < begin || time > end ? null : inUnit(fitted(fit, (time - begin) / 1000), unit)))
+  const mean = times.map((time) =>
+    time < begin || time > end ? null : inUnit(fitted(fit, (time - begin) / 1000), unit),
+  )
   const nothing = times.map(() => null)
   return { low: nothing, high: nothing, mean }
 }

@@ -33,7 +33,12 @@ const PAINTS: Record<Priority, string> = { high: 'bad', medium: 'warn', low: 'ac
 const HOME: Range = { last: SPANS[1]!.ms }
 
 /** What the address of the page says, and how it is changed. */
-function useChoice(names: string[]): { chosen: string[]; range: Range; whole: boolean; choose: (chosen: string[], range: Range, whole: boolean) => void } {
+function useChoice(names: string[]): {
+  chosen: string[]
+  range: Range
+  whole: boolean
+  choose: (chosen: string[], range: Range, whole: boolean) => void
+} {
   const { query } = usePlace()
   const named = query.getAll('s').filter((name) => names.includes(name))
   const chosen = query.has('s') || query.has('none') ? named : names.slice(0, FIRST)
@@ -67,22 +72,57 @@ export function Trends(): JSX.Element {
   const limits = limitsOf(useAsked('limits', LIMITS_MS, (signal) => alarms(signal)).value ?? [], chosen)
   const trips = drawn.trends
     .filter(({ series }) => names.includes(series))
-    .flatMap(({ series }) => of(series).levels.map(({ name, pa }) => ({ name: `${series}: ${name}`, colour: paint(series), value: inUnit(pa, unit) })))
-  const levels = [...trips, ...limits.map(({ name, priority, limit }) => ({ name, colour: own(PAINTS[priority]), value: inUnit(limit!, unit) }))]
+    .flatMap(({ series }) =>
+      of(series).levels.map(({ name, pa }) => ({
+        name: `${series}: ${name}`,
+        colour: paint(series),
+        value: inUnit(pa, unit),
+      })),
+    )
+  const levels = [
+    ...trips,
+    ...limits.map(({ name, priority, limit }) => ({
+      name,
+      colour: own(PAINTS[priority]),
+      value: inUnit(limit!, unit),
+    })),
+  ]
   const toggle = (series: string): void =>
-    choose(chosen.includes(series) ? chosen.filter((name) => name !== series) : names.filter((name) => name === series || chosen.includes(name)), range, whole)
+    choose(
+      chosen.includes(series)
+        ? chosen.filter((name) => name !== series)
+        : names.filter((name) => name === series || chosen.includes(name)),
+      range,
+      whole,
+    )
   return (
     <div class="trends">
       <h1 class="unseen">Trends</h1>
-      <Bar range={range} now={live.now} whole={whole} setRange={setRange} setWhole={(whole) => choose(chosen, range, whole)} />
+      <Bar
+        range={range}
+        now={live.now}
+        whole={whole}
+        setRange={setRange}
+        setWhole={(whole) => choose(chosen, range, whole)}
+      />
       <div class="trend-chart panel" ref={box}>
         <Chart
           words={`Pressures in ${unit} over time. Arrow keys move, plus and minus zoom, Home goes back to now.`}
           times={drawn.times}
           curves={drawn.curves}
-          lines={drawn.trends.map(({ series }, place) => ({ name: series, colour: paint(series), stretches: drawn.stretches[place]! }))}
+          lines={drawn.trends.map(({ series }, place) => ({
+            name: series,
+            colour: paint(series),
+            stretches: drawn.stretches[place]!,
+          }))}
           window={window}
-          scale={scaleOf(drawn, window, unit, whole, levels.map(({ value }) => value))}
+          scale={scaleOf(
+            drawn,
+            window,
+            unit,
+            whole,
+            levels.map(({ value }) => value),
+          )}
           log={true}
           unit={unit}
           levels={levels}
@@ -100,12 +140,25 @@ export function Trends(): JSX.Element {
           }}
         />
       </div>
-      <Readout all={all} chosen={chosen} paint={paint} toggle={toggle} unit={unit} at={cursor} read={(series) => (cursor === null ? null : readAt(drawn, series, cursor))} happenings={nearby(asked.value?.happenings ?? [], cursor, window, width)} />
+      <Readout
+        all={all}
+        chosen={chosen}
+        paint={paint}
+        toggle={toggle}
+        unit={unit}
+        at={cursor}
+        read={(series) => (cursor === null ? null : readAt(drawn, series, cursor))}
+        happenings={nearby(asked.value?.happenings ?? [], cursor, window, width)}
+      />
       <Limits limits={limits} unit={unit} />
       <Busy asked={asked} />
       <div class="bar">
         <Custom window={window} live={isLive(range)} setRange={setRange} />
-        <a class="button" href={exportAddress(chosen, Math.floor(window[0]), Math.ceil(window[1]))} download="pressures.csv">
+        <a
+          class="button"
+          href={exportAddress(chosen, Math.floor(window[0]), Math.ceil(window[1]))}
+          download="pressures.csv"
+        >
           Save as CSV
         </a>
       </div>
@@ -120,7 +173,8 @@ function Limits({ limits, unit }: { limits: Alarm[]; unit: Unit }): JSX.Element 
     <ul class="limits" aria-label="Alarm limits">
       {limits.map(({ name, priority, condition, limit }) => (
         <li key={name} data-limit={name}>
-          <PriorityMark priority={priority} /> {name} <span class="muted">{`${condition} ${quantity(limit, 'Pa', unit)}`}</span>
+          <PriorityMark priority={priority} /> {name}{' '}
+          <span class="muted">{`${condition} ${quantity(limit, 'Pa', unit)}`}</span>
         </li>
       ))}
     </ul>
@@ -128,7 +182,13 @@ function Limits({ limits, unit }: { limits: Alarm[]; unit: Unit }): JSX.Element 
 }
 
 /** The range of the axis in the unit that is shown. */
-function scaleOf(drawn: Drawn, window: [number, number], unit: Unit, whole: boolean, levels: number[]): [number, number] {
+function scaleOf(
+  drawn: Drawn,
+  window: [number, number],
+  unit: Unit,
+  whole: boolean,
+  levels: number[],
+): [number, number] {
   if (whole) return decades(inUnit(WHOLE[0], unit) * 1.3, inUnit(WHOLE[1], unit))
   const [low, high] = extent(drawn, window)
   const all = [low, high, ...levels].filter(Number.isFinite)
@@ -136,7 +196,12 @@ function scaleOf(drawn: Drawn, window: [number, number], unit: Unit, whole: bool
 }
 
 /** Events under the cursor, within some pixels. */
-function nearby<T extends { at_ms: number }>(happenings: T[], cursor: number | null, window: [number, number], width: number): T[] {
+function nearby<T extends { at_ms: number }>(
+  happenings: T[],
+  cursor: number | null,
+  window: [number, number],
+  width: number,
+): T[] {
   const reach = (6 * (window[1] - window[0])) / Math.max(1, width)
   return cursor === null ? [] : happenings.filter(({ at_ms }) => Math.abs(at_ms - cursor) < reach)
 }
@@ -156,7 +221,12 @@ function Bar({ range, now, whole, setRange, setWhole }: BarProps): JSX.Element {
     <div class="bar" role="toolbar" aria-label="Time">
       <div class="buttons">
         {SPANS.map(({ name, words, ms }) => (
-          <button type="button" key={name} aria-pressed={isLive(range) && range.last === ms} onClick={() => setRange({ last: ms })}>
+          <button
+            type="button"
+            key={name}
+            aria-pressed={isLive(range) && range.last === ms}
+            onClick={() => setRange({ last: ms })}
+          >
             {words}
           </button>
         ))}
@@ -175,7 +245,12 @@ function Bar({ range, now, whole, setRange, setWhole }: BarProps): JSX.Element {
           ›
         </button>
       </div>
-      <button type="button" aria-pressed={whole} onClick={() => setWhole(!whole)} title="All decades, or those that are needed">
+      <button
+        type="button"
+        aria-pressed={whole}
+        onClick={() => setWhole(!whole)}
+        title="All decades, or those that are needed"
+      >
         Whole scale
       </button>
     </div>
@@ -183,7 +258,15 @@ function Bar({ range, now, whole, setRange, setWhole }: BarProps): JSX.Element {
 }
 
 /** From when to when, to be typed. In a live range it says what is shown, once a second. */
-function Custom({ window, live, setRange }: { window: [number, number]; live: boolean; setRange: (range: Range) => void }): JSX.Element {
+function Custom({
+  window,
+  live,
+  setRange,
+}: {
+  window: [number, number]
+  live: boolean
+  setRange: (range: Range) => void
+}): JSX.Element {
   const [from, to] = window.map(inputMoment) as [string, string]
   const [draft, setDraft] = useState<[string, string] | null>(null)
   useEffect(() => setDraft(null), [live ? 0 : from, live ? 0 : to])
@@ -194,10 +277,26 @@ function Custom({ window, live, setRange }: { window: [number, number]; live: bo
     if (end - start >= 2000) setRange({ from: start, to: end })
   }
   return (
-    <form class="custom" onSubmit={apply as unknown as JSX.SubmitEventHandler<HTMLFormElement>} aria-label={`From ${moment(window[0])} to ${moment(window[1])}`}>
-      <input type="datetime-local" step="1" aria-label="From" value={shownFrom} onInput={(event) => setDraft([event.currentTarget.value, shownTo])} />
+    <form
+      class="custom"
+      onSubmit={apply as unknown as JSX.SubmitEventHandler<HTMLFormElement>}
+      aria-label={`From ${moment(window[0])} to ${moment(window[1])}`}
+    >
+      <input
+        type="datetime-local"
+        step="1"
+        aria-label="From"
+        value={shownFrom}
+        onInput={(event) => setDraft([event.currentTarget.value, shownTo])}
+      />
       <span aria-hidden="true">–</span>
-      <input type="datetime-local" step="1" aria-label="To" value={shownTo} onInput={(event) => setDraft([shownFrom, event.currentTarget.value])} />
+      <input
+        type="datetime-local"
+        step="1"
+        aria-label="To"
+        value={shownTo}
+        onInput={(event) => setDraft([shownFrom, event.currentTarget.value])}
+      />
       <button type="submit" disabled={draft === null}>
         Show
       </button>

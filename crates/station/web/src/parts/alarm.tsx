@@ -47,7 +47,12 @@ export function AlarmBadge({ moment }: { moment: Moment | null }): JSX.Element |
   const { priority, here, active, unacknowledged } = all
   const words = `${active} active, ${unacknowledged} not acknowledged, the highest priority is ${priority}`
   return (
-    <Link to="/alarms" class={`badge ${priority} ${unacknowledged ? '' : 'known'}`} title={words} aria-label={`Alarms: ${words}`}>
+    <Link
+      to="/alarms"
+      class={`badge ${priority} ${unacknowledged ? '' : 'known'}`}
+      title={words}
+      aria-label={`Alarms: ${words}`}
+    >
       <span aria-hidden="true">{SHAPES[priority]} </span>
       {here > 0 ? `${here} ${priority}` : `${priority}, over`}
       {unacknowledged > 0 && <span class="new"> {unacknowledged} new</span>}

@@ -115,14 +115,19 @@ function options(latest: { current: ChartProps }): uPlot.Options {
     const hidden = { stroke: 'transparent', width: 0, points: { show: false } }
     return [hidden, hidden, { stroke: colour, width: 1.8, dash: dashed ? [8, 5] : [], points: { show: false } }]
   })
-  const bands = lines.map(({ colour }, place): uPlot.Band => ({ series: [3 * place + 2, 3 * place + 1], fill: `${colour}38` }))
+  const bands = lines.map(
+    ({ colour }, place): uPlot.Band => ({ series: [3 * place + 2, 3 * place + 1], fill: `${colour}38` }),
+  )
   return {
     width,
     height,
     ms: 1,
     legend: { show: false },
     padding: [12, EDGE_PX, 0, 0],
-    scales: { x: { time: true, range: () => latest.current.window }, y: { distr: log ? 3 : 1, range: () => latest.current.scale } },
+    scales: {
+      x: { time: true, range: () => latest.current.window },
+      y: { distr: log ? 3 : 1, range: () => latest.current.scale },
+    },
     axes: [timeAxis(), pressureAxis(log)],
     series: [{}, ...series],
     bands,
@@ -144,11 +149,25 @@ function timeAxis(): uPlot.Axis {
     [1_000, '{HH}:{mm}:{ss}', '\n{D} {MMM}', null, '\n{D} {MMM}', null, null, null, 1],
     [1, '{ss}.{fff}', '\n{HH}:{mm}', null, '\n{HH}:{mm}', null, null, null, 1],
   ]
-  return { stroke: own('muted'), font: FONT, grid: { stroke: own('grid'), width: 1 }, ticks: { show: false }, size: 44, space: 80, values }
+  return {
+    stroke: own('muted'),
+    font: FONT,
+    grid: { stroke: own('grid'), width: 1 },
+    ticks: { show: false },
+    size: 44,
+    space: 80,
+    values,
+  }
 }
 
 function pressureAxis(log: boolean): uPlot.Axis {
-  const axis: uPlot.Axis = { stroke: own('muted'), font: FONT, grid: { stroke: own('grid'), width: 1 }, ticks: { show: false }, size: AXIS_PX.log }
+  const axis: uPlot.Axis = {
+    stroke: own('muted'),
+    font: FONT,
+    grid: { stroke: own('grid'), width: 1 },
+    ticks: { show: false },
+    size: AXIS_PX.log,
+  }
   if (!log) return { ...axis, values: (_, splits) => splits.map(number), size: AXIS_PX.linear }
   return {
     ...axis,

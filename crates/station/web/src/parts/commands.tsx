@@ -72,7 +72,13 @@ function Row({ command, begin }: { command: Command; begin: (wish: Wish) => void
   const id = `why-${command.command}`
   return (
     <li data-command={command.command}>
-      <button type="button" disabled={reason !== null} title={reason ?? undefined} aria-describedby={id} onClick={() => begin({ command: command.command })}>
+      <button
+        type="button"
+        disabled={reason !== null}
+        title={reason ?? undefined}
+        aria-describedby={id}
+        onClick={() => begin({ command: command.command })}
+      >
         {command.command} …
       </button>
       <span class="command-facts" id={id}>

@@ -48,11 +48,21 @@ function drawStretches(chart: uPlot, line: Line, lane: number): void {
     const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
     if (right <= left) continue
     const [top, bottom] = edges(chart, stretch, lane)
-    ctx.fillStyle = stretch.what === 'invalid' ? own('bad') : faded(ctx, line.colour, stretch.what === 'over' ? [bottom, top] : [top, bottom])
+    ctx.fillStyle =
+      stretch.what === 'invalid'
+        ? own('bad')
+        : faded(ctx, line.colour, stretch.what === 'over' ? [bottom, top] : [top, bottom])
     ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
     const words = `${line.name} ${WORDS[stretch.what]}`
     const y = stretch.what === 'over' ? bottom - 13 * dpr : stretch.what === 'under' ? top + 2 * dpr : top - 14 * dpr
-    label(chart, words, left + 130 * dpr, y, right - left - 136 * dpr, stretch.what === 'invalid' ? own('bad') : line.colour)
+    label(
+      chart,
+      words,
+      left + 130 * dpr,
+      y,
+      right - left - 136 * dpr,
+      stretch.what === 'invalid' ? own('bad') : line.colour,
+    )
   }
   ctx.restore()
 }

@@ -50,7 +50,13 @@ export function MastershipMark({ mastership, now }: { mastership: Mastership; no
     <div class={mine ? 'mastership mine' : 'mastership'} aria-label="Mastership" role="group">
       <span role="status">{mastershipWords(mastership, session)}</span>
       {moves(mastership, session, now).map((wanted) => (
-        <button type="button" class={wanted === 'grant' ? 'main' : undefined} key={wanted} title={MEANINGS[wanted]} onClick={() => move(wanted)}>
+        <button
+          type="button"
+          class={wanted === 'grant' ? 'main' : undefined}
+          key={wanted}
+          title={MEANINGS[wanted]}
+          onClick={() => move(wanted)}
+        >
           {WORDS[wanted]}
         </button>
       ))}

@@ -28,13 +28,17 @@ interface Props {
 export function OrderPanel({ gauge, wish, close }: Props): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null)
   const [step, setStep] = useState<Step>({ is: 'asking' })
-  const refused = (error: unknown): void => setStep({ is: 'refused', problem: sentence(error), conditions: conditionsOf(error) })
+  const refused = (error: unknown): void =>
+    setStep({ is: 'refused', problem: sentence(error), conditions: conditionsOf(error) })
   useEffect(() => {
     let left = false
     dialog.current?.showModal()
     arm(gauge, wish).then(
       // Whoever has gone meanwhile does not want it.
-      (armed) => (left ? void disarm(armed.order).catch(() => {}) : setStep({ is: 'armed', armed, until: performance.now() + armed.left_ms })),
+      (armed) =>
+        left
+          ? void disarm(armed.order).catch(() => {})
+          : setStep({ is: 'armed', armed, until: performance.now() + armed.left_ms }),
       (error: unknown) => left || refused(error),
     )
     return () => void (left = true)

@@ -60,7 +60,15 @@ function Account({ name, close }: { name: string; close: () => void }): JSX.Elem
         <p role="status">It holds from now on. Your other windows and computers are logged out.</p>
       ) : (
         <form ref={form} method="post" onSubmit={(event) => void submit(event)}>
-          <input class="unseen" name="username" autocomplete="username" value={name} readOnly tabIndex={-1} aria-hidden="true" />
+          <input
+            class="unseen"
+            name="username"
+            autocomplete="username"
+            value={name}
+            readOnly
+            tabIndex={-1}
+            aria-hidden="true"
+          />
           <p class="muted">At least 8 characters, better 15: some words that do not belong together.</p>
           {error && (
             <p class="alarm" role="alert">

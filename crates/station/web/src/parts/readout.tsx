@@ -39,18 +39,33 @@ export function Readout(props: ReadoutProps): JSX.Element {
   )
 }
 
-function Line({ series, gauge, chosen, paint, toggle, unit, at, read }: ReadoutProps & { series: string; gauge: Gauge }): JSX.Element {
+function Line({
+  series,
+  gauge,
+  chosen,
+  paint,
+  toggle,
+  unit,
+  at,
+  read,
+}: ReadoutProps & { series: string; gauge: Gauge }): JSX.Element {
   const live = useLive()
   const drawn = chosen.includes(series)
   const reading = gauge.readings.find((reading) => reading.series === series)!
   const then = at !== null && drawn ? read(series) : null
   const [pa, quality] =
-    at !== null && drawn ? [then?.mean ?? null, then ? qualityOf(then.bits, then.mean) : 'gap'] : [reading.pa, worth(gauge, reading, live.since)]
+    at !== null && drawn
+      ? [then?.mean ?? null, then ? qualityOf(then.bits, then.mean) : 'gap']
+      : [reading.pa, worth(gauge, reading, live.since)]
   return (
     <li class={drawn ? '' : 'off'}>
       <label>
         <input type="checkbox" checked={drawn} onChange={() => toggle(series)} style={{ accentColor: paint(series) }} />
-        <span class="swatch" style={drawn ? { background: paint(series), borderColor: paint(series) } : {}} aria-hidden="true" />
+        <span
+          class="swatch"
+          style={drawn ? { background: paint(series), borderColor: paint(series) } : {}}
+          aria-hidden="true"
+        />
         <span class="name">{series}</span>
         <span class="value">
           {(at === null || drawn) && <Shown pa={pa} quality={quality as Quality} unit={unit} />}

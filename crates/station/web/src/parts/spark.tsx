@@ -19,9 +19,17 @@ export function Spark({ series, dim }: { series: string; dim: boolean }): JSX.El
     return trend(series, from, to, count, signal)
   })
   const lines = asked.value ? drawn(withTail(asked.value, tail(series)), live().now) : []
-  const words = asked.value?.start_ms.length ? `The last ten minutes of ${series}` : 'Nothing was recorded in the last ten minutes'
+  const words = asked.value?.start_ms.length
+    ? `The last ten minutes of ${series}`
+    : 'Nothing was recorded in the last ten minutes'
   return (
-    <svg class={dim ? 'spark dim' : 'spark'} viewBox={`0 0 ${WIDTH} ${HEIGHT}`} preserveAspectRatio="none" role="img" aria-label={words}>
+    <svg
+      class={dim ? 'spark dim' : 'spark'}
+      viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
+      preserveAspectRatio="none"
+      role="img"
+      aria-label={words}
+    >
       {lines.map((points) => (
         <polyline points={points} />
       ))}
@@ -44,7 +52,9 @@ function drawn(trend: Trend, now: number): string[] {
     if (mean === null) lines.push([])
     else if (mean !== undefined) lines[lines.length - 1]!.push(`${x(time).toFixed(1)},${y(mean).toFixed(1)}`)
   })
-  return lines.filter(({ length }) => length > 0).map((points) => (points.length === 1 ? [...points, ...points] : points).join(' '))
+  return lines
+    .filter(({ length }) => length > 0)
+    .map((points) => (points.length === 1 ? [...points, ...points] : points).join(' '))
 }
 
 function extent(values: (number | null | undefined)[]): [number, number] {

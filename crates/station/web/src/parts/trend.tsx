@@ -64,7 +64,12 @@ export function useDrawn(fetched: Fetched | null, range: Range, unit: Unit, now:
       binMs,
       times,
       curves: curves.map(({ low, high, mean }) => ({ low: shown(low), high: shown(high), mean: shown(mean) })),
-      stretches: trends.map((one) => stretches(one, binMs).map((stretch) => ({ ...stretch, limit: stretch.limit === null ? null : stretch.limit / UNITS[unit] }))),
+      stretches: trends.map((one) =>
+        stretches(one, binMs).map((stretch) => ({
+          ...stretch,
+          limit: stretch.limit === null ? null : stretch.limit / UNITS[unit],
+        })),
+      ),
     }
   }, [fetched, unit, second, isLive(range)])
 }

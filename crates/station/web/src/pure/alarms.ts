@@ -43,8 +43,11 @@ export function byUrgency(one: Alarm, other: Alarm): number {
 }
 
 /** What all pages show in their frame: the highest priority that somebody must look at, and how many. */
-export function summary(standing: StandingAlarms): { priority: Priority; here: number; active: number; unacknowledged: number } | null {
-  const count = (of: (count: Count) => number): number => PRIORITIES.reduce((sum, priority) => sum + of(standing[priority]), 0)
+export function summary(
+  standing: StandingAlarms,
+): { priority: Priority; here: number; active: number; unacknowledged: number } | null {
+  const count = (of: (count: Count) => number): number =>
+    PRIORITIES.reduce((sum, priority) => sum + of(standing[priority]), 0)
   const [active, unacknowledged] = [count((one) => one.active), count((one) => one.unacknowledged)]
   const highest = PRIORITIES.find((priority) => standing[priority].active + standing[priority].unacknowledged > 0)
   if (!highest) return null
@@ -54,7 +57,10 @@ export function summary(standing: StandingAlarms): { priority: Priority; here: n
 /** Alarms whose limits are pressures of these series: lines in a trend, the highest priority first. */
 export const limitsOf = (all: Alarm[], chosen: string[]): Alarm[] =>
   all
-    .filter(({ condition, series, limit }) => (condition === 'above' || condition === 'below') && limit !== null && chosen.includes(series ?? ''))
+    .filter(
+      ({ condition, series, limit }) =>
+        (condition === 'above' || condition === 'below') && limit !== null && chosen.includes(series ?? ''),
+    )
     .sort((one, other) => PRIORITIES.indexOf(one.priority) - PRIORITIES.indexOf(other.priority))
 
 /** A value or a limit of an alarm, in the unit that somebody has chosen. */
@@ -68,7 +74,10 @@ export function quantity(value: number | null, unit: string | null, shown: Unit)
 /** When it is an alarm, in words. */
 export function meaning({ condition, limit, reset, unit, series, gauge, segment }: Alarm, shown: Unit): string {
   const [where, at] = [series ?? gauge ?? segment ?? 'the station', quantity(limit, unit, shown)]
-  const until = reset === null || reset === limit ? '' : `, until ${condition === 'below' ? 'above' : 'below'} ${quantity(reset, unit, shown)}`
+  const until =
+    reset === null || reset === limit
+      ? ''
+      : `, until ${condition === 'below' ? 'above' : 'below'} ${quantity(reset, unit, shown)}`
   switch (condition) {
     case 'above':
       return `${where} above ${at}${until}`

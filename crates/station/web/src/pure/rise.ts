@@ -28,7 +28,10 @@ export function verdict(rise: Rise): { title: string; sentence: string } {
     }
   }
   if (rise.steady_pa_per_s <= 0 && rise.bend_pa === null) {
-    return { title: 'No rise', sentence: 'The pressure does not rise: either the valve is open, or there is nothing to find.' }
+    return {
+      title: 'No rise',
+      sentence: 'The pressure does not rise: either the valve is open, or there is nothing to find.',
+    }
   }
   if (rise.bend_pa === null) {
     return {

@@ -58,7 +58,14 @@ function broken(trend: Trend, binMs: number): Trend {
   return made
 }
 
-function push(trend: Trend, at: number, low: number | null, high: number | null, mean: number | null, bits: number): void {
+function push(
+  trend: Trend,
+  at: number,
+  low: number | null,
+  high: number | null,
+  mean: number | null,
+  bits: number,
+): void {
   trend.start_ms.push(at)
   trend.low.push(low)
   trend.high.push(high)
@@ -144,11 +151,17 @@ export function withTail(trend: Trend, tail: { at: number; pa: number | null; bi
   const values = newer.map(({ pa }) => pa)
   return {
     series: trend.series,
-    start_ms: list(trend.start_ms, newer.map(({ at }) => at)),
+    start_ms: list(
+      trend.start_ms,
+      newer.map(({ at }) => at),
+    ),
     low: list(trend.low, values),
     high: list(trend.high, values),
     mean: list(trend.mean, values),
-    qualities: list(trend.qualities, newer.map(({ bits }) => bits)),
+    qualities: list(
+      trend.qualities,
+      newer.map(({ bits }) => bits),
+    ),
   }
 }
 
