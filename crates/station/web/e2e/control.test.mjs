@@ -91,7 +91,7 @@ async function pressure(mbar) {
   }
 }
 
-test('an operator looks at trends, requests control, arms a degas and executes it', async () => {
+test('an operator looks at trends, requests control, arms a degas and sends it', async () => {
   await pressure(1e-6)
   await giveControl(ENGINEER)
   await ask(ENGINEER, '/api/mastership/release', 'POST')
@@ -105,13 +105,13 @@ test('an operator looks at trends, requests control, arms a degas and executes i
     await page.locator('.control').getByRole('button', { name: 'Request control' }).click()
     await page.locator('.control', { hasText: 'You have control' }).waitFor()
     await command(page, 'ba.degas-on').click()
-    await dialog(page).getByRole('button', { name: 'Execute' }).waitFor()
+    await dialog(page).getByRole('button', { name: 'Send' }).waitFor()
     assert.equal(await dialog(page).locator('.conditions .met').count(), 3)
     const said = await text(dialog(page))
     assert.match(said, /heats the electrodes/)
     assert.match(said, /ba\.process-value is below 7\.2e-6 mbar · it is 1e-6 mbar/)
     assert.match(said, /armed for \d+ s/)
-    await dialog(page).getByRole('button', { name: 'Execute' }).click()
+    await dialog(page).getByRole('button', { name: 'Send' }).click()
     await dialog(page).getByText('Done: ba.degas-on').waitFor()
     await dialog(page).getByRole('button', { name: 'Close' }).click()
     await page.keyboard.press('8')
@@ -136,7 +136,7 @@ test('a degas above its pressure limit is refused with the condition', async () 
       await text(dialog(page).locator('.conditions .unmet').last()),
       /ba\.process-value is below 7\.2e-6 mbar · it is 5e-4 mbar/,
     )
-    assert.equal(await dialog(page).getByRole('button', { name: 'Execute' }).count(), 0)
+    assert.equal(await dialog(page).getByRole('button', { name: 'Send' }).count(), 0)
     await page.keyboard.press('1')
     assert.equal(new URL(page.url()).pathname, '/gauge/chamber', 'a shortcut leads away from an open dialog')
   })
@@ -164,7 +164,7 @@ test('a parameter is changed with the keyboard alone', async () => {
     await row.getByRole('combobox').selectOption('hold-last-value')
     await page.keyboard.press('Tab')
     await page.keyboard.press('Enter')
-    await dialog(page).getByRole('button', { name: 'Execute' }).waitFor()
+    await dialog(page).getByRole('button', { name: 'Send' }).waitFor()
     assert.match(await text(dialog(page).locator('.details')), /zero → hold-last-value/)
     await page.waitForFunction(() => document.activeElement?.textContent === 'Disarm')
     await page.keyboard.press('Shift+Tab')
@@ -196,7 +196,7 @@ test('a change of control disarms commands', async () => {
   await giveControl(OPERATOR)
   await as(OPERATOR, '/gauge/chamber', async (otto) => {
     await command(otto, 'ba.degas-off').click()
-    await dialog(otto).getByRole('button', { name: 'Execute' }).waitFor()
+    await dialog(otto).getByRole('button', { name: 'Send' }).waitFor()
     await as(ENGINEER, '/', async (erna) => {
       const mark = erna.locator('.control')
       await mark.getByText('Otto has control').waitFor()
@@ -206,7 +206,7 @@ test('a change of control disarms commands', async () => {
       await mark.getByRole('button', { name: 'Take control' }).click()
       await mark.getByText('You have control').waitFor()
     })
-    await dialog(otto).getByRole('button', { name: 'Execute' }).click()
+    await dialog(otto).getByRole('button', { name: 'Send' }).click()
     await dialog(otto).locator('.error', { hasText: 'was disarmed when the mastership changed hands' }).waitFor()
     await dialog(otto).getByRole('button', { name: 'Close' }).click()
     await otto.locator('.control', { hasText: 'Erna has control' }).waitFor()

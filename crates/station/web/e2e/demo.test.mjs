@@ -77,22 +77,22 @@ async function degas(page, wanted) {
   const dialog = page.getByRole('dialog', { name: 'Command' })
   for (;;) {
     await page.locator('[data-command="ba.degas-on"] button').click()
-    const execute = dialog.getByRole('button', { name: 'Execute' })
-    await execute.or(dialog.locator('.error')).first().waitFor()
-    if (await wanted(dialog, execute)) return
+    const send = dialog.getByRole('button', { name: 'Send' })
+    await send.or(dialog.locator('.error')).first().waitFor()
+    if (await wanted(dialog, send)) return
     await dialog.getByRole('button', { name: /Close|Disarm/ }).click()
     await dialog.waitFor({ state: 'hidden' })
   }
 }
 
-test('a degas is refused while the pressure is too high and executed when it is low; the alarm of the chamber is acknowledged', async () => {
+test('a degas is refused while the pressure is too high and sent when it is low; the alarm of the chamber is acknowledged', async () => {
   const own = await startDemo()
   const { page, complaints, close } = await openPage(browser, `${own.url}/gauge/bcg450%205`)
   try {
     await page.locator('.control').getByRole('button', { name: 'Request control' }).click()
     await page.locator('.control', { hasText: 'You have control' }).waitFor()
     const unmet = (dialog) => dialog.locator('.conditions .unmet', { hasText: 'ba.process-value is below 7.2e-6 mbar' })
-    await degas(page, async (dialog, execute) => (await unmet(dialog).count()) === 1 && (await execute.count()) === 0)
+    await degas(page, async (dialog, send) => (await unmet(dialog).count()) === 1 && (await send.count()) === 0)
     await page.getByRole('dialog', { name: 'Command' }).getByRole('button', { name: 'Close' }).click()
     await page.goto(`${own.url}/alarms`)
     const chamber = page.locator('[data-alarm="chamber above 1e-3 mbar"]')
@@ -101,9 +101,9 @@ test('a degas is refused while the pressure is too high and executed when it is 
     const history = await own.json('/api/alarms/history?from=0&to=9999999999999&alarm=chamber+above+1e-3+mbar')
     assert.equal(history.find(({ what }) => what === 'acknowledged').who, 'demo')
     await page.goto(`${own.url}/gauge/bcg450%205`)
-    await degas(page, async (dialog, execute) => {
-      if ((await execute.count()) === 0) return false
-      await execute.click()
+    await degas(page, async (dialog, send) => {
+      if ((await send.count()) === 0) return false
+      await send.click()
       const done = dialog.getByText('Done: ba.degas-on')
       await done.or(dialog.locator('.error')).first().waitFor()
       return (await done.count()) === 1

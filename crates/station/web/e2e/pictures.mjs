@@ -74,21 +74,21 @@ function pictures(start) {
 async function armed(page) {
   await page.locator('.control', { hasText: 'You have control' }).waitFor()
   await page.locator('[data-command="ba.degas-on"] button').click()
-  await page.getByRole('button', { name: 'Execute' }).waitFor()
+  await page.getByRole('button', { name: 'Send' }).waitFor()
 }
 
-/** Executes a degas, and shows the audit trail. */
-async function executed(page) {
+/** Sends a degas, and shows the audit trail. */
+async function sent(page) {
   await page.locator('.commands').getByRole('button', { name: 'Request control' }).click()
   await armed(page)
-  await page.getByRole('button', { name: 'Execute' }).click()
+  await page.getByRole('button', { name: 'Send' }).click()
   await page.getByText('Done: ').waitFor()
   await page.goto(new URL('/audit', page.url()).href)
   await page.locator('.audit [data-kind="outcome"]').waitFor()
 }
 
 const ACTING = [
-  ['audit', '/gauge/chamber', LIGHT, executed],
+  ['audit', '/gauge/chamber', LIGHT, sent],
   ['command', '/gauge/chamber', LIGHT, armed],
 ]
 

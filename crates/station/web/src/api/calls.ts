@@ -82,7 +82,7 @@ export const fetchCommands = (gauge: string, signal?: AbortSignal): Promise<Comm
 export const arm = (gauge: string, request: Request): Promise<ArmedCommand> =>
   post('/api/gauges/{name}/arm', { path: { name: gauge }, body: request })
 
-export const execute = (id: string): Promise<Outcome> => post('/api/orders/{id}/fire', { path: { id } })
+export const sendArmed = (id: string): Promise<Outcome> => post('/api/orders/{id}/fire', { path: { id } })
 export const disarm = (id: string): Promise<undefined> => remove('/api/orders/{id}', { path: { id } })
 
 /** The conditions that a refusal lists. */

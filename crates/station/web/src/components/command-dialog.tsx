@@ -1,9 +1,9 @@
-// The dialog of a command or a new parameter value, in two steps: it is armed, then executed.
+// The dialog of a command or a new parameter value, in two steps: it is armed, then sent.
 
 import './command-dialog.css'
 import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
-import { arm, conditionsOf, disarm, execute } from '../api/calls.ts'
+import { arm, conditionsOf, disarm, sendArmed } from '../api/calls.ts'
 import type { ArmedCommand, Condition, Outcome, Request, Risk } from '../api/types.ts'
 import { RISKS } from '../lib/labels.ts'
 import { errorText, useModal } from './hooks.ts'
@@ -14,7 +14,7 @@ const TICK_MS = 200
 type State =
   | { step: 'checking' }
   | { step: 'armed'; armed: ArmedCommand; until: number }
-  | { step: 'executing'; armed: ArmedCommand }
+  | { step: 'sending'; armed: ArmedCommand }
   | { step: 'done'; armed: ArmedCommand; outcome: Outcome }
   | { step: 'refused'; problem: string; conditions: Condition[] }
   | { step: 'expired' }
@@ -22,7 +22,7 @@ type State =
 interface Props {
   gauge: string
   request: Request
-  /** Called when the dialog closes; with the outcome if the command was executed. */
+  /** Called when the dialog closes; with the outcome if the command was sent. */
   close: (outcome: Outcome | null) => void
 }
 
@@ -46,22 +46,19 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
       isClosed = true
     }
   }, [])
-  // The harmless button has the focus, so that Enter pressed once too often executes nothing.
-  useEffect(
-    () => dialog.current?.querySelector<HTMLButtonElement>('.buttons button:not(.execute)')?.focus(),
-    [state.step],
-  )
+  // The harmless button has the focus, so that Enter pressed once too often sends nothing.
+  useEffect(() => dialog.current?.querySelector<HTMLButtonElement>('.buttons button:not(.send)')?.focus(), [state.step])
   const leave = (): void => {
     if (state.step === 'armed') disarm(state.armed.order).catch(() => {})
     close(state.step === 'done' ? state.outcome : null)
   }
-  const run = (armed: ArmedCommand): void => {
-    setState({ step: 'executing', armed })
-    execute(armed.order).then((outcome) => setState({ step: 'done', armed, outcome }), refused)
+  const send = (armed: ArmedCommand): void => {
+    setState({ step: 'sending', armed })
+    sendArmed(armed.order).then((outcome) => setState({ step: 'done', armed, outcome }), refused)
   }
   // A command that is being sent cannot be cancelled: the dialog stays until the outcome is known.
   const cancel = (event: Event): void => {
-    if (state.step === 'executing') event.preventDefault()
+    if (state.step === 'sending') event.preventDefault()
   }
   return (
     <dialog
@@ -80,18 +77,18 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
       </div>
       <form method="dialog" class="buttons">
         {state.step === 'armed' && (
-          <button type="button" class="main execute" onClick={() => run(state.armed)}>
-            Execute
+          <button type="button" class="main send" onClick={() => send(state.armed)}>
+            Send
           </button>
         )}
-        {state.step !== 'executing' && <button type="submit">{CLOSE_LABELS[state.step]}</button>}
+        {state.step !== 'sending' && <button type="submit">{CLOSE_LABELS[state.step]}</button>}
         {state.step === 'armed' && <Countdown until={state.until} expired={() => setState({ step: 'expired' })} />}
       </form>
     </dialog>
   )
 }
 
-const CLOSE_LABELS: Record<Exclude<State['step'], 'executing'>, string> = {
+const CLOSE_LABELS: Record<Exclude<State['step'], 'sending'>, string> = {
   checking: 'Cancel',
   armed: 'Disarm',
   done: 'Close',
@@ -105,7 +102,7 @@ function Body({ state }: { state: State }): JSX.Element {
       return <p class="progress busy">reading the conditions from the gauge …</p>
     case 'armed':
       return <Details armed={state.armed} />
-    case 'executing':
+    case 'sending':
       return (
         <>
           <Details armed={state.armed} />
@@ -122,7 +119,7 @@ function Body({ state }: { state: State }): JSX.Element {
         </>
       )
     case 'expired':
-      return <p class="error">The time to execute is over. Nothing was sent.</p>
+      return <p class="error">The time to send is over. Nothing was sent.</p>
   }
 }
 

@@ -15,8 +15,8 @@ export const SPANS: { name: string; label: string; ms: number }[] = [
 export const DEFAULT_RANGE: Range = { last: 60 * MINUTE }
 
 /** The shortest and the longest window. */
-const SHORTEST = 2_000
-const LONGEST = 20 * 365 * 1_440 * MINUTE
+export const SHORTEST_MS = 2_000
+const LONGEST_MS = 20 * 365 * 1_440 * MINUTE
 
 export function isLive(range: Range): range is { last: number } {
   return 'last' in range
@@ -57,7 +57,7 @@ export function aligned([from, to]: [number, number], pixels: number): Bins {
 
 /** Zooms in (factor below 1) or out around the time `at`, which keeps its place. */
 export function zoomed([from, to]: [number, number], at: number, factor: number): Range {
-  const span = Math.min(LONGEST, Math.max(SHORTEST, (to - from) * factor))
+  const span = Math.min(LONGEST_MS, Math.max(SHORTEST_MS, (to - from) * factor))
   const start = Math.round(at - ((at - from) / (to - from)) * span)
   return { from: start, to: Math.round(start + span) }
 }
@@ -75,7 +75,7 @@ export function rangeText(range: Range): Record<string, string> {
 
 export function rangeOf(query: URLSearchParams): Range {
   const [from, to] = [Number(query.get('from')), Number(query.get('to'))]
-  if (query.has('from') && Number.isFinite(from) && Number.isFinite(to) && to - from >= SHORTEST) return { from, to }
+  if (query.has('from') && Number.isFinite(from) && Number.isFinite(to) && to - from >= SHORTEST_MS) return { from, to }
   const named = SPANS.find(({ name }) => name === query.get('range'))
   return named ? { last: named.ms } : DEFAULT_RANGE
 }

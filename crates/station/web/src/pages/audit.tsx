@@ -12,7 +12,7 @@ import { gaugePath, Link } from '../router.tsx'
 const DAY_MS = 86_400_000
 
 const ACTIONS: Record<AuditAction, string> = {
-  fired: 'executed',
+  fired: 'sent',
   outcome: 'outcome',
   refused: 'refused',
   disarmed: 'disarmed',

@@ -20,8 +20,10 @@ export function GaugePage(): JSX.Element {
     <>
       <div class="bar">
         <h1 class="visually-hidden">Gauge</h1>
-        <span aria-hidden="true">Gauge</span>
-        <Choice label="Gauge" value={name ?? ''} options={names} onChange={(name) => go(gaugePath(name))} />
+        <span>
+          <span aria-hidden="true">Gauge </span>
+          <Choice label="Gauge" value={name ?? ''} options={names} onChange={(name) => go(gaugePath(name))} />
+        </span>
         {gauge && <Link to={trendPath(gauge)}>Show trend</Link>}
       </div>
       {gauge ? (

@@ -4,18 +4,17 @@ import './toolbar.css'
 import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { inputMoment, moment } from '../../lib/format.ts'
-import { isLive, moved, type Range, SPANS, windowOf, zoomed } from '../../lib/range.ts'
+import { isLive, moved, type Range, SHORTEST_MS, SPANS, windowOf, zoomed } from '../../lib/range.ts'
+import { useLive } from '../../live.ts'
+import type { TrendChoice } from './choice.ts'
 
 interface ToolbarProps {
-  range: Range
-  now: number
-  isAllDecades: boolean
-  setRange: (range: Range) => void
-  setAllDecades: (isAllDecades: boolean) => void
+  choice: TrendChoice
+  change: (change: Partial<TrendChoice>) => void
 }
 
-export function Toolbar({ range, now, isAllDecades, setRange, setAllDecades }: ToolbarProps): JSX.Element {
-  const window = windowOf(range, now)
+export function Toolbar({ choice: { range, isAllDecades }, change }: ToolbarProps): JSX.Element {
+  const window = windowOf(range, useLive().now)
   const middle = (window[0] + window[1]) / 2
   const steps: [symbol: string, label: string, range: () => Range][] = [
     ['‹', 'Earlier', () => moved(window, -0.5)],
@@ -31,7 +30,7 @@ export function Toolbar({ range, now, isAllDecades, setRange, setAllDecades }: T
             type="button"
             key={name}
             aria-pressed={isLive(range) && range.last === ms}
-            onClick={() => setRange({ last: ms })}
+            onClick={() => change({ range: { last: ms } })}
           >
             {label}
           </button>
@@ -39,7 +38,7 @@ export function Toolbar({ range, now, isAllDecades, setRange, setAllDecades }: T
       </div>
       <div class="buttons">
         {steps.map(([symbol, label, range]) => (
-          <button type="button" aria-label={label} key={label} onClick={() => setRange(range())}>
+          <button type="button" aria-label={label} key={label} onClick={() => change({ range: range() })}>
             {symbol}
           </button>
         ))}
@@ -47,7 +46,7 @@ export function Toolbar({ range, now, isAllDecades, setRange, setAllDecades }: T
       <button
         type="button"
         aria-pressed={isAllDecades}
-        onClick={() => setAllDecades(!isAllDecades)}
+        onClick={() => change({ isAllDecades: !isAllDecades })}
         title="Show all decades, or only those of the values"
       >
         All decades
@@ -62,8 +61,6 @@ interface CustomWindowProps {
   live: boolean
   setRange: (range: Range) => void
 }
-
-const SHORTEST_MS = 2_000
 
 /** Fields for start and end. In a live range they follow the window once a second. */
 export function CustomWindow({ window, live, setRange }: CustomWindowProps): JSX.Element {
