@@ -2,6 +2,7 @@
 
 import { addressOf, get, post, RequestError, remove } from './request.ts'
 import type {
+  AcknowledgedAlarms,
   Alarm,
   AlarmEvent,
   ArmedCommand,
@@ -12,6 +13,7 @@ import type {
   Control,
   ControlAction,
   Outcome,
+  Refusal,
   Request,
   Rise,
   Session,
@@ -63,9 +65,7 @@ export const acknowledge = (name: string, occurrence: number): Promise<Alarm> =>
   post('/api/alarms/{name}/acknowledge', { path: { name }, body: { occurrence } })
 
 /** Each alarm is acknowledged or refused separately. */
-export const acknowledgeAll = (
-  alarms: { name: string; occurrence: number }[],
-): Promise<{ acknowledged: string[]; refused: { name: string; problem: string }[] }> =>
+export const acknowledgeAll = (alarms: { name: string; occurrence: number }[]): Promise<AcknowledgedAlarms> =>
   post('/api/alarms/acknowledge', { body: { alarms } })
 
 export const takeOutOfService = (name: string, reason: string, minutes: number | null): Promise<Alarm> =>
@@ -87,7 +87,7 @@ export const disarm = (id: string): Promise<undefined> => remove('/api/orders/{i
 
 /** The conditions that a refusal lists. */
 export function conditionsOf(error: unknown): Condition[] {
-  return (error instanceof RequestError && (error.body as { conditions?: Condition[] } | null)?.conditions) || []
+  return (error instanceof RequestError && (error.body as Partial<Refusal> | null)?.conditions) || []
 }
 
 export interface AuditFilter {

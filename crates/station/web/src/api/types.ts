@@ -35,6 +35,7 @@ export type AlarmCounts = Schemas['Count']
 export type ActiveAlarms = Schemas['ActiveAlarms']
 export type AlarmEvent = Schemas['Event']
 export type AlarmChange = AlarmEvent['what']
+export type AcknowledgedAlarms = Schemas['Together']
 export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']
 
@@ -52,5 +53,7 @@ export type RiskClass = Schemas['Class']
 export type Request = { command: string } | { target: string; value: string }
 export type ArmedCommand = Schemas['Armed']
 export type Outcome = Schemas['Outcome']
+/** The answer when a command is refused: the reason, and all conditions. */
+export type Refusal = Schemas['Unmet']
 export type AuditEntry = Schemas['Audited']
 export type AuditAction = AuditEntry['what']
