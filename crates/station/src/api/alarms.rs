@@ -32,10 +32,13 @@ const MOST_TOGETHER: usize = 1_000;
 
 /// Which time, and of which alarm.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct HistoryQuery {
     /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
     from: i64,
     /// The end.
+    #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// How many at most, 1 to 10000; 200 if nothing is said.
     most: Option<u32>,
