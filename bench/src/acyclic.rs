@@ -4,7 +4,8 @@
 use crate::desk::{BAUD, MASTER, telegram};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
-use profivac_dp::master::{Handle, Master, Ms2Parameters, Outcome, Settings};
+use profivac_dp::master::ms2::Connect;
+use profivac_dp::master::{Handle, Master, Ms2Parameters, Settings};
 use profivac_wire::DataTelegram;
 use std::hint::black_box;
 
@@ -64,14 +65,16 @@ impl Tool {
         }
     }
 
-    fn read(&mut self, connection: Handle) {
-        while !matches!(self.station.user.ms2_read(connection, 1, 16, 4), Ok(())) {
+    fn read(&mut self, connection: Handle<Connect>) {
+        let read = loop {
+            if let Ok(read) = self.station.user.ms2_read(connection, 1, 16, 4) {
+                break read;
+            }
             self.step();
-            black_box(self.station.user.outcome(connection));
-        }
+        };
         loop {
             self.step();
-            if let Some(Outcome::Read(record)) = self.station.user.outcome(connection) {
+            if let Some(Ok(record)) = self.station.user.outcome(read) {
                 black_box(record);
                 return;
             }

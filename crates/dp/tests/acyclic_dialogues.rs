@@ -5,8 +5,10 @@ mod support;
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::ms1::RequestError;
+use profivac_dp::master::ms2::Connect;
 use profivac_dp::master::{
-    AcyclicEvent, ConnectionEnd, EventKind, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome, Phase, Settings,
+    AcyclicEvent, ConnectionEnd, EventKind, Handle, Master, Ms1Parameters, Ms2Parameters, Phase, Settings,
 };
 use profivac_wire::acyclic::{AbortReason, AlarmAck, Call, ErrorCode, Im0};
 use support::bus;
@@ -20,7 +22,7 @@ fn tool() -> Desk<Master<0, 0>> {
 }
 
 /// The Send_Timeout of the example is 1 s.
-fn open(desk: &mut Desk<Master<0, 0>>) -> Handle {
+fn open(desk: &mut Desk<Master<0, 0>>) -> Handle<Connect> {
     let parameters = Ms2Parameters { send_timeout: 100, ..Ms2Parameters::new(BAUD) };
     desk.station.user.ms2_open(8, &parameters).unwrap()
 }
@@ -41,10 +43,10 @@ fn ms2_as_printed() {
     let connection = open(&mut desk);
     assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Initiating));
     desk.dialogue(OPENING);
-    let Some(Outcome::Opened(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
+    let Some(Ok(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
     assert_eq!((opened.server_sap, opened.max_len_data_unit, opened.send_timeout), (48, 240, 100));
 
-    desk.station.user.ms2_read(connection, 0, 16, 26).unwrap();
+    let read = desk.station.user.ms2_read(connection, 0, 16, 26).unwrap();
     desk.dialogue(
         "
         M 68 09 09 68 88 82 5C 30 32 5E 00 10 1A 50 16              | Read slot 0 index 16 len 26
@@ -53,7 +55,7 @@ fn ms2_as_printed() {
         S 68 0D 0D 68 82 88 08 32 30 5E 00 10 04 DE AD BE EF 1E 16
     ",
     );
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Read(&[0xDE, 0xAD, 0xBE, 0xEF])));
+    assert_eq!(desk.station.user.outcome(read), Some(Ok(&[0xDE, 0xAD, 0xBE, 0xEF][..])));
     let fetched = desk.now;
 
     // Nothing is asked for T: Idle.
@@ -71,10 +73,10 @@ fn ms2_as_printed() {
     desk.station.user.ms2_close(connection).unwrap();
     desk.dialogue("M 68 08 08 68 88 82 5C 30 32 58 00 20 40 16\n S E5");
     let end = ConnectionEnd::Closed(AbortReason::User(0));
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    assert_eq!(desk.station.user.outcome(connection), Some(Err(end)));
     assert_eq!(desk.station.user.outcome(connection), None, "the handle is used up");
     let told: Vec<_> = std::iter::from_fn(|| desk.station.user.next_event()).map(|event| event.kind).collect();
-    let notice = |notice| EventKind::Acyclic(connection, notice);
+    let notice = |notice| EventKind::Acyclic(connection.id(), notice);
     assert_eq!(
         told,
         [notice(AcyclicEvent::OutcomeReady), notice(AcyclicEvent::OutcomeReady), notice(AcyclicEvent::Ended(end))]
@@ -87,8 +89,8 @@ fn i_and_m0_as_printed() {
     let mut desk = tool();
     let connection = open(&mut desk);
     desk.dialogue(OPENING);
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Opened(_))));
-    desk.station.user.ms2_write(connection, 0, 255, &[8, 0, 0xFD, 0xE8]).unwrap();
+    assert!(matches!(desk.station.user.outcome(connection), Some(Ok(_))));
+    let call = desk.station.user.ms2_write(connection, 0, 255, &[8, 0, 0xFD, 0xE8]).unwrap();
     desk.dialogue(
         "
         M 68 0D 0D 68 88 82 5C 30 32 5F 00 FF 04 08 00 FD E8 17 16
@@ -97,8 +99,8 @@ fn i_and_m0_as_printed() {
         S 68 09 09 68 82 88 08 32 30 5F 00 FF 04 D6 16
     ",
     );
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Written));
-    desk.station.user.ms2_read(connection, 0, 255, 68).unwrap();
+    assert_eq!(desk.station.user.outcome(call), Some(Ok(())));
+    let read = desk.station.user.ms2_read(connection, 0, 255, 68).unwrap();
     desk.dialogue(
         "
         M 68 09 09 68 88 82 5C 30 32 5E 00 FF 44 69 16
@@ -107,7 +109,7 @@ fn i_and_m0_as_printed() {
         S 68 4D 4D 68 82 88 08 32 30 5E 00 FF 44 08 00 FD E8 20 20 20 20 20 20 20 20 20 20 01 23 44 45 4D 4F 2D 31 20 20 20 20 20 20 20 20 20 20 20 20 20 20 30 30 30 30 34 32 20 20 20 20 20 20 20 20 20 20 00 01 56 01 02 03 00 00 00 00 00 00 01 01 00 00 6E 16
     ",
     );
-    let Some(Outcome::Read(record)) = desk.station.user.outcome(connection) else { panic!("a record") };
+    let Some(Ok(record)) = desk.station.user.outcome(read) else { panic!("a record") };
     let im0 = Im0::parse(Call::parse(record).unwrap().record).unwrap();
     assert_eq!((im0.order_id, im0.serial_number), (&b"DEMO-1"[..], &b"000042"[..]));
 }
@@ -132,7 +134,7 @@ fn idle_as_on_a_real_bus() {
         M 68 06 06 68 A0 80 7C 28 32 48 3E 16      | Idle, after T
     ",
     );
-    let Some(Outcome::Opened(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
+    let Some(Ok(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
     assert_eq!(opened.server_sap, 40);
 }
 
@@ -152,7 +154,7 @@ fn ms1_as_printed() {
         S 68 0D 0D 68 82 88 08 33 33 5E 01 10 04 11 22 33 44 95 16
     ",
     );
-    assert_eq!(desk.station.user.outcome(read), Some(Outcome::Read(&[0x11, 0x22, 0x33, 0x44])));
+    assert_eq!(desk.station.user.outcome(read), Some(Ok(&[0x11, 0x22, 0x33, 0x44][..])));
     let write = desk.station.user.ms1_write(8, 1, 32, &[0, 0x64], &parameters).unwrap();
     desk.dialogue(
         "
@@ -162,7 +164,7 @@ fn ms1_as_printed() {
         S 68 09 09 68 82 88 08 33 33 DF 80 B6 00 8D 16               | access denied
     ",
     );
-    let Some(Outcome::Refused(negative)) = desk.station.user.outcome(write) else { panic!("refused") };
+    let Some(Err(RequestError::Refused(negative))) = desk.station.user.outcome(write) else { panic!("refused") };
     assert_eq!(negative.code_1, ErrorCode::ACCESS_DENIED);
     assert_eq!(desk.station.user.outcome(write), None, "once");
 }
@@ -181,5 +183,5 @@ fn alarm_ack_as_printed() {
         S 68 09 09 68 82 88 08 33 33 5C 03 02 10 E9 16
     ",
     );
-    assert_eq!(desk.station.user.outcome(ack), Some(Outcome::Acknowledged));
+    assert_eq!(desk.station.user.outcome(ack), Some(Ok(())));
 }

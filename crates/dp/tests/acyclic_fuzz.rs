@@ -7,8 +7,8 @@ use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
 use profivac_dp::master::pkw::Value;
 use profivac_dp::master::{
-    Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Phase, PkwParameters, Settings, SlaveParameters,
-    services,
+    Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Operation, Phase, PkwParameters, Settings, SlaveParameters,
+    ms1, ms2, pkw, services,
 };
 use profivac_dp::slave::{Features, Slave};
 use profivac_wire::acyclic::AlarmAck;
@@ -22,14 +22,61 @@ const IDENT: u16 = 0x1234;
 /// Parameter channel both ways.
 const CFG: [u8; 2] = [0x97, 0xA7];
 
-type Any = Active<Master<2, 16, 8, 3>>;
+type Any = Active<TestMaster>;
+
+type TestMaster = Master<2, 16, 8, 3>;
+
+/// A handle of any operation.
+#[derive(Clone, Copy, Debug)]
+enum AnyHandle {
+    Connection(Handle<ms2::Connect>),
+    Read(Handle<ms2::Read>),
+    Write(Handle<ms2::Write>),
+    Transport(Handle<ms2::Transport>),
+    Ms1Read(Handle<ms1::Read>),
+    Ms1Write(Handle<ms1::Write>),
+    Alarm(Handle<ms1::AcknowledgeAlarm>),
+    Task(Handle<pkw::Task>),
+}
+
+impl AnyHandle {
+    /// Takes the outcome, if there is one.
+    fn take(self, user: &mut TestMaster) {
+        fn take<O: Operation>(user: &mut TestMaster, handle: Handle<O>) {
+            let _ = user.outcome(handle);
+        }
+        match self {
+            Self::Connection(handle) => take(user, handle),
+            Self::Read(handle) => take(user, handle),
+            Self::Write(handle) => take(user, handle),
+            Self::Transport(handle) => take(user, handle),
+            Self::Ms1Read(handle) => take(user, handle),
+            Self::Ms1Write(handle) => take(user, handle),
+            Self::Alarm(handle) => take(user, handle),
+            Self::Task(handle) => take(user, handle),
+        }
+    }
+
+    fn is_over(self, user: &TestMaster) -> bool {
+        match self {
+            Self::Connection(handle) => user.is_over(handle),
+            Self::Read(handle) => user.is_over(handle),
+            Self::Write(handle) => user.is_over(handle),
+            Self::Transport(handle) => user.is_over(handle),
+            Self::Ms1Read(handle) => user.is_over(handle),
+            Self::Ms1Write(handle) => user.is_over(handle),
+            Self::Alarm(handle) => user.is_over(handle),
+            Self::Task(handle) => user.is_over(handle),
+        }
+    }
+}
 
 /// A master, the slaves it works with, and what it was asked.
 struct Bus {
     station: Any,
     slaves: Vec<Slave<Plain>>,
     now: BitTime,
-    handles: Vec<Handle>,
+    handles: Vec<AnyHandle>,
     /// Every how many answers are spoilt, 0 for none.
     spoil: usize,
 }
@@ -82,22 +129,34 @@ impl Bus {
         let (ms1, ms2, pkw) = parameters(random);
         let user = &mut self.station.user;
         let begun = match random.below(60) {
-            0..4 => user.ms2_open(address, &ms2).ok(),
-            4..6 => user.ms1_read(address, slot, index, random.next() as u8, &ms1).ok(),
-            6 => user.ms1_write(address, slot, index, &data, &ms1).ok(),
-            7 => user.ms1_alarm_ack(address, AlarmAck { slot, alarm_type: 1, specifier: index }, &ms1).ok(),
-            8..10 => user.pkw_read(address, slot, index, Some(random.below(5)), &pkw).ok(),
-            10 => user.pkw_write(address, slot, index, Value::Word(7), &pkw).ok(),
+            0..4 => user.ms2_open(address, &ms2).ok().map(AnyHandle::Connection),
+            4..6 => user.ms1_read(address, slot, index, random.next() as u8, &ms1).ok().map(AnyHandle::Ms1Read),
+            6 => user.ms1_write(address, slot, index, &data, &ms1).ok().map(AnyHandle::Ms1Write),
+            7 => user.ms1_alarm_ack(address, AlarmAck { slot, alarm_type: 1, specifier: index }, &ms1)
+                .ok()
+                .map(AnyHandle::Alarm),
+            8..10 => user.pkw_read(address, slot, index, Some(random.below(5)), &pkw).ok().map(AnyHandle::Task),
+            10 => user.pkw_write(address, slot, index, Value::Word(7), &pkw).ok().map(AnyHandle::Task),
             _ => None,
         };
         self.handles.extend(begun);
         let user = &mut self.station.user;
+        let connection = match any {
+            Some(AnyHandle::Connection(connection)) => Some(connection),
+            _ => None,
+        };
+        let begun = match (random.below(40), connection) {
+            (0..4, Some(it)) => user.ms2_read(it, slot, index, random.next() as u8).ok().map(AnyHandle::Read),
+            (4..6, Some(it)) => user.ms2_write(it, slot, index, &data).ok().map(AnyHandle::Write),
+            (6, Some(it)) => user.ms2_transport(it, slot, index, &data).ok().map(AnyHandle::Transport),
+            (7, Some(it)) => {
+                let _ = user.ms2_close(it);
+                None
+            }
+            _ => None,
+        };
         match (random.below(40), any) {
-            (0..4, Some(handle)) => drop(user.ms2_read(handle, slot, index, random.next() as u8)),
-            (4..6, Some(handle)) => drop(user.ms2_write(handle, slot, index, &data)),
-            (6, Some(handle)) => drop(user.ms2_transport(handle, slot, index, &data)),
-            (7, Some(handle)) => drop(user.ms2_close(handle)),
-            (8..12, Some(handle)) => drop(user.outcome(handle)),
+            (8..12, Some(handle)) => handle.take(user),
             (12, _) => drop(user.submit_request(&services::slave_diag(address))),
             (13, _) => drop(user.take_confirmation()),
             (14..20, _) => drop(user.next_event()),
@@ -108,16 +167,19 @@ impl Bus {
             (24, _) if random.below(20) == 0 => self.slaves[usize::from(address & 1)].power_up(address),
             _ => {}
         }
+        self.handles.extend(begun);
     }
 
     /// Whether a request is still under way.
-    fn is_pending(&mut self, handle: Handle) -> bool {
+    fn is_pending(&mut self, handle: AnyHandle) -> bool {
         let user = &mut self.station.user;
-        if let Some(phase) = user.ms2_phase(handle) {
-            user.ms2_close(handle).unwrap();
+        if let AnyHandle::Connection(connection) = handle
+            && let Some(phase) = user.ms2_phase(connection)
+        {
+            user.ms2_close(connection).unwrap();
             return phase != Phase::Ended;
         }
-        !user.is_over(handle)
+        !handle.is_over(user)
     }
 }
 
@@ -217,15 +279,22 @@ fn works_afterwards(mut bus: Bus, random: &mut Random) -> usize {
         bus.step(random);
     }
     let connection = bus.station.user.ms2_open(8, &Ms2Parameters::new(BAUD)).unwrap();
+    let mut read = None;
     for _ in 0..20_000 {
-        match bus.station.user.outcome(connection) {
-            None => {}
-            Some(Outcome::Opened(_)) => bus.station.user.ms2_read(connection, 1, 16, 240).unwrap(),
-            Some(Outcome::Read(record)) => {
-                assert_eq!(record, bus.slaves[0].device().record);
-                return 1;
+        let user = &mut bus.station.user;
+        match read {
+            None => {
+                if let Some(opened) = user.outcome(connection) {
+                    opened.unwrap();
+                    read = Some(user.ms2_read(connection, 1, 16, 240).unwrap());
+                }
             }
-            Some(other) => panic!("{other:?}"),
+            Some(read) => {
+                if let Some(record) = user.outcome(read) {
+                    assert_eq!(record.unwrap(), bus.slaves[0].device().record);
+                    return 1;
+                }
+            }
         }
         bus.step(random);
     }

@@ -5,7 +5,7 @@ mod support;
 
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{Failure, Mismatch};
-use profivac_dp::master::{Cause, ConnectionEnd, ExchangeError, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome};
+use profivac_dp::master::{Cause, ConnectionEnd, ExchangeError, Handle, Master, Ms1Parameters, Ms2Parameters, ms1, ms2};
 use profivac_wire::{DataTelegram, Telegram};
 use support::desk::Desk;
 
@@ -43,6 +43,30 @@ fn octets(frame: DataTelegram<'_>) -> Vec<u8> {
     octets[..length].to_vec()
 }
 
+/// A read of 1/16 by MS1, or by MS2 on its connection.
+#[derive(Clone, Copy)]
+enum Read {
+    Ms1(Handle<ms1::Read>),
+    Ms2(Handle<ms2::Connect>, Handle<ms2::Read>),
+}
+
+impl Read {
+    /// The record, or the cause if the master itself has one.
+    fn outcome(self, desk: &mut Station) -> Option<Result<Vec<u8>, Option<Cause>>> {
+        let user = &mut desk.station.user;
+        Some(match self {
+            Self::Ms1(handle) => user.outcome(handle)?.map(<[u8]>::to_vec).map_err(|error| match error {
+                ms1::RequestError::Failed(cause) => Some(cause),
+                ms1::RequestError::Refused(_) | ms1::RequestError::LeftExchange => None,
+            }),
+            Self::Ms2(_, handle) => user.outcome(handle)?.map(<[u8]>::to_vec).map_err(|error| match error {
+                ms2::RequestError::Ended(ConnectionEnd::Failed { cause, .. }) => Some(cause),
+                ms2::RequestError::Ended(_) | ms2::RequestError::Refused(_) => None,
+            }),
+        })
+    }
+}
+
 /// A master that has exchanged data with slave 8 and is silent but for what it is asked for.
 fn exchanging() -> Station {
     let mut desk = Desk::exchanging();
@@ -51,12 +75,12 @@ fn exchanging() -> Station {
 }
 
 /// Times out after 100 ms.
-fn read(desk: &mut Station, relation: Relation) -> Handle {
+fn read(desk: &mut Station, relation: Relation) -> Read {
     let user = &mut desk.station.user;
     match relation {
         Ms1 => {
             let parameters = Ms1Parameters { response_tbit: BAUD.tbit_of_ms(100), ..Ms1Parameters::new(BAUD) };
-            user.ms1_read(8, 1, 16, 8, &parameters).unwrap()
+            Read::Ms1(user.ms1_read(8, 1, 16, 8, &parameters).unwrap())
         }
         Ms2 => {
             let parameters = Ms2Parameters { send_timeout: 10, response_timeout: 10, ..Ms2Parameters::new(BAUD) };
@@ -66,15 +90,14 @@ fn read(desk: &mut Station, relation: Relation) -> Handle {
             desk.asks();
             let opened = [0x57, 0xF0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
             desk.hears_octets(11, &octets(Ms2.response(&opened)));
-            assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Opened(_))));
-            desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
-            connection
+            assert!(matches!(desk.station.user.outcome(connection), Some(Ok(_))));
+            Read::Ms2(connection, desk.station.user.ms2_read(connection, 1, 16, 8).unwrap())
         }
     }
 }
 
 /// A read of 1/16 whose response is being polled for.
-fn polling(relation: Relation) -> (Station, Handle) {
+fn polling(relation: Relation) -> (Station, Read) {
     let mut desk = exchanging();
     let handle = read(&mut desk, relation);
     desk.asks();
@@ -90,12 +113,10 @@ fn cause(relation: Relation, wrong: &[u8]) -> Result<Vec<u8>, Cause> {
     while desk.now < limit {
         desk.hears_octets(11, wrong);
         loop {
-            match desk.station.user.outcome(handle) {
-                Some(Outcome::Read(record)) => return Ok(record.to_vec()),
-                Some(Outcome::Failed(cause) | Outcome::Ended(ConnectionEnd::Failed { cause, .. })) => {
-                    return Err(cause);
-                }
-                Some(other) => panic!("{other:?}"),
+            match handle.outcome(&mut desk) {
+                Some(Ok(record)) => return Ok(record),
+                Some(Err(Some(cause))) => return Err(cause),
+                Some(Err(None)) => panic!("refused or closed"),
                 None => {}
             }
             let said = desk.says();
@@ -133,12 +154,12 @@ fn wrong_telegrams() {
             (DataTelegram { fc: 0x09, ..right }, Mismatch::Form),
             (DataTelegram { fc: 0x03, ..right }, Mismatch::Form),
         ] {
-            let expected = Err(Cause::Lost(Failure::Mismatch(mismatch)));
+            let expected = Err(Cause::NoAnswer(Failure::Mismatch(mismatch)));
             assert_eq!(cause(relation, &octets(wrong)), expected, "{relation:?} {wrong:?}");
         }
         let telegram = octets(right);
         for length in 1..telegram.len() {
-            let expected = Err(Cause::Lost(Failure::Damaged));
+            let expected = Err(Cause::NoAnswer(Failure::Damaged));
             assert_eq!(cause(relation, &telegram[..length]), expected, "{relation:?} cut to {length}");
         }
     }
@@ -153,7 +174,7 @@ fn altered_telegrams() {
             let mut wrong = telegram.clone();
             wrong[bit / 8] ^= 1 << (bit % 8);
             let told = cause(relation, &wrong);
-            assert!(matches!(told, Err(Cause::Lost(_))), "{relation:?} {wrong:02X?}: {told:?}");
+            assert!(matches!(told, Err(Cause::NoAnswer(_))), "{relation:?} {wrong:02X?}: {told:?}");
         }
     }
 }
@@ -177,8 +198,8 @@ fn forged_telegrams() {
                 let (mut desk, handle) = polling(relation);
                 desk.hears_octets(11, &wrong);
                 for _ in 0..3 {
-                    let told = desk.station.user.outcome(handle);
-                    assert!(!matches!(told, Some(Outcome::Read(_))), "{relation:?} {wrong:02X?}: {told:?}");
+                    let told = handle.outcome(&mut desk);
+                    assert!(!matches!(told, Some(Ok(_))), "{relation:?} {wrong:02X?}: {told:?}");
                     let Some(said) = desk.asks_within(40_000) else { break };
                     if !said.is_token() {
                         desk.hears("E5");
@@ -229,7 +250,7 @@ fn another_alarm_is_not_acknowledged() {
         let ack = desk.station.user.ms1_alarm_ack(8, alarm, &Ms1Parameters::new(BAUD)).unwrap();
         desk.asks();
         desk.hears_octets(11, &octets(Ms1.response(&du)));
-        let Some(Outcome::Failed(cause)) = desk.station.user.outcome(ack) else { panic!("failed") };
+        let Some(Err(ms1::RequestError::Failed(cause))) = desk.station.user.outcome(ack) else { panic!("failed") };
         assert_eq!(cause.to_string(), words);
     }
 }
@@ -245,10 +266,10 @@ fn late_answers_are_not_heard() {
         assert!(!repeated.is_token());
         desk.hears("E5");
         desk.hears_octets(40, &right);
-        assert_eq!(desk.station.user.outcome(handle), None);
+        assert_eq!(handle.outcome(&mut desk), None);
         // The response is gone now: it was fetched, as the slave sees it.
         let told = loop {
-            if let Some(outcome) = desk.station.user.outcome(handle) {
+            if let Some(outcome) = handle.outcome(&mut desk) {
                 break format!("{outcome:?}");
             }
             let said = desk.says();
@@ -263,13 +284,14 @@ fn late_answers_are_not_heard() {
 /// The same response twice: the second is not the answer to the next read.
 #[test]
 fn a_repeated_response_is_not_the_next_one() {
-    let (mut desk, connection) = polling(Ms2);
+    let (mut desk, handle) = polling(Ms2);
+    let Read::Ms2(connection, read) = handle else { panic!("MS2") };
     let right = octets(Ms2.response(&RIGHT));
     desk.hears_octets(11, &right);
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Read(_))));
-    desk.station.user.ms2_read(connection, 1, 17, 8).unwrap();
+    assert!(matches!(desk.station.user.outcome(read), Some(Ok(_))));
+    let read = desk.station.user.ms2_read(connection, 1, 17, 8).unwrap();
     desk.hears_octets(15, &right);
-    assert_eq!(desk.station.user.outcome(connection), None);
+    assert_eq!(desk.station.user.outcome(read), None);
     assert!(desk.asks().text().contains(" 30 32 5E 01 11 08 "));
     desk.hears("E5");
     desk.asks();
@@ -277,7 +299,7 @@ fn a_repeated_response_is_not_the_next_one() {
     desk.hears_octets(11, &right);
     desk.asks();
     desk.hears("E5");
-    let Some(Outcome::Ended(end)) = desk.station.user.outcome(connection) else { panic!("ended") };
+    let Some(Err(ms2::RequestError::Ended(end))) = desk.station.user.outcome(read) else { panic!("ended") };
     assert!(end.to_string().contains("the response is about 1/16 instead of 1/17"), "{end}");
 }
 
@@ -289,17 +311,17 @@ fn a_twin_at_the_same_address_gives_no_value() {
         let (mut desk, handle) = polling(relation);
         desk.hears("E5");
         desk.hears_octets(1, &right);
-        assert_eq!(desk.station.user.outcome(handle), None, "{relation:?}: the first answer counts");
+        assert_eq!(handle.outcome(&mut desk), None, "{relation:?}: the first answer counts");
 
         let (mut desk, handle) = polling(relation);
         desk.hears("10 02 08 03 0D 16");
-        let told = desk.station.user.outcome(handle).map(|outcome| format!("{outcome:?}"));
+        let told = handle.outcome(&mut desk).map(|outcome| format!("{outcome:?}"));
         assert!(told.is_some_and(|told| told.contains("ServiceNotActivated")), "{relation:?}");
 
         // Both at once.
         let mut both = octets(relation.response(&[0x5E, 1, 16, 2, 0xCC, 0xDD]));
         both.iter_mut().zip(&right).for_each(|(octet, other)| *octet &= other);
-        assert!(matches!(cause(relation, &both), Err(Cause::Lost(Failure::Damaged))));
+        assert!(matches!(cause(relation, &both), Err(Cause::NoAnswer(Failure::Damaged))));
     }
 }
 
@@ -311,7 +333,7 @@ fn ms1_that_is_out_of_step_begins_anew_with_data_exchange() {
         if let Some(du) = wrong {
             desk.hears_octets(11, &octets(Ms1.response(du)));
         }
-        while desk.station.user.outcome(handle).is_none() {
+        while handle.outcome(&mut desk).is_none() {
             if !desk.says().is_token() {
                 desk.hears("E5");
             }

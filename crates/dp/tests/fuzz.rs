@@ -3,9 +3,9 @@
 //! Whatever comes: nothing panics, nothing is answered but a request to the station that asks for an answer, no answer is
 //! early, every answer is a telegram, and afterwards the slave is as usable as before.
 
-mod bench;
+mod rig;
 
-use bench::{Gauge, INITIATE, SLAVE, emit, hex, print};
+use rig::{Gauge, INITIATE, SLAVE, emit, hex, print};
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::slave::{Slave, SlaveState};

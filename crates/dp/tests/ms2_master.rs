@@ -4,7 +4,8 @@
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, Outcome, Phase, Settings, SubmitError};
+use profivac_dp::master::ms2::{self, Connect, RequestError};
+use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, Phase, Settings, SubmitError};
 use profivac_wire::acyclic::AbortReason;
 use profivac_wire::{DataTelegram, Telegram};
 use std::fmt::Write as _;
@@ -21,7 +22,7 @@ fn parameters() -> Ms2Parameters {
     Ms2Parameters { send_timeout: 100, response_timeout: 100, rejections: 2, ..Ms2Parameters::new(BAUD) }
 }
 
-fn opening() -> (Tool, Handle) {
+fn opening() -> (Tool, Handle<Connect>) {
     let mut desk = Desk::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
     let connection = desk.station.user.ms2_open(8, &parameters()).unwrap();
     desk.asks();
@@ -54,13 +55,39 @@ fn answer(desk: &mut Tool, ssap: u8, what: &str) {
 const MANAGER: &str = "56 30 00 64";
 const INITIATE_RES: &str = "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
 
-fn open() -> (Tool, Handle) {
+fn open() -> (Tool, Handle<Connect>) {
     let (mut desk, connection) = opening();
     answer(&mut desk, 49, MANAGER);
     desk.asks();
     answer(&mut desk, 48, INITIATE_RES);
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Opened(_))));
+    assert!(matches!(desk.station.user.outcome(connection), Some(Ok(_))));
     (desk, connection)
+}
+
+/// The request of a test, if there is one.
+enum Request {
+    None,
+    Read(Handle<ms2::Read>),
+    Write(Handle<ms2::Write>),
+    Transport(Handle<ms2::Transport>),
+}
+
+impl Request {
+    /// The outcome as the golden prints it; empty if there is none.
+    fn outcome(&self, user: &mut Master<0, 0>) -> String {
+        let outcome = match self {
+            Self::None => None,
+            Self::Read(handle) => user.outcome(*handle).map(|it| it.map(|record| format!("read {record:02X?}"))),
+            Self::Write(handle) => user.outcome(*handle).map(|it| it.map(|()| "written".to_owned())),
+            Self::Transport(handle) => user.outcome(*handle).map(|it| it.map(|data| format!("transported {data:02X?}"))),
+        };
+        match outcome {
+            None => String::new(),
+            Some(Ok(text)) => format!(", {text}"),
+            Some(Err(RequestError::Refused(negative))) => format!(", refused: {}", negative.code_1),
+            Some(Err(RequestError::Ended(end))) => format!(", {end}"),
+        }
+    }
 }
 
 /// Where a connection can stand, with a message on its way.
@@ -85,35 +112,38 @@ enum Stand {
 
 use Stand::{Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read};
 
-fn stand(at: Stand) -> (Tool, Handle) {
+fn stand(at: Stand) -> (Tool, Handle<Connect>, Request) {
     if let Initiate | PollManager | PollServer = at {
         let (mut desk, connection) = opening();
         match at {
             PollManager => answer(&mut desk, 49, "SC"),
             PollServer => answer(&mut desk, 49, MANAGER),
-            _ => return (desk, connection),
+            _ => return (desk, connection, Request::None),
         }
         desk.asks();
-        return (desk, connection);
+        return (desk, connection, Request::None);
     }
     let (mut desk, connection) = open();
     let user = &mut desk.station.user;
-    match at {
-        Read | PollRead => user.ms2_read(connection, 1, 16, 8).unwrap(),
-        PollWrite => user.ms2_write(connection, 1, 16, &[1, 2]).unwrap(),
-        PollTransport => user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap(),
-        Aborting => user.ms2_close(connection).unwrap(),
-        _ => {}
-    }
+    let request = match at {
+        Read | PollRead => Request::Read(user.ms2_read(connection, 1, 16, 8).unwrap()),
+        PollWrite => Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
+        PollTransport => Request::Transport(user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap()),
+        Aborting => {
+            user.ms2_close(connection).unwrap();
+            Request::None
+        }
+        _ => Request::None,
+    };
     desk.asks();
     if let PollRead | PollWrite | PollTransport | PollIdle = at {
         answer(&mut desk, 48, "SC");
         desk.asks();
     }
-    (desk, connection)
+    (desk, connection, request)
 }
 
-/// Everything a slave may answer.
+/// The answers of a slave.
 const ANSWERS: [&str; 30] = [
     "SC",
     "RS",
@@ -149,7 +179,7 @@ const ANSWERS: [&str; 30] = [
 
 /// What follows an answer: the phase, and the outcome if there is one.
 fn after(at: Stand, what: &str) -> String {
-    let (mut desk, connection) = stand(at);
+    let (mut desk, connection, request) = stand(at);
     let ssap = if let Initiate | PollManager = at { 49 } else { 48 };
     if what == "silence" && !matches!(at, Initiate) {
         // The link layer repeats what was counted.
@@ -170,16 +200,14 @@ fn after(at: Stand, what: &str) -> String {
     }
     let user = &mut desk.station.user;
     let phase = user.ms2_phase(connection).map_or("-".to_owned(), |phase| phase.to_string());
-    let outcome = match user.outcome(connection) {
-        None => String::new(),
-        Some(Outcome::Ended(end)) => format!(", {end}"),
-        Some(Outcome::Refused(negative)) => format!(", refused: {}", negative.code_1),
-        Some(Outcome::Opened(opened)) => format!(", open at SAP {}", opened.server_sap),
-        Some(Outcome::Read(record)) => format!(", read {record:02X?}"),
-        Some(Outcome::Transported(data)) => format!(", transported {data:02X?}"),
-        Some(Outcome::Written) => ", written".to_owned(),
-        Some(other) => panic!("{other:?}"),
-    };
+    let mut outcome = request.outcome(user);
+    if outcome.is_empty() {
+        outcome = match user.outcome(connection) {
+            None => String::new(),
+            Some(Ok(opened)) => format!(", open at SAP {}", opened.server_sap),
+            Some(Err(end)) => format!(", {end}"),
+        };
+    }
     format!("{phase}{outcome}{sent}")
 }
 
@@ -198,12 +226,12 @@ fn every_answer_in_every_state() {
 }
 
 /// Lets the slave answer every message with `what` until the connection ends; when, and how.
-fn until_the_end(desk: &mut Tool, connection: Handle, what: &str) -> (BitTime, ConnectionEnd) {
+fn until_the_end(desk: &mut Tool, connection: Handle<Connect>, what: &str) -> (BitTime, ConnectionEnd) {
     loop {
         let said = desk.asks();
         if said.text().contains(" 32 58 00 ") {
             desk.hears("E5");
-            let Some(Outcome::Ended(end)) = desk.station.user.outcome(connection) else { panic!("ended") };
+            let Some(Err(end)) = desk.station.user.outcome(connection) else { panic!("ended") };
             return (said.start, end);
         }
         answer(desk, 48, what);
@@ -223,7 +251,7 @@ fn is_about(measured: u64, ms: u64) -> bool {
 }
 
 /// A connection with these times, in 10 ms: Send_Timeout asked for, C2_Response_Timeout, least Send_Timeout of the slave.
-fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Tool, Handle) {
+fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Tool, Handle<Connect>) {
     let mut desk = Tool::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
     let parameters = Ms2Parameters { send_timeout, response_timeout, ..parameters() };
     let connection = desk.station.user.ms2_open(8, &parameters).unwrap();
@@ -231,7 +259,7 @@ fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Tool, Han
     answer(&mut desk, 49, &format!("56 30 {:02X} {:02X}", least >> 8, least & 0xFF));
     desk.asks();
     answer(&mut desk, 48, INITIATE_RES);
-    let Some(Outcome::Opened(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
+    let Some(Ok(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
     assert_eq!(opened.send_timeout, send_timeout.max(least));
     (desk, connection)
 }
@@ -281,12 +309,12 @@ fn a_server_that_does_not_answer_idle_ends_the_connection() {
 /// The response to Initiate is waited for as any other; the access point is known, so the slave is told.
 #[test]
 fn an_initiate_that_nobody_answers_ends_in_time() {
-    let (mut desk, connection) = stand(PollServer);
+    let (mut desk, connection, _) = stand(PollServer);
     answer(&mut desk, 48, "SC");
     let (_, end) = until_the_end(&mut desk, connection, "SC");
     assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
     // The resource manager has no connection to abort.
-    let (mut desk, connection) = stand(PollManager);
+    let (mut desk, connection, _) = stand(PollManager);
     let (began, mut last) = (desk.now, desk.now);
     answer(&mut desk, 49, "SC");
     while let Some(said) = desk.asks_within(40_000) {
@@ -295,7 +323,7 @@ fn an_initiate_that_nobody_answers_ends_in_time() {
     }
     assert!((BAUD.tbit_of_ms(990)..BAUD.tbit_of_ms(1001)).contains(&(last - began)), "{}", last - began);
     let end = failed(AbortReason::TIMEOUT, Cause::Timeout);
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    assert_eq!(desk.station.user.outcome(connection), Some(Err(end)));
 }
 
 /// profibus-wire 4.9, rule 6: polls go on for T.
@@ -321,8 +349,8 @@ fn a_slave_that_falls_silent_is_polled_for_t() {
     while desk.station.user.ms2_phase(connection) != Some(Phase::Ended) {
         desk.says();
     }
-    let end = failed(AbortReason::Fdl(15), Cause::Lost(Failure::Silence));
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    let end = failed(AbortReason::Fdl(15), Cause::NoAnswer(Failure::Silence));
+    assert_eq!(desk.station.user.outcome(connection), Some(Err(end)));
 }
 
 /// 4.2: polls are a Min_Slave_Interval apart, also from the request.
@@ -343,7 +371,7 @@ fn messages_to_a_slave_keep_their_distance() {
 #[test]
 fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
     let (mut desk, connection) = open();
-    desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    let written = desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
     let write = desk.asks().text();
     // The link layer repeats the telegram, with the same count: the slave does it once.
     assert_eq!(desk.asks().text(), write);
@@ -353,7 +381,7 @@ fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
     }
     desk.asks();
     answer(&mut desk, 48, "5F 01 10 02");
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Written));
+    assert_eq!(desk.station.user.outcome(written), Some(Ok(())));
 }
 
 /// profibus-wire 4.9, rule 6: the request is repeated as long as the slave has no room; the count begins anew when it
@@ -373,7 +401,7 @@ fn a_busy_slave_is_asked_again_so_many_times() {
         assert!(desk.asks().text().contains(" 32 58 00 "), "the third in a row ends it");
         answer(&mut desk, 48, "SC");
         let end = failed(reason, Cause::Status(status));
-        assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+        assert_eq!(desk.station.user.outcome(connection), Some(Err(end)));
     }
 }
 
@@ -387,21 +415,21 @@ fn what_cannot_be_asked_is_refused_at_once() {
     for _ in 1..4 {
         user.ms2_open(8, &parameters()).unwrap();
     }
-    assert_eq!(user.ms2_open(8, &parameters()), Err(SubmitError::Full { places: 4 }));
+    assert_eq!(user.ms2_open(8, &parameters()), Err(SubmitError::Full { slots: 4 }));
 
     let (mut desk, connection) = open();
     let user = &mut desk.station.user;
-    let length = |octets| Err(SubmitError::Length { octets, room: 240 });
-    assert_eq!(user.ms2_read(connection, 1, 16, 0), length(0));
-    assert_eq!(user.ms2_write(connection, 1, 16, &[]), length(0));
-    assert_eq!(user.ms2_write(connection, 1, 16, &[0; 241]), length(241));
-    assert_eq!(user.ms2_transport(connection, 1, 16, &[0; 300]), length(300));
+    let length = |octets| SubmitError::Length { octets, room: 240 };
+    assert_eq!(user.ms2_read(connection, 1, 16, 0), Err(length(0)));
+    assert_eq!(user.ms2_write(connection, 1, 16, &[]), Err(length(0)));
+    assert_eq!(user.ms2_write(connection, 1, 16, &[0; 241]), Err(length(241)));
+    assert_eq!(user.ms2_transport(connection, 1, 16, &[0; 300]), Err(length(300)));
     user.ms2_read(connection, 1, 16, 8).unwrap();
     assert_eq!(user.ms2_read(connection, 1, 17, 8), Err(SubmitError::Busy));
     user.ms2_close(connection).unwrap();
     desk.asks();
     answer(&mut desk, 48, "SC");
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Ended(_))));
+    assert!(matches!(desk.station.user.outcome(connection), Some(Err(_))));
     assert_eq!(desk.station.user.ms2_close(connection), Err(SubmitError::UnknownHandle));
     assert_eq!(desk.station.user.ms2_read(connection, 1, 16, 8), Err(SubmitError::UnknownHandle));
 }
@@ -409,20 +437,20 @@ fn what_cannot_be_asked_is_refused_at_once() {
 /// A request may be handed in while an Idle is on its way.
 #[test]
 fn a_request_waits_for_an_idle_under_way() {
-    let (mut desk, connection) = stand(Idle);
-    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    let (mut desk, connection, _) = stand(Idle);
+    let read = desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
     answer(&mut desk, 48, "SC");
     assert!(desk.asks().text().starts_with("68 05 05"), "the Idle is fetched first");
     answer(&mut desk, 48, "48");
     assert!(desk.asks().text().contains(" 30 32 5E 01 10 08 "));
     answer(&mut desk, 48, "5E 01 10 01 AA");
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Read(&[0xAA])));
+    assert_eq!(desk.station.user.outcome(read), Some(Ok(&[0xAA][..])));
 }
 
 /// Who has no token is not asked for work; time passes all the same.
 #[test]
 fn without_the_token_waiting_ends_too() {
-    let (mut desk, connection) = stand(PollRead);
+    let (mut desk, connection, _) = stand(PollRead);
     // The poll is on its way: it is not given up before its answer may have come.
     desk.station.user.elapse(desk.now + BAUD.tbit_of_ms(1001));
     assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
@@ -436,7 +464,7 @@ fn without_the_token_waiting_ends_too() {
 /// A wish to close while the resource manager is polled waits until it is known which access point is to be told.
 #[test]
 fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
-    let (mut desk, connection) = stand(PollManager);
+    let (mut desk, connection, _) = stand(PollManager);
     desk.station.user.ms2_close(connection).unwrap();
     answer(&mut desk, 49, "SC");
     let said = desk.asks_within(40_000).expect("SAP 49 is polled on");
@@ -445,7 +473,7 @@ fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
     assert_eq!(desk.asks().text()[18..], *"5C 30 32 58 00 20 40 16");
     answer(&mut desk, 48, "SC");
     let end = ConnectionEnd::Closed(AbortReason::User(0));
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    assert_eq!(desk.station.user.outcome(connection), Some(Err(end)));
 }
 
 /// Compares with `tests/golden/master/NAME` of the workspace. `PROFIVAC_BLESS=1` writes it instead.
@@ -475,7 +503,7 @@ fn message(octets: &[u8]) -> (u8, String) {
 #[test]
 fn a_request_that_another_master_spoke_over_is_sent_again() {
     for (at, sap, du) in [(Initiate, 49, "57"), (Read, 48, "5E 01 10 08"), (Idle, 48, "48")] {
-        let (mut desk, connection) = stand(at);
+        let (mut desk, connection, request) = stand(at);
         desk.hears_after(100, FOREIGN);
         let (again, sent) = message(&desk.asks().octets);
         assert!(again == sap && sent.starts_with(du), "{at:?}: {sent} to {again}");
@@ -490,8 +518,8 @@ fn a_request_that_another_master_spoke_over_is_sent_again() {
             Read => answer(&mut desk, 48, "5E 01 10 02 AA BB"),
             _ => answer(&mut desk, 48, "48"),
         }
-        let told = format!("{:?}", desk.station.user.outcome(connection));
-        let expected = if let Read = at { "Some(Read([170, 187]))" } else { "None" };
+        let told = request.outcome(&mut desk.station.user);
+        let expected = if let Read = at { ", read [AA, BB]" } else { "" };
         assert_eq!(told, expected, "{at:?}");
     }
 }
@@ -500,10 +528,10 @@ fn a_request_that_another_master_spoke_over_is_sent_again() {
 #[test]
 fn a_write_that_another_master_spoke_over_is_polled_for() {
     let (mut desk, connection) = open();
-    desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    let written = desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
     desk.asks();
     desk.hears_after(100, FOREIGN);
     assert_eq!(message(&desk.asks().octets), (48, String::new()));
     answer(&mut desk, 48, "5F 01 10 02");
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Written)));
+    assert!(matches!(desk.station.user.outcome(written), Some(Ok(()))));
 }

@@ -1,11 +1,11 @@
 //! How long an MS2 connection waits, to the bit. profibus-wire 4.9.
 
-mod bench;
+mod rig;
 
-use bench::{Answer, Bench, Gauge, INITIATE, MASTER, RS, hex, low};
+use rig::{Answer, Rig, Gauge, INITIATE, MASTER, RS, hex, low};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 
-/// T of the bench's connections: 1 s at 1.5 Mbit/s.
+/// T of the rig's connections: 1 s at 1.5 Mbit/s.
 const T: u64 = 1_500_000;
 
 const SAP: u8 = 48;
@@ -14,36 +14,36 @@ const OPENED: &str = "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
 
 /// A connection on SAP 48 and the moment its timer was started last, which is the end of a request.
 struct Timed {
-    bench: Bench,
+    rig: Rig,
     since: BitTime,
 }
 
 impl Timed {
     fn new(send_timeout: &str) -> Self {
-        let mut bench = Bench::new(Gauge::default());
+        let mut rig = Rig::new(Gauge::default());
         let initiate = INITIATE.replace("00 64 01", &format!("{send_timeout} 01"));
-        assert_eq!(bench.ms2(1, 49, &initiate), low("56 30 00 64"));
-        Self { bench, since: BitTime(0) }.noted()
+        assert_eq!(rig.ms2(1, 49, &initiate), low("56 30 00 64"));
+        Self { rig, since: BitTime(0) }.noted()
     }
 
     /// The last request started the timer.
     fn noted(mut self) -> Self {
-        self.since = self.bench.asked;
+        self.since = self.rig.asked;
         self
     }
 
     fn sends(mut self, pdu: &str, expected: Answer) -> Self {
-        assert_eq!(self.bench.ms2(1, SAP, pdu), expected);
+        assert_eq!(self.rig.ms2(1, SAP, pdu), expected);
         self.noted()
     }
 
     /// A poll that ends so many bit times after what started the timer.
     fn polls_after(mut self, tbit: u64, expected: Answer) -> Self {
         let poll = T_SYN_TBIT + 11 * CHARACTER_TBIT;
-        let (begins, ends) = (self.bench.now, self.since + tbit);
+        let (begins, ends) = (self.rig.now, self.since + tbit);
         assert!(begins + poll <= ends, "time only goes forward");
-        self.bench.pass(ends - (begins + poll));
-        assert_eq!(self.bench.ms2(1, SAP, ""), expected);
+        self.rig.pass(ends - (begins + poll));
+        assert_eq!(self.rig.ms2(1, SAP, ""), expected);
         self
     }
 }
@@ -95,21 +95,21 @@ fn the_greater_send_timeout_holds() {
 #[test]
 fn deadlines_that_were_missed_count_from_when_they_were() {
     let mut timed = Timed::new("00 64");
-    timed.bench.now = timed.since + 2 * T;
-    assert_eq!(timed.bench.ms2(1, SAP, ""), RS);
+    timed.rig.now = timed.since + 2 * T;
+    assert_eq!(timed.rig.ms2(1, SAP, ""), RS);
 }
 
 #[test]
 fn the_slave_asks_to_be_woken_at_the_earliest_deadline() {
-    let mut bench = Bench::new(Gauge::default());
-    assert_eq!(bench.slave.wake_at(), None);
-    assert_eq!(bench.ms2(1, 49, INITIATE), low("56 30 00 64"));
-    assert_eq!(bench.slave.wake_at(), Some(bench.asked + T));
-    let first = bench.asked;
-    assert_eq!(bench.ms2(3, 49, INITIATE), low("56 2F 00 64"));
-    assert_eq!(bench.slave.wake_at(), Some(first + T));
-    bench.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00"));
-    assert_eq!(bench.slave.wake_at(), Some(bench.asked + 15_000), "the watchdog");
-    bench.slave.power_up(8);
-    assert_eq!(bench.slave.wake_at(), None);
+    let mut rig = Rig::new(Gauge::default());
+    assert_eq!(rig.slave.wake_at(), None);
+    assert_eq!(rig.ms2(1, 49, INITIATE), low("56 30 00 64"));
+    assert_eq!(rig.slave.wake_at(), Some(rig.asked + T));
+    let first = rig.asked;
+    assert_eq!(rig.ms2(3, 49, INITIATE), low("56 2F 00 64"));
+    assert_eq!(rig.slave.wake_at(), Some(first + T));
+    rig.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00"));
+    assert_eq!(rig.slave.wake_at(), Some(rig.asked + 15_000), "the watchdog");
+    rig.slave.power_up(8);
+    assert_eq!(rig.slave.wake_at(), None);
 }

@@ -5,9 +5,9 @@
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::pkw::{AnswerMismatch, Error, Value};
+use profivac_dp::master::pkw::{AnswerMismatch, ErrorNumber, Task, TaskError, Value};
 use profivac_dp::master::{
-    Cause, Handle, HandlerState, Master, Mode, Outcome, PkwParameters, Settings, SlaveParameters, SubmitError,
+    Handle, HandlerState, Master, Mode, PkwParameters, Settings, SlaveParameters, SubmitError,
 };
 use profivac_wire::{DataTelegram, Telegram};
 use support::desk::Desk;
@@ -65,15 +65,10 @@ fn exchange(desk: &mut Station, answer: &[u8]) -> String {
 }
 
 /// The instruction after the rest, and its outcome when the slave answers `answer` to it.
-fn instructed(desk: &mut Station, handle: Handle, answer: &str) -> (String, Outcome<'static>) {
+fn instructed(desk: &mut Station, handle: Handle<Task>, answer: &str) -> (String, Result<Value, TaskError>) {
     assert_eq!(exchange(desk, &NOTHING), text(&NOTHING), "AK 0 first");
     let instruction = exchange(desk, &hex(answer));
-    let outcome = match desk.station.user.outcome(handle).expect("an outcome") {
-        Outcome::Value(value) => Outcome::Value(value),
-        Outcome::Denied(error) => Outcome::Denied(error),
-        Outcome::Failed(cause) => Outcome::Failed(cause),
-        other => panic!("{other:?}"),
-    };
+    let outcome = desk.station.user.outcome(handle).expect("an outcome");
     (instruction, outcome)
 }
 
@@ -88,7 +83,7 @@ fn reads_and_writes_as_printed() {
         (1, 19, "10 01 13 00 00 00 00 00", "20 01 13 00 42 C8 00 00", DoubleWord(100f32.to_bits())),
     ] {
         let handle = desk.station.user.pkw_read(8, slot, index, None, &GAUGE).unwrap();
-        assert_eq!(instructed(&mut desk, handle, answer), (instruction.to_owned(), Outcome::Value(value)));
+        assert_eq!(instructed(&mut desk, handle, answer), (instruction.to_owned(), Ok(value)));
         assert_eq!(desk.station.user.outcome(handle), None, "once");
     }
     let threshold = DoubleWord(0x3B03_126F);
@@ -101,7 +96,7 @@ fn reads_and_writes_as_printed() {
         (10, 23, Word(3), CONTROLLER, "20 0A 17 00 00 00 00 03", "B0 0A 17 00 00 00 00 03", Byte(3)),
     ] {
         let handle = desk.station.user.pkw_write(8, slot, index, value, &parameters).unwrap();
-        assert_eq!(instructed(&mut desk, handle, answer), (instruction.to_owned(), Outcome::Value(told)));
+        assert_eq!(instructed(&mut desk, handle, answer), (instruction.to_owned(), Ok(told)));
     }
     // The channel rests afterwards.
     assert_eq!(exchange(&mut desk, &NOTHING), text(&NOTHING));
@@ -127,8 +122,8 @@ fn refusals_have_the_words_of_the_manual() {
         let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
         let answer = format!("70 01 13 00 00 00 {:02X} {:02X}", number >> 8, number & 0xFF);
         let (_, outcome) = instructed(&mut desk, handle, &answer);
-        assert_eq!(outcome, Outcome::Denied(Error(number)));
-        assert_eq!(Error(number).to_string(), words);
+        assert_eq!(outcome, Err(TaskError::Refused(ErrorNumber(number))));
+        assert_eq!(ErrorNumber(number).to_string(), words);
     }
 }
 
@@ -158,7 +153,7 @@ fn a_slow_slave_is_waited_for_in_both_directions() {
         }
         assert_eq!(exchange(&mut desk, new), text(&read));
         let value = Value::DoubleWord(value.to_bits());
-        assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Value(value)));
+        assert_eq!(desk.station.user.outcome(handle), Some(Ok(value)));
     }
 }
 
@@ -172,7 +167,7 @@ fn told(answer: &str) -> String {
         exchange(&mut desk, &hex(answer));
     }
     match desk.station.user.outcome(handle) {
-        Some(Outcome::Failed(cause)) => cause.to_string(),
+        Some(Err(error)) => error.to_string(),
         other => panic!("{answer}: {other:?}"),
     }
 }
@@ -211,7 +206,7 @@ fn no_forged_answer_becomes_a_value() {
             exchange(&mut desk, &NOTHING);
             exchange(&mut desk, &answer);
             let told = desk.station.user.outcome(handle);
-            assert!(!matches!(told, Some(Outcome::Value(_))), "{answer:02X?}: {told:?}");
+            assert!(!matches!(told, Some(Ok(_))), "{answer:02X?}: {told:?}");
         }
     }
 }
@@ -226,7 +221,7 @@ fn a_write_is_answered_in_its_width() {
         exchange(&mut desk, &hex("10 02 14 00 00 00 00 01"));
     }
     let wrong = AnswerMismatch::Width { expected: 1, received: 2 };
-    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(wrong))));
+    assert_eq!(desk.station.user.outcome(handle), Some(Err(TaskError::Mismatch(wrong))));
 }
 
 /// An exchange that left before the instruction was handed in says nothing about it.
@@ -238,7 +233,7 @@ fn an_exchange_under_way_is_no_rest() {
     let handle = desk.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
     hear(&mut desk, &NOTHING);
     let (_, outcome) = instructed(&mut desk, handle, "20 01 13 00 42 C8 00 00");
-    assert_eq!(outcome, Outcome::Value(Value::DoubleWord(100f32.to_bits())));
+    assert_eq!(outcome, Ok(Value::DoubleWord(100f32.to_bits())));
 }
 
 /// A slave that never stops answering is not asked anything new.
@@ -249,7 +244,7 @@ fn a_slave_that_does_not_rest_is_named() {
     for _ in 0..10 {
         assert_eq!(exchange(&mut desk, &hex("20 01 13 00 42 C8 00 00")), text(&NOTHING));
     }
-    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::Channel(AnswerMismatch::Unasked))));
+    assert_eq!(desk.station.user.outcome(handle), Some(Err(TaskError::Mismatch(AnswerMismatch::Unrequested))));
 }
 
 #[test]
@@ -277,7 +272,7 @@ fn an_instruction_ends_with_operate() {
     desk.station.user.set_mode(Mode::Clear);
     desk.asks();
     desk.says();
-    assert_eq!(desk.station.user.outcome(handle), Some(Outcome::Failed(Cause::NotOperating)));
+    assert_eq!(desk.station.user.outcome(handle), Some(Err(TaskError::NotOperating)));
 }
 
 /// After a restart the slave has forgotten the instruction, and the master too.

@@ -1,9 +1,9 @@
 //! The receiver against the rules written down as simply as they can be: octet by octet, in slices however they are cut,
 //! with damaged octets, gaps and character errors. What is heard, and when, must be the same.
 
-mod bench;
+mod rig;
 
-use bench::{Bench, Gauge, hex};
+use rig::{Rig, Gauge, hex};
 use fastrand::Rng;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_wire::{DataTelegram, MAX_DU, Telegram};
@@ -22,7 +22,7 @@ fn telegrams() -> Vec<Vec<u8>> {
     .map(hex)
     .to_vec();
     let longest = DataTelegram { da: 8, sa: 2, dsap: Some(56), ssap: Some(62), fc: 0x7D, du: &[0xE5; MAX_DU] };
-    telegrams.push(bench::emit(&Telegram::Data(longest)));
+    telegrams.push(rig::emit(&Telegram::Data(longest)));
     telegrams
 }
 
@@ -253,9 +253,9 @@ fn a_damaged_telegram_changes_nothing_in_a_slave() {
         "68 06 06 68 88 82 7D 3E 3E 21 24 16",
     ];
     for octets in requests.map(hex) {
-        let mut bench = Bench::exchanging(Gauge::default());
-        let told = |bench: &Bench| format!("{:?} {:?}", bench.slave.state(), bench.slave.device());
-        let before = told(&bench);
+        let mut rig = Rig::exchanging(Gauge::default());
+        let told = |rig: &Rig| format!("{:?} {:?}", rig.slave.state(), rig.slave.device());
+        let before = told(&rig);
         for place in 0..octets.len() {
             for flipped in 1..=0xFF {
                 let mut damaged = octets.clone();
@@ -265,13 +265,13 @@ fn a_damaged_telegram_changes_nothing_in_a_slave() {
                 for octet in &damaged {
                     end = end + CHARACTER_TBIT;
                     if let Received::Telegram(telegram) = receiver.octet(end, *octet) {
-                        assert_eq!(bench.slave.telegram(end, &telegram), None, "{damaged:02X?}");
+                        assert_eq!(rig.slave.telegram(end, &telegram), None, "{damaged:02X?}");
                     }
                 }
-                assert_eq!(told(&bench), before, "{damaged:02X?}");
+                assert_eq!(told(&rig), before, "{damaged:02X?}");
             }
         }
-        assert!(bench.raw(&octets).is_some(), "undamaged, it is answered");
-        assert_ne!(told(&bench), before, "undamaged, it changes something");
+        assert!(rig.raw(&octets).is_some(), "undamaged, it is answered");
+        assert_ne!(told(&rig), before, "undamaged, it changes something");
     }
 }

@@ -3,7 +3,7 @@
 use super::request::OpenRequest;
 use profivac_wire::control::FrameCount;
 
-/// What the next counted request to each of the addresses 0 to 126 carries.
+/// The frame count of the next counted request to each of the addresses 0 to 126.
 #[derive(Clone, Debug)]
 pub(super) struct FrameCounts([FrameCount; 127]);
 
@@ -12,7 +12,7 @@ impl FrameCounts {
         Self([FrameCount::First; 127])
     }
 
-    /// How a request is to be counted.
+    /// The frame count of a request.
     pub(super) fn next(&self, asked: &OpenRequest) -> FrameCount {
         match self.0.get(usize::from(asked.da)) {
             Some(count) if asked.kind.counts() => *count,
@@ -57,7 +57,7 @@ mod tests {
 
         assert_eq!(counts.next(&diag), FrameCount::First);
         counts.answered(&diag);
-        // Another service of the same station goes on counting, and what is not counted changes nothing.
+        // Another service of the same station continues the count, and an uncounted request changes nothing.
         assert_eq!(counts.next(&exchange), FrameCount::Counted(false));
         assert_eq!(counts.next(&status), FrameCount::Uncounted);
         counts.answered(&status);

@@ -1,10 +1,10 @@
-//! A slave on the bench, and masters that speak to it telegram by telegram.
+//! A slave on the rig, and masters that speak to it telegram by telegram.
 //!
-//! The bench keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
+//! The rig keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
 //! checked for its earliest moment, its addresses and its access points before the test sees it.
 
-#![allow(dead_code, unused_imports, reason = "every test file uses a part of the bench")]
-#![allow(clippy::panic, clippy::expect_used, reason = "a bench that cannot go on stops the test")]
+#![allow(dead_code, unused_imports, reason = "every test file uses a part of the rig")]
+#![allow(clippy::panic, clippy::expect_used, reason = "a rig that cannot go on stops the test")]
 
 mod device;
 pub mod golden;
@@ -44,7 +44,7 @@ pub fn low(text: &str) -> Answer {
 pub const INITIATE: &str = "57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
 
 /// A slave and the time.
-pub struct Bench<const CONNECTIONS: usize = 2> {
+pub struct Rig<const CONNECTIONS: usize = 2> {
     pub slave: Slave<Gauge, CONNECTIONS>,
     pub now: BitTime,
     /// When the last request ended.
@@ -54,20 +54,20 @@ pub struct Bench<const CONNECTIONS: usize = 2> {
     last: Vec<u8>,
 }
 
-impl Bench {
+impl Rig {
     pub fn new(device: Gauge) -> Self {
         Self::at(device, Baud::B1500000)
     }
 
     /// Master 2 owns the slave and exchanges data; DPV1_Enable is set.
     pub fn exchanging(device: Gauge) -> Self {
-        let mut bench = Self::new(device);
-        bench.start(MASTER, "80 00 00");
-        bench
+        let mut rig = Self::new(device);
+        rig.start(MASTER, "80 00 00");
+        rig
     }
 }
 
-impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
+impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     /// A slave that has just been switched on.
     pub fn at(device: Gauge, baud: Baud) -> Self {
         let slave = Slave::with_connections(device, SLAVE, baud);
@@ -101,7 +101,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         self.last = octets.to_vec();
         self.pass(T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64);
         self.asked = self.now;
-        let telegram = Telegram::parse(octets).expect("the bench sends telegrams");
+        let telegram = Telegram::parse(octets).expect("the rig sends telegrams");
         let transmit = self.slave.telegram(self.now, &telegram)?;
         assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
         let answer = transmit.octets.to_vec();
@@ -194,7 +194,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
 
 pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
     let mut out = [0; MAX_TELEGRAM];
-    let length = telegram.emit(&mut out).expect("the bench sends telegrams");
+    let length = telegram.emit(&mut out).expect("the rig sends telegrams");
     out[..length].to_vec()
 }
 
