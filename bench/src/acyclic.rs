@@ -1,7 +1,7 @@
-//! A class 2 master that reads a record of four octets again and again. What the slave answers is ready, so that only the
+//! A class 2 master that reads a record of four octets repeatedly. The answers of the slave are prepared, so that only the
 //! master is counted: request, SC, poll and response, and the tokens between them.
 
-use crate::desk::{BAUD, MASTER, telegram};
+use crate::rig::{BAUD, MASTER, telegram};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::ms2::Connect;
@@ -11,7 +11,7 @@ use std::hint::black_box;
 
 const SLAVE: u8 = 8;
 
-/// What the slave answers: to Initiate, to the poll for its response, and to the poll for the record.
+/// The answers of the slave: to Initiate, to the poll for its response, and to the poll for the record.
 struct Answers {
     manager: Vec<u8>,
     opened: Vec<u8>,
@@ -50,7 +50,7 @@ struct Tool {
 }
 
 impl Tool {
-    /// What the master does next, and the answer if there is one.
+    /// The next telegram of the master, and its answer if there is one.
     fn step(&mut self) {
         self.now = self.station.wake_at().unwrap_or(self.now).max(self.now);
         let Some(transmit) = self.station.poll(self.now) else { return };
@@ -82,7 +82,7 @@ impl Tool {
     }
 }
 
-/// So many reads.
+/// Runs `times` reads.
 pub fn read(times: u32) {
     let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
     let station = Master::on(bus, Settings::new(BAUD), BitTime(0));

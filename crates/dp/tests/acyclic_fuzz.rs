@@ -1,4 +1,4 @@
-//! Random answers, random users, random times: no acyclic request makes a master panic, and each one comes to an end.
+//! Random answers, random requests, random times: no acyclic request makes a master panic, and each one ends.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
@@ -71,13 +71,13 @@ impl AnyHandle {
     }
 }
 
-/// A master, the slaves it works with, and what it was asked.
+/// A master, its slaves, and the handles of all requests so far.
 struct Bus {
     station: Any,
     slaves: Vec<Slave<Plain>>,
     now: BitTime,
     handles: Vec<AnyHandle>,
-    /// Every how many answers are spoilt, 0 for none.
+    /// One of this number of answers is replaced; 0 for none.
     spoil: usize,
 }
 
@@ -96,7 +96,7 @@ impl Bus {
         Self { station, slaves, now: BitTime(0), handles: Vec::new(), spoil: 0 }
     }
 
-    /// One telegram of the master and what follows.
+    /// One telegram of the master and its answer.
     fn step(&mut self, random: &mut Random) {
         self.now = self.now.max(self.station.wake_at().unwrap_or(self.now));
         let Some(transmit) = self.station.poll(self.now) else { return };
@@ -120,7 +120,7 @@ impl Bus {
         }
     }
 
-    /// Somebody wants something.
+    /// The user submits a request, takes an outcome or changes the mode.
     fn meddle(&mut self, random: &mut Random) {
         let [address, slot, index] =
             [8 + (random.next() & 1) as u8, random.next() as u8 & 3, 14 + random.next() as u8 % 4];
@@ -132,7 +132,8 @@ impl Bus {
             0..4 => user.ms2_open(address, &ms2).ok().map(AnyHandle::Connection),
             4..6 => user.ms1_read(address, slot, index, random.next() as u8, &ms1).ok().map(AnyHandle::Ms1Read),
             6 => user.ms1_write(address, slot, index, &data, &ms1).ok().map(AnyHandle::Ms1Write),
-            7 => user.ms1_alarm_ack(address, AlarmAck { slot, alarm_type: 1, specifier: index }, &ms1)
+            7 => user
+                .ms1_alarm_ack(address, AlarmAck { slot, alarm_type: 1, specifier: index }, &ms1)
                 .ok()
                 .map(AnyHandle::Alarm),
             8..10 => user.pkw_read(address, slot, index, Some(random.below(5)), &pkw).ok().map(AnyHandle::Task),
@@ -183,7 +184,7 @@ impl Bus {
     }
 }
 
-/// Times and places as anybody may choose them, also absurd ones.
+/// Any times and offsets, also absurd ones.
 fn parameters(random: &mut Random) -> (Ms1Parameters, Ms2Parameters, PkwParameters) {
     let pace_tbit = [0, 100, 1500][random.below(3)];
     let ms1 = Ms1Parameters { pace_tbit, response_tbit: random.next() % 60_000, rejections: random.next() as u8 & 3 };
@@ -236,7 +237,7 @@ fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) 
 }
 
 #[test]
-fn every_request_ends_whatever_is_answered() {
+fn every_request_ends_for_any_answers() {
     let mut random = Random::new(0x00AC_7C1C);
     let (mut begun, mut values) = (0, 0);
     for round in 0..300 {
@@ -250,7 +251,7 @@ fn every_request_ends_whatever_is_answered() {
             bus.meddle(&mut random);
         }
         begun += bus.handles.len();
-        // The storm is over, or the slaves are gone: one way or the other everything ends.
+        // The answers are right again, or the slaves are gone: every request must end.
         bus.spoil = 0;
         if random.below(2) == 0 {
             bus.slaves.clear();
@@ -268,12 +269,12 @@ fn every_request_ends_whatever_is_answered() {
     assert!(begun > 10_000 && values > 100, "{begun}, {values}");
 }
 
-/// A fresh connection gives the value, where the slaves are still there.
+/// A new connection reads the value, if the slaves are still there.
 fn works_afterwards(mut bus: Bus, random: &mut Random) -> usize {
     if bus.slaves.is_empty() {
         return 0;
     }
-    // Connections that the storm left open at the slave end by their own timers.
+    // Connections that are still open at the slave end by their own timers.
     let until = bus.now + BAUD.tbit_of_ms(9000);
     while bus.now < until {
         bus.step(random);

@@ -2,7 +2,7 @@
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, MASTER, RR, RS, hex, low};
+use rig::{Answer, Gauge, MASTER, RR, RS, Rig, hex, low};
 
 const SET_SLAVE_ADD: u8 = 55;
 const TO_9: &str = "09 12 34 00";
@@ -19,11 +19,11 @@ fn the_printed_dialogue() {
     let mut rig = delivered();
     assert_eq!(rig.say("68 09 09 68 FE 82 6D 37 3E 08 12 34 00 B0 16"), "E5");
     assert_eq!(rig.say("10 08 02 49 53 16"), "10 02 08 00 0A 16");
-    assert_eq!(rig.say("10 7E 02 49 C9 16"), "silence", "the old address is nobody's");
+    assert_eq!(rig.say("10 7E 02 49 C9 16"), "silence", "no station has the old address");
 }
 
 #[test]
-fn at_126_it_can_be_looked_at() {
+fn a_slave_at_126_can_be_diagnosed() {
     let mut rig = delivered();
     assert_eq!(rig.say("10 7E 02 49 C9 16"), "10 02 7E 00 80 16");
     assert_eq!(rig.ms0(MASTER, 60, &[]), low("02 05 00 FF 12 34"));
@@ -34,7 +34,7 @@ fn at_126_it_can_be_looked_at() {
 }
 
 #[test]
-fn it_is_only_taken_in_wait_prm() {
+fn set_slave_add_is_accepted_in_wait_prm_only() {
     let mut rig = Rig::new(Gauge::default());
     rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
     assert_eq!(rig.ms0(MASTER, SET_SLAVE_ADD, &hex(TO_9)), RS);
@@ -44,14 +44,14 @@ fn it_is_only_taken_in_wait_prm() {
 }
 
 #[test]
-fn a_device_with_an_address_switch_closes_it() {
+fn a_device_with_an_address_switch_closes_set_slave_add() {
     let mut rig = Rig::new(Gauge { settable: false, ..Gauge::default() });
     assert_eq!(rig.ms0(MASTER, SET_SLAVE_ADD, &hex(TO_9)), RS);
 }
 
 /// Point 15 of section 10.
 #[test]
-fn what_does_not_fit_is_acknowledged_and_changes_nothing() {
+fn a_request_that_does_not_fit_is_acknowledged_and_changes_nothing() {
     for request in ["", "09 12 34", "09 12 35 00", "7E 12 34 00", "7F 12 34 00", "FF 12 34 00"] {
         let mut rig = Rig::new(Gauge::default());
         assert_eq!(rig.ms0(MASTER, SET_SLAVE_ADD, &hex(request)), Answer::Ack, "{request}");
@@ -70,7 +70,7 @@ fn no_add_chg_locks_the_address() {
 }
 
 #[test]
-fn the_lowest_and_the_highest_address() {
+fn the_lowest_and_the_highest_address_are_accepted() {
     for address in [0, 125] {
         let mut rig = Rig::new(Gauge::default());
         assert_eq!(rig.ms0(MASTER, SET_SLAVE_ADD, &[address, 0x12, 0x34, 0]), Answer::Ack);
@@ -78,9 +78,9 @@ fn the_lowest_and_the_highest_address() {
     }
 }
 
-/// Nobody has spoken to the new address yet, so nothing sent to it is a repetition.
+/// The new address has had no request yet, so no request to it is a repetition.
 #[test]
-fn the_frame_count_begins_anew() {
+fn the_frame_count_begins_anew_under_a_new_address() {
     let mut rig = Rig::new(Gauge::default());
     assert_eq!(rig.ms0(MASTER, 60, &[0]), RR);
     assert_eq!(rig.ms0(MASTER, SET_SLAVE_ADD, &hex(TO_9)), Answer::Ack);

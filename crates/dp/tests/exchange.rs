@@ -3,9 +3,9 @@
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, MASTER, RR, RS, Seen, emit, hex, low};
 use profivac_dp::slave::{Features, SlaveState};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, emit, hex, low};
 
 const RD_INP: u8 = 56;
 const RD_OUTP: u8 = 57;
@@ -23,7 +23,7 @@ fn configured(cfg: &str, inputs: &str) -> Rig {
     rig
 }
 
-/// Global_Control as an SDN with this FC, to this station or to everybody (127).
+/// Global_Control as an SDN with this FC, to this station or to all stations (127).
 fn control(rig: &mut Rig, sa: u8, da: u8, fc: u8, du: &str) {
     let du = hex(du);
     let frame = DataTelegram { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
@@ -59,7 +59,7 @@ fn the_printed_exchanges() {
 }
 
 #[test]
-fn outside_data_exchange_and_to_others_it_is_closed() {
+fn data_exchange_is_closed_in_other_states_and_to_other_masters() {
     let mut rig = Rig::new(Gauge::default());
     let closed = |rig: &mut Rig| {
         for sap in [RD_INP, RD_OUTP] {
@@ -91,7 +91,7 @@ fn a_wrong_length_is_answered_once_and_then_the_slave_leaves() {
 }
 
 #[test]
-fn outputs_of_length_zero_mean_fail_safe_where_it_is_agreed() {
+fn outputs_of_length_zero_mean_fail_safe_if_set_prm_says_so() {
     let mut rig = Rig::new(Gauge::default());
     rig.start(MASTER, "C0 00 00");
     assert_eq!(rig.dx(MASTER, &[5, 6]), low("01 02"));
@@ -169,7 +169,7 @@ fn an_event_comes_with_its_blocks_and_is_announced_from_the_start() {
 }
 
 #[test]
-fn a_repeated_request_for_the_diagnosis_gets_the_same_one() {
+fn a_repeated_request_for_the_diagnosis_gets_the_same_answer() {
     let mut rig = exchanging();
     let first = rig.say("68 05 05 68 88 82 5D 3C 3E E1 16");
     rig.device().event = true;
@@ -217,7 +217,7 @@ fn freeze_keeps_the_inputs_until_the_next_freeze() {
 }
 
 #[test]
-fn clear_makes_outputs_safe_once_also_in_sync() {
+fn clear_makes_outputs_safe_at_once_also_in_sync() {
     let mut rig = exchanging();
     rig.dx(MASTER, &[5, 6]);
     everybody(&mut rig, "02 00");
@@ -229,11 +229,11 @@ fn clear_makes_outputs_safe_once_also_in_sync() {
     rig.dx(MASTER, &[9, 9]);
     everybody(&mut rig, "02 00");
     everybody(&mut rig, "20 00");
-    assert_eq!(outputs(&mut rig), low("00 00"), "what Sync held back is cleared too");
+    assert_eq!(outputs(&mut rig), low("00 00"), "the outputs that Sync holds back are cleared too");
 }
 
 #[test]
-fn a_command_concerns_the_owners_group_in_data_exchange() {
+fn a_command_is_executed_for_the_own_group_of_the_owner_in_data_exchange() {
     let group = |select: u8| {
         let mut rig = Rig::new(Gauge::default());
         rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 06"));
@@ -263,9 +263,9 @@ fn a_command_may_be_low_priority_and_may_address_one_station() {
     }
 }
 
-/// "Unsupported Sync/Freeze": what only cancels asks for nothing. Both bits of a pair cancel.
+/// "Unsupported Sync/Freeze": a command that only cancels requires no feature. Both bits of a pair cancel each other.
 #[test]
-fn a_slave_that_cannot_sync_or_freeze_minds_no_end_of_either() {
+fn a_slave_without_sync_and_freeze_accepts_unsync_and_unfreeze() {
     for (sync, freeze, harmless, in_vain) in [
         (false, false, &["10 00", "30 00", "04 00", "0C 00", "14 00", "3C 00"][..], &["20 00", "24 00", "28 00"][..]),
         (true, false, &["20 00", "10 00", "04 00", "0C 00", "24 00", "2C 00"], &["08 00", "28 00", "18 00", "38 00"]),
@@ -286,7 +286,7 @@ fn a_slave_that_cannot_sync_or_freeze_minds_no_end_of_either() {
 
 /// Point 14 of section 10 for the reserved bits.
 #[test]
-fn what_a_command_asks_for_in_vain_is_not_supported() {
+fn an_unsupported_command_sets_not_supported() {
     let features = Features { sync: false, freeze: false, ..Gauge::default().features };
     for command in ["20 00", "08 00", "01 00", "40 00", "80 00"] {
         let mut rig = Rig::exchanging(Gauge { features, ..Gauge::default() });
@@ -299,7 +299,7 @@ fn what_a_command_asks_for_in_vain_is_not_supported() {
 }
 
 #[test]
-fn a_new_start_forgets_sync_and_freeze() {
+fn a_new_start_ends_sync_and_freeze() {
     let mut rig = exchanging();
     everybody(&mut rig, "28 00");
     rig.start(MASTER, "80 00 00");

@@ -1,12 +1,12 @@
-//! What a station answers on layer 2, and what it leaves unanswered. profibus-wire 1.3, 1.4, 1.8 and 1.11.
+//! The requests that a station answers on layer 2, and those that it does not. profibus-wire 1.3, 1.4, 1.8 and 1.11.
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, MASTER, RS, SLAVE, Seen, emit, hex, low, print};
 use profivac_dp::link::Station;
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, print};
 
 fn frame(da: u8, sa: u8, fc: u8) -> Vec<u8> {
     emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }))
@@ -25,7 +25,7 @@ fn fdl_status_is_answered_in_every_state() {
 }
 
 #[test]
-fn ident_tells_vendor_controller_hardware_and_software() {
+fn ident_returns_vendor_controller_hardware_and_software() {
     let mut rig = Rig::new(Gauge::default());
     let answer = "68 0D 0D 68 02 08 08 02 03 01 00 41 42 43 44 45 46 AD 16";
     assert_eq!(rig.say("10 08 02 4E 58 16"), answer);
@@ -47,7 +47,7 @@ fn sda_is_closed() {
 }
 
 #[test]
-fn what_is_not_for_the_slave_is_not_answered() {
+fn a_telegram_for_another_station_is_not_answered() {
     let mut rig = Rig::exchanging(Gauge::default());
     for octets in [
         hex("E5"),
@@ -60,7 +60,7 @@ fn what_is_not_for_the_slave_is_not_answered() {
         frame(SLAVE, SLAVE, 0x49),
         frame(SLAVE, 127, 0x49),
         frame(SLAVE, 127, 0x6D),
-        // everybody
+        // all stations
         frame(127, MASTER, 0x49),
         frame(127, MASTER, 0x4E),
         frame(127, MASTER, 0x4F),
@@ -100,7 +100,7 @@ fn priority_makes_no_difference() {
 
 /// Point 3 of section 10.
 #[test]
-fn one_access_point_alone_or_an_octet_that_is_none_is_closed() {
+fn a_single_access_point_or_an_invalid_one_is_closed() {
     let mut rig = Rig::exchanging(Gauge::default());
     for (dsap, ssap) in [
         (Some(60), None),
@@ -119,7 +119,7 @@ fn one_access_point_alone_or_an_octet_that_is_none_is_closed() {
 }
 
 #[test]
-fn services_of_ms0_take_any_source_access_point() {
+fn services_of_ms0_accept_any_source_access_point() {
     let mut rig = Rig::new(Gauge::default());
     for ssap in [0, 50, 54, 62] {
         assert_eq!(rig.srd(MASTER, Some(60), Some(ssap), &[]), low("02 05 00 FF 12 34"), "{ssap}");
@@ -149,8 +149,8 @@ fn an_answer_begins_at_min_tsdr() {
     };
     let mut rig = Rig::new(Gauge::default());
     assert_eq!(at(&mut rig), Some(11));
-    for (told, holds) in [(20, 20), (0, 20), (150, 150), (151, 150), (255, 150), (1, 11), (11, 11)] {
-        assert_eq!(rig.ms0(MASTER, 61, &[0, 1, 1, told, 0, 0, 0]), Answer::Ack);
-        assert_eq!(at(&mut rig), Some(holds), "told {told}");
+    for (reported, holds) in [(20, 20), (0, 20), (150, 150), (151, 150), (255, 150), (1, 11), (11, 11)] {
+        assert_eq!(rig.ms0(MASTER, 61, &[0, 1, 1, reported, 0, 0, 0]), Answer::Ack);
+        assert_eq!(at(&mut rig), Some(holds), "reported {reported}");
     }
 }

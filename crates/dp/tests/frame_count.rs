@@ -1,17 +1,17 @@
-//! Repetitions: one frame count memory per station, whatever the service. profibus-wire 1.9 and 9.2.
+//! Repetitions: one frame count memory per station for all services. profibus-wire 1.9 and 9.2.
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, MASTER, SLAVE, Seen, emit, hex, low, print};
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Answer, Gauge, MASTER, Rig, SLAVE, Seen, emit, hex, low, print};
 
 const FIRST: FrameCount = FrameCount::First;
 const UNCOUNTED: FrameCount = FrameCount::Uncounted;
 const ZERO: FrameCount = FrameCount::Counted(false);
 const ONE: FrameCount = FrameCount::Counted(true);
 
-/// A slave in data exchange with master 2 to which every frame count bit is told by the test.
+/// A slave in data exchange with master 2; the test sets every frame count bit.
 struct Counted {
     rig: Rig,
 }
@@ -48,7 +48,7 @@ fn a_repetition_gets_the_same_answer_and_is_not_executed() {
     let answer = slave.dx(MASTER, ZERO, &[5, 6]);
     slave.rig.device().inputs = vec![9, 9];
     assert_eq!(slave.dx(MASTER, ZERO, &[5, 6]), answer);
-    assert_eq!(slave.dx(MASTER, ZERO, &[7, 8]), answer, "whatever it carries");
+    assert_eq!(slave.dx(MASTER, ZERO, &[7, 8]), answer, "regardless of its data");
     assert_eq!(slave.executed(), 1);
     assert_ne!(slave.dx(MASTER, ONE, &[5, 6]), answer);
     assert_eq!(slave.executed(), 2);
@@ -160,7 +160,7 @@ impl Dice {
     }
 }
 
-/// How a master goes on after a request and its retry were lost.
+/// The next step of a master after a request and its repetition were lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum AfterLoss {
     /// With a first request, as profibus-wire 1.10 asks for.
@@ -169,14 +169,14 @@ enum AfterLoss {
     KeepCount,
 }
 
-/// What happens to the answer a slave holds while others talk.
+/// What the slave does with its stored answer while other stations communicate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Held {
     Kept,
     Dropped,
 }
 
-/// A master with one frame count bit that believes whatever comes back, on a line that loses telegrams both ways.
+/// A master with one frame count bit that accepts any answer, on a line that loses telegrams both ways.
 struct Believer {
     slave: Rig,
     dice: Dice,
@@ -275,7 +275,7 @@ fn cyclic_and_acyclic_octets_never_mix_whether_the_slave_keeps_its_answer_or_not
 
 /// The same test sees a master that does not begin anew: the check is no decoration.
 #[test]
-fn a_master_that_keeps_its_count_takes_one_for_the_other() {
+fn a_master_that_keeps_its_count_confuses_the_answers_as_the_standard_warns() {
     for seed in SEEDS {
         let mixed = Believer::new(seed, AfterLoss::KeepCount, Held::Kept, MS2).run(500);
         assert!(mixed.is_err(), "seed {seed}: {mixed:?}");

@@ -2,7 +2,7 @@
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, hex, low};
+use rig::{Answer, Gauge, Rig, hex, low};
 
 const SELECT: &str = "5F 00 FF 04 08 00 FD E8";
 const SELECTED: &str = "5F 00 FF 04";
@@ -35,7 +35,7 @@ fn the_printed_dialogue() {
 }
 
 #[test]
-fn it_is_read_through_ms1_as_well() {
+fn i_and_m0_is_read_through_ms1_as_well() {
     let mut rig = Rig::exchanging(Gauge::default());
     assert_eq!(rig.ms1_job(SELECT), low(SELECTED));
     assert_eq!(rig.ms1_job(READ), im0());
@@ -75,7 +75,7 @@ fn the_selection_ends_with_the_connection() {
 
 /// The errors of profibus-wire 5.1.
 #[test]
-fn what_does_not_fit_is_refused_by_name() {
+fn a_call_that_does_not_fit_is_refused_by_name() {
     for (request, refusal) in [
         (READ, NOTHING_SELECTED),
         ("5E 01 FF 44", "DE 80 B2 00"),
@@ -92,7 +92,7 @@ fn what_does_not_fit_is_refused_by_name() {
 }
 
 #[test]
-fn nobody_writes_it() {
+fn i_and_m0_is_read_only() {
     let mut rig = Rig::new(Gauge::default());
     let sap = rig.connect(1);
     let record = "55 ".repeat(64);
@@ -110,7 +110,7 @@ fn a_refused_call_leaves_nothing_selected() {
 }
 
 #[test]
-fn a_device_without_it_refuses_the_index_and_is_never_asked_for_it() {
+fn a_device_without_i_and_m0_refuses_the_index_and_is_never_asked_for_it() {
     let mut rig = Rig::exchanging(Gauge { im0: None, ..Gauge::default() });
     let sap = rig.connect(1);
     rig.device().seen.clear();

@@ -3,11 +3,11 @@
 
 mod rig;
 
-use rig::golden::{compare, table};
-use rig::{Answer, Rig, Gauge, INITIATE, MASTER, SLAVE, emit, hex, low, print};
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::golden::{compare, table};
+use rig::{Answer, Gauge, INITIATE, MASTER, Rig, SLAVE, emit, hex, low, print};
 
 const OTHER: u8 = 3;
 
@@ -25,7 +25,7 @@ fn short(answer: &Answer) -> String {
     }
 }
 
-/// Who asks a slave in which state.
+/// The master that sends the request, and the state of the slave.
 const COLUMNS: [(&str, &str, u8); 5] = [
     ("WAIT-PRM", "", MASTER),
     ("WAIT-CFG own", "WAIT-CFG", MASTER),
@@ -122,7 +122,7 @@ fn ask(service: &Service, state: &str, sa: u8) -> String {
     if before == after && fault.is_empty() { answer } else { format!("{answer} {after}{fault}") }
 }
 
-/// What the diagnosis says is wrong, to a master that has not asked yet.
+/// The fault in the diagnosis, for a master that has not read it yet.
 fn fault(rig: &mut Rig) -> &'static str {
     match &rig.diag(1)[..2] {
         "42" => " Prm_Fault",
@@ -169,7 +169,7 @@ fn connection_in(phase: &str) -> Rig {
     rig
 }
 
-/// What the master does, or how many T pass.
+/// An input: a request of the master, or a number of T.
 #[derive(Clone, Copy)]
 enum Input {
     Sends(&'static str),
@@ -200,7 +200,7 @@ fn full(answer: &Answer) -> String {
     }
 }
 
-/// The answer to the input, and what the next poll fetches.
+/// The answer to the input, and the response that the next poll fetches.
 fn step(phase: &str, input: Input) -> String {
     let mut rig = connection_in(phase);
     let answer = match input {

@@ -1,9 +1,9 @@
-//! MS1: when it is open, how jobs and polls take turns, what is refused. profibus-wire 4.2 to 4.5.
+//! MS1: when it is open, the sequence of requests and polls, and refusals. profibus-wire 4.2 to 4.5.
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, MASTER, RR, RS, Seen, hex, low, print};
 use profivac_dp::slave::{Features, Relation, SlaveState};
+use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low, print};
 
 fn waits_for_prm(rig: &Rig) -> bool {
     matches!(rig.slave.state(), SlaveState::WaitPrm(_))
@@ -21,7 +21,7 @@ fn the_printed_dialogue() {
 }
 
 #[test]
-fn it_opens_with_data_exchange_and_closes_with_it() {
+fn ms1_opens_and_closes_with_data_exchange() {
     let mut rig = Rig::new(Gauge::default());
     assert_eq!(rig.ms1(""), RS);
     rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00 80 00 00"));
@@ -33,7 +33,7 @@ fn it_opens_with_data_exchange_and_closes_with_it() {
 }
 
 #[test]
-fn it_needs_dpv1_enable_and_a_device_that_has_it() {
+fn ms1_needs_dpv1_enable_and_a_device_with_ms1() {
     let mut rig = Rig::new(Gauge::default());
     rig.start(MASTER, "00 00 00");
     assert_eq!(rig.ms1(""), RS);
@@ -42,7 +42,7 @@ fn it_needs_dpv1_enable_and_a_device_that_has_it() {
 }
 
 #[test]
-fn only_the_owner_is_served_whatever_its_access_point() {
+fn only_the_owner_is_served_from_any_access_point() {
     let mut rig = Rig::exchanging(Gauge::default());
     assert_eq!(rig.srd(3, Some(51), Some(51), &[]), RS);
     // The SIMATIC FC 45 asks from SAP 54.
@@ -51,7 +51,7 @@ fn only_the_owner_is_served_whatever_its_access_point() {
 }
 
 #[test]
-fn an_idle_channel_acknowledges_polls() {
+fn an_idle_server_acknowledges_polls() {
     let mut rig = Rig::exchanging(Gauge::default());
     assert_eq!(rig.ms1(""), Answer::Ack);
     assert_eq!(rig.ms1(""), Answer::Ack);
@@ -112,7 +112,7 @@ fn a_long_record_is_cut_and_a_short_one_keeps_its_length() {
 }
 
 #[test]
-fn the_device_learns_through_which_relation_it_is_asked() {
+fn the_device_gets_the_relation_of_every_request() {
     let mut rig = Rig::exchanging(Gauge::default());
     rig.device().seen.clear();
     rig.ms1_job("5E 01 10 04");
@@ -175,7 +175,7 @@ fn the_alarm_access_point_does_not_exist() {
 }
 
 #[test]
-fn what_waits_is_gone_with_the_relation() {
+fn a_waiting_response_is_dropped_with_the_relation() {
     let mut rig = Rig::exchanging(Gauge::default());
     assert_eq!(rig.ms1("5E 01 10 04"), Answer::Ack);
     rig.start(MASTER, "80 00 00");
@@ -184,7 +184,7 @@ fn what_waits_is_gone_with_the_relation() {
 
 /// A configuration accepted once more during data exchange is no reason to leave: profibus-wire 3.2, transition 10.
 #[test]
-fn it_survives_a_second_chk_cfg() {
+fn ms1_stays_open_after_a_second_chk_cfg() {
     let mut rig = Rig::exchanging(Gauge::default());
     assert_eq!(rig.ms1("5E 01 10 04"), Answer::Ack);
     assert_eq!(rig.ms0(MASTER, 62, &hex("11 21")), Answer::Ack);

@@ -2,9 +2,9 @@
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, INITIATE, MASTER, RR, RS, Seen, hex, low};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{Features, Relation, SlaveState};
+use rig::{Answer, Gauge, INITIATE, MASTER, RR, RS, Rig, Seen, hex, low};
 
 const INVALID_REQUEST: &str = "58 00 12";
 const INVALID_ADDRESS: &str = "58 00 17";
@@ -78,7 +78,7 @@ fn a_dp_v0_device_has_no_connections() {
     assert_eq!(rig.ms2(1, 48, ""), RS);
 }
 
-/// The table of profibus-wire 4.6.5: what the first poll fetches, and RS afterwards.
+/// The table of profibus-wire 4.6.5: the response to the first poll, and RS afterwards.
 #[test]
 fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
     for (initiate, answer) in [
@@ -118,7 +118,7 @@ fn an_initiate_longer_than_declared_is_refused() {
 }
 
 #[test]
-fn what_is_no_initiate_gets_the_rm_pdu_and_no_connection() {
+fn another_pdu_to_sap_49_gets_the_rm_pdu_and_no_connection() {
     for pdu in ["5E 00 10 04", "48", "58 00 20", "00", "56 30 00 64", "5E"] {
         let mut rig = new();
         assert_eq!(rig.ms2(1, 49, pdu), low("56 30 00 64"), "{pdu}");
@@ -136,7 +136,7 @@ fn the_response_swaps_the_ends_and_keeps_the_slaves_own_profile() {
 }
 
 #[test]
-fn only_the_peer_is_served_and_others_change_nothing() {
+fn only_the_peer_is_served_and_other_masters_change_nothing() {
     let mut rig = new();
     let sap = rig.connect(1);
     assert_eq!(rig.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
@@ -147,7 +147,7 @@ fn only_the_peer_is_served_and_others_change_nothing() {
 }
 
 #[test]
-fn while_a_response_waits_only_an_abort_is_taken() {
+fn while_a_response_waits_only_an_abort_is_accepted() {
     let mut rig = new();
     let sap = rig.connect(1);
     for pdu in ["5E 00 10 04", "5F 00 10 01 AA", "48", "51 00 00 01 00", "57", "00"] {
@@ -161,7 +161,7 @@ fn while_a_response_waits_only_an_abort_is_taken() {
 }
 
 #[test]
-fn an_abort_is_taken_in_every_phase() {
+fn an_abort_is_accepted_in_every_phase() {
     let opening = |rig: &mut Rig| rig.ms2(1, 49, INITIATE);
     let refused = |rig: &mut Rig| rig.ms2(1, 49, "57 00 00 00 00 64 00 00 00 00 00 00 00 02 00 02 00 00 00 00");
     let open = |rig: &mut Rig| {
@@ -213,7 +213,7 @@ fn an_unknown_function_is_answered_by_an_abort() {
 }
 
 #[test]
-fn an_abort_that_got_lost_is_repeated_though_the_connection_is_gone() {
+fn a_lost_abort_is_repeated_after_the_connection_has_ended() {
     let mut rig = new();
     let sap = rig.connect(1);
     assert_eq!(rig.ms2(1, sap, "00"), Answer::Ack);
@@ -245,7 +245,7 @@ fn records_have_up_to_240_octets() {
 }
 
 #[test]
-fn it_works_in_every_state_of_ms0_and_changes_none() {
+fn ms2_works_in_every_state_of_ms0_and_changes_none() {
     let mut rig = new();
     let sap = rig.connect(1);
     let read = |rig: &mut Rig| rig.ms2_job(1, sap, "5E 00 10 04");
@@ -262,7 +262,7 @@ fn it_works_in_every_state_of_ms0_and_changes_none() {
 }
 
 #[test]
-fn what_others_do_before_the_poll_changes_nothing() {
+fn requests_of_other_masters_before_the_poll_change_nothing() {
     let mut rig = Rig::exchanging(Gauge::default());
     let (first, second) = (rig.connect(1), rig.connect(3));
     assert_eq!(rig.ms2(1, first, "5E 00 10 04"), Answer::Ack);
@@ -274,7 +274,7 @@ fn what_others_do_before_the_poll_changes_nothing() {
 }
 
 #[test]
-fn the_device_learns_which_connection_asks() {
+fn the_device_gets_the_number_of_the_connection() {
     let mut rig = new();
     let (first, second) = (rig.connect(1), rig.connect(3));
     rig.ms2_job(1, first, "5E 01 10 04");

@@ -2,8 +2,8 @@
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, INITIATE, MASTER, RS, hex, low};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
+use rig::{Answer, Gauge, INITIATE, MASTER, RS, Rig, hex, low};
 
 /// T of the rig's connections: 1 s at 1.5 Mbit/s.
 const T: u64 = 1_500_000;
@@ -37,7 +37,7 @@ impl Timed {
         self.noted()
     }
 
-    /// A poll that ends so many bit times after what started the timer.
+    /// A poll that ends `tbit` bit times after the start of the timer.
     fn polls_after(mut self, tbit: u64, expected: Answer) -> Self {
         let poll = T_SYN_TBIT + 11 * CHARACTER_TBIT;
         let (begins, ends) = (self.rig.now, self.since + tbit);
@@ -49,7 +49,7 @@ impl Timed {
 }
 
 #[test]
-fn a_response_that_nobody_fetches_for_t_becomes_an_abort() {
+fn a_response_not_fetched_for_t_becomes_an_abort() {
     let opened = low(OPENED);
     Timed::new("00 64").polls_after(T - 1, opened.clone());
     Timed::new("00 64").polls_after(T, low(TIMEOUT));
@@ -60,7 +60,7 @@ fn a_response_that_nobody_fetches_for_t_becomes_an_abort() {
 }
 
 #[test]
-fn an_abort_that_nobody_fetches_for_t_closes_the_connection() {
+fn an_abort_not_fetched_for_t_closes_the_connection() {
     Timed::new("00 64").polls_after(2 * T - 1, low(TIMEOUT));
     Timed::new("00 64").polls_after(2 * T, RS);
 }
@@ -76,14 +76,14 @@ fn an_open_connection_waits_2_t_for_a_request_and_polls_do_not_count() {
 }
 
 #[test]
-fn every_job_gives_the_connection_2_t_more() {
+fn every_request_restarts_the_2_t_of_the_connection() {
     let opened = low(OPENED);
     let idle = Timed::new("00 64").sends("", opened).polls_after(2 * T - 1000, Answer::Ack).sends("48", Answer::Ack);
     idle.polls_after(T - 1, low("48")).noted().polls_after(2 * T - 1, Answer::Ack);
 }
 
 #[test]
-fn the_greater_send_timeout_holds() {
+fn the_greater_send_timeout_is_used() {
     let opened = low(OPENED);
     Timed::new("00 01").polls_after(T - 1, opened.clone());
     Timed::new("00 01").polls_after(T, low(TIMEOUT));
@@ -91,9 +91,9 @@ fn the_greater_send_timeout_holds() {
     Timed::new("00 C8").polls_after(2 * T, low(TIMEOUT));
 }
 
-/// Whoever drives the slave need not be on time: what should have happened meanwhile has happened.
+/// A caller may poll the slave late: timers that expired meanwhile take effect at their own time.
 #[test]
-fn deadlines_that_were_missed_count_from_when_they_were() {
+fn missed_deadlines_count_from_their_own_time() {
     let mut timed = Timed::new("00 64");
     timed.rig.now = timed.since + 2 * T;
     assert_eq!(timed.rig.ms2(1, SAP, ""), RS);

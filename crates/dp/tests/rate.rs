@@ -2,12 +2,12 @@
 
 mod rig;
 
-use rig::{Rig, Gauge, MASTER, RS, SLAVE, emit, hex};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Rate, RateControl, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::slave::SlaveState;
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Gauge, MASTER, RS, Rig, SLAVE, emit, hex};
 
-/// What drives a port: it sets the rate it is asked to, hears garbage at any other, and never sends while searching.
+/// A port: it has the rate of the station, receives garbage at any other rate, and never sends while searching.
 struct Port {
     rig: Rig,
     control: RateControl,
@@ -25,7 +25,7 @@ impl Port {
     }
 
     /// At another rate characters break.
-    fn hears(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+    fn receive(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.now = self.now + T_SYN_TBIT;
         let mut answer = None;
         for octet in octets {
@@ -44,7 +44,7 @@ impl Port {
         answer
     }
 
-    /// Nothing is heard until the control wants something.
+    /// Nothing is received until the control wants something.
     fn silence(&mut self) {
         let Some(wake) = self.control.wake_at() else { return };
         self.now = wake;
@@ -64,42 +64,42 @@ fn every_rate_is_found_by_listening_to_others() {
     for bus in Baud::ALL {
         let mut port = Port::new(bus);
         for _ in 0..Baud::ALL.len() {
-            assert_eq!(port.hears(&hex(STATUS_OF_9)), None);
+            assert_eq!(port.receive(&hex(STATUS_OF_9)), None);
             if port.control.rate() == Rate::Found(bus) {
                 break;
             }
             port.silence();
         }
         assert_eq!(port.control.rate(), Rate::Found(bus));
-        assert_eq!(port.hears(&hex(STATUS_OF_8)), Some(hex("10 02 08 00 0A 16")), "{bus}");
+        assert_eq!(port.receive(&hex(STATUS_OF_8)), Some(hex("10 02 08 00 0A 16")), "{bus}");
     }
 }
 
 fn port_in_data_exchange(prm: &str) -> Port {
     let mut port = Port::new(Baud::B12000000);
-    port.hears(&hex(STATUS_OF_9));
+    port.receive(&hex(STATUS_OF_9));
     for (sap, du, fc) in [(61, prm, 0x6D), (62, "11 21", 0x5D)] {
         let du = hex(du);
         let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
-        assert_eq!(port.hears(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
+        assert_eq!(port.receive(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
     }
     assert!(matches!(port.rig.slave.state(), SlaveState::DataExch(..)));
     port
 }
 
 #[test]
-fn an_unwatched_slave_goes_on_exchanging_when_the_rate_is_found_again() {
+fn a_slave_without_a_watchdog_keeps_exchanging_when_the_rate_is_found_again() {
     let mut port = port_in_data_exchange("80 01 01 00 12 34 00");
     port.silence();
     assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
     assert!(matches!(port.rig.slave.state(), SlaveState::DataExch(..)));
-    port.hears(&hex(STATUS_OF_9));
-    let answer = port.hears(&hex("68 05 05 68 08 02 7D AA 55 86 16"));
+    port.receive(&hex(STATUS_OF_9));
+    let answer = port.receive(&hex("68 05 05 68 08 02 7D AA 55 86 16"));
     assert_eq!(answer, Some(hex("68 05 05 68 02 08 08 01 02 15 16")));
 }
 
 #[test]
-fn a_watched_slave_leaves_its_master_first() {
+fn a_slave_with_a_watchdog_leaves_its_master_first() {
     let mut port = port_in_data_exchange("88 01 01 00 12 34 00");
     port.silence();
     assert!(matches!(port.rig.slave.state(), SlaveState::WaitPrm(_)));
@@ -107,7 +107,7 @@ fn a_watched_slave_leaves_its_master_first() {
 }
 
 #[test]
-fn a_lost_rate_closes_connections_and_forgets_who_asked_last() {
+fn a_lost_rate_closes_connections_and_clears_the_frame_count() {
     let mut rig = Rig::new(Gauge::default());
     rig.connect(1);
     let request = hex("68 05 05 68 88 82 5D 3C 3E E1 16");

@@ -1,10 +1,10 @@
-//! From power-up to data exchange and back: Set_Prm, Chk_Cfg, Get_Cfg and who may send them. profibus-wire 2.2 to 2.7, 3.2
+//! From power-up to data exchange and back: Set_Prm, Chk_Cfg, Get_Cfg and the masters that may send them. profibus-wire 2.2 to 2.7, 3.2
 //! and 3.4.
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, MASTER, RR, RS, Seen, hex, low};
 use profivac_dp::slave::{Features, SlaveState};
+use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low};
 
 const SET_PRM: u8 = 61;
 const CHK_CFG: u8 = 62;
@@ -52,7 +52,7 @@ fn the_start_of_a_real_master() {
 }
 
 #[test]
-fn the_diagnosis_tells_the_state() {
+fn the_diagnosis_reports_the_state() {
     let mut rig = new();
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
     send(&mut rig, MASTER, SET_PRM, LOCK);
@@ -65,7 +65,7 @@ fn the_diagnosis_tells_the_state() {
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
 }
 
-/// 2.4, the order of evaluation: acknowledged, and told in the diagnosis.
+/// 2.4, the order of evaluation: acknowledged, and reported in the diagnosis.
 #[test]
 fn a_faulty_set_prm_is_prm_fault_from_every_state() {
     for prm in [
@@ -107,7 +107,7 @@ fn the_device_may_refuse_user_parameters() {
 }
 
 #[test]
-fn a_dp_v0_device_has_its_own_idea_of_the_user_parameters() {
+fn a_dp_v0_device_interprets_all_user_parameters_itself() {
     let features = Features { dpv1: false, ms1: false, ..Gauge::default().features };
     for user in ["", "FF", "FF FF", "FF FF FF FF"] {
         let mut rig = Rig::new(Gauge { features, ..Gauge::default() });
@@ -117,14 +117,14 @@ fn a_dp_v0_device_has_its_own_idea_of_the_user_parameters() {
 }
 
 #[test]
-fn an_unwatched_slave_ignores_the_factors() {
+fn a_slave_without_a_watchdog_ignores_the_factors() {
     let mut rig = new();
     send(&mut rig, MASTER, SET_PRM, "80 00 00 00 12 34 00");
     assert_eq!(rig.diag(MASTER), "02 04 00 02");
 }
 
 #[test]
-fn what_is_asked_for_and_missing_is_not_supported_and_no_fault() {
+fn a_missing_feature_sets_not_supported_and_is_no_fault() {
     let features = Features { sync: false, freeze: false, ..Gauge::default().features };
     for (prm, bits) in [("A0", "12"), ("90", "12"), ("80", "02")] {
         let mut rig = Rig::new(Gauge { features, ..Gauge::default() });
@@ -138,7 +138,7 @@ fn what_is_asked_for_and_missing_is_not_supported_and_no_fault() {
 
 /// The table of Lock_Req and Unlock_Req, profibus-wire 2.4 and 3.2, transitions 3, 5 and 6.
 #[test]
-fn lock_and_unlock() {
+fn lock_req_and_unlock_req_in_all_combinations() {
     for unlock in ["40", "C0"] {
         let mut rig = exchanging();
         send(&mut rig, MASTER, SET_PRM, &UNLOCK.replacen("40", unlock, 1));
@@ -147,7 +147,7 @@ fn lock_and_unlock() {
     }
     let mut rig = exchanging();
     send(&mut rig, MASTER, SET_PRM, "00 00 00 14 FF FF 00");
-    assert_eq!(rig.slave.min_tsdr_tbit(), 20, "whatever the ident number");
+    assert_eq!(rig.slave.min_tsdr_tbit(), 20, "independent of the ident number");
     assert_eq!(rig.dx(MASTER, &[1, 2]), low("01 02"));
     let mut rig = new();
     send(&mut rig, MASTER, SET_PRM, "00 00 00 14 12 34 00");
@@ -168,10 +168,10 @@ fn a_second_set_prm_of_the_owner_leads_back_to_wait_cfg() {
 fn a_foreign_master_changes_nothing_while_the_slave_is_locked() {
     let foreign = 3;
     for prm in [LOCK, UNLOCK, "00 00 00 14 12 34 00", "80 01 01 00 FF FF 00", ""] {
-        for (mut rig, told) in [(wait_cfg(), "02 04 00 02"), (exchanging(), "00 04 00 02")] {
+        for (mut rig, reported) in [(wait_cfg(), "02 04 00 02"), (exchanging(), "00 04 00 02")] {
             send(&mut rig, foreign, SET_PRM, prm);
             send(&mut rig, foreign, CHK_CFG, "FF");
-            assert_eq!(rig.diag(foreign), told, "{prm}");
+            assert_eq!(rig.diag(foreign), reported, "{prm}");
             assert_eq!(rig.slave.min_tsdr_tbit(), 11, "{prm}");
             assert_eq!(rig.dx(foreign, &[1, 2]), RS, "{prm}");
         }
@@ -179,7 +179,7 @@ fn a_foreign_master_changes_nothing_while_the_slave_is_locked() {
     let mut rig = exchanging();
     send(&mut rig, MASTER, SET_PRM, UNLOCK);
     send(&mut rig, foreign, SET_PRM, LOCK);
-    assert_eq!(rig.diag(MASTER), "02 04 00 03", "unlocked, it is anybody's");
+    assert_eq!(rig.diag(MASTER), "02 04 00 03", "unlocked, it is free for any master");
 }
 
 #[test]
@@ -204,7 +204,7 @@ fn a_wrong_configuration_is_cfg_fault() {
 }
 
 #[test]
-fn a_fault_is_told_until_a_good_set_prm() {
+fn a_fault_is_reported_until_a_good_set_prm() {
     let mut rig = wait_cfg();
     send(&mut rig, MASTER, CHK_CFG, "FF");
     assert_eq!(rig.diag(MASTER), "06 05 00 FF");
@@ -215,7 +215,7 @@ fn a_fault_is_told_until_a_good_set_prm() {
 
 /// Transition 10: the same configuration again disturbs nothing, another one begins anew with safe outputs.
 #[test]
-fn a_configuration_during_data_exchange() {
+fn chk_cfg_during_data_exchange_restarts_or_ends_it() {
     let gauge = Gauge { configurations: vec![hex(CFG), hex("21 11")], ..Gauge::default() };
     let mut rig = Rig::exchanging(gauge);
     assert_eq!(rig.dx(MASTER, &[5, 6]), low("01 02"));
@@ -230,7 +230,7 @@ fn a_configuration_during_data_exchange() {
 
 /// 2.7
 #[test]
-fn get_cfg_is_open_to_everybody_in_every_state() {
+fn get_cfg_is_open_to_every_master_in_every_state() {
     for mut rig in [new(), wait_cfg(), exchanging()] {
         let answer = "68 07 07 68 82 88 08 3E 3B 11 21 BD 16";
         assert_eq!(rig.say("68 05 05 68 88 82 5D 3B 3E E0 16"), answer);
@@ -254,7 +254,7 @@ fn outputs_are_safe_outside_data_exchange() {
 }
 
 #[test]
-fn what_a_slave_does_not_have_is_closed() {
+fn access_points_that_a_slave_does_not_have_are_closed() {
     for mut rig in [new(), wait_cfg(), exchanging()] {
         // Set_Ext_Prm, Global_Control asked for as SRD, 52 and 54
         for sap in [53, 58, 52, 54] {

@@ -2,9 +2,9 @@
 
 mod rig;
 
-use rig::{Answer, Rig, Gauge, INITIATE, MASTER, RS, Seen, emit, hex, low};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Answer, Gauge, INITIATE, MASTER, RS, Rig, Seen, emit, hex, low};
 
 /// 10 ms at 1.5 Mbit/s.
 const T: u64 = 15_000;
@@ -27,7 +27,7 @@ fn owner(rig: &Rig) -> Option<u8> {
 }
 
 #[test]
-fn it_expires_to_the_bit() {
+fn the_watchdog_expires_in_the_right_bit_time() {
     let mut rig = ten_ms();
     assert_eq!(rig.slave.wake_at(), Some(rig.asked + T));
     pass_until(&mut rig, T - 1);
@@ -38,7 +38,7 @@ fn it_expires_to_the_bit() {
 }
 
 #[test]
-fn its_time_is_base_times_both_factors() {
+fn the_watchdog_time_is_the_base_times_both_factors() {
     for (baud, factors, user, tbit) in [
         (Baud::B9600, "01 01", "80 00 00", 96),
         (Baud::B19200, "0A 0A", "80 00 00", 19_200),
@@ -55,7 +55,7 @@ fn its_time_is_base_times_both_factors() {
 
 /// Transition 14.
 #[test]
-fn when_it_expires_the_slave_leaves_its_master() {
+fn an_expired_watchdog_returns_the_slave_to_wait_prm() {
     let mut rig = ten_ms();
     rig.dx(MASTER, &[5, 6]);
     assert_eq!(rig.ms1("5E 01 10 04"), Answer::Ack);
@@ -67,7 +67,7 @@ fn when_it_expires_the_slave_leaves_its_master() {
 }
 
 #[test]
-fn it_runs_in_wait_cfg_too() {
+fn the_watchdog_runs_in_wait_cfg_too() {
     let mut rig = Rig::new(Gauge::default());
     rig.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00"));
     assert_eq!(rig.diag(MASTER), "02 0C 00 02");
@@ -77,7 +77,7 @@ fn it_runs_in_wait_cfg_too() {
 
 /// Also without a poll in between: a late request finds it expired.
 #[test]
-fn a_request_that_comes_too_late_does_not_save_it() {
+fn a_late_request_does_not_restart_an_expired_watchdog() {
     let mut rig = ten_ms();
     let octets = hex("68 05 05 68 08 02 7D AA 55 86 16");
     let late = rig.asked + T;
@@ -88,7 +88,7 @@ fn a_request_that_comes_too_late_does_not_save_it() {
 
 /// Point 16 of section 10: every request of the owner to the slave, and an accepted Global_Control.
 #[test]
-fn every_request_of_the_owner_restarts_it() {
+fn every_request_of_the_owner_restarts_the_watchdog() {
     let frame = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
     let initiate = hex(INITIATE);
     for frame in [
@@ -117,7 +117,7 @@ fn every_request_of_the_owner_restarts_it() {
 }
 
 #[test]
-fn nothing_else_restarts_it() {
+fn no_other_request_restarts_the_watchdog() {
     let mut rig = ten_ms();
     let deadline = rig.slave.wake_at();
     for octets in [
@@ -136,7 +136,7 @@ fn nothing_else_restarts_it() {
 }
 
 #[test]
-fn a_slave_that_is_not_watched_stays() {
+fn a_slave_without_a_watchdog_stays_in_data_exchange() {
     let mut rig = Rig::exchanging(Gauge::default());
     rig.dx(MASTER, &[5, 6]);
     assert_eq!(rig.slave.wake_at(), None);
@@ -145,7 +145,7 @@ fn a_slave_that_is_not_watched_stays() {
 }
 
 #[test]
-fn the_end_of_time_is_not_the_end_of_the_slave() {
+fn a_slave_works_at_the_greatest_bit_time() {
     let mut rig = ten_ms();
     assert_eq!(rig.slave.poll(BitTime(u64::MAX)), None);
     assert_eq!(owner(&rig), None);

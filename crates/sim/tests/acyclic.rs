@@ -7,9 +7,7 @@ mod common;
 use common::{CFG, IDENT, Plain};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{
-    Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Settings, SlaveParameters, ms1, ms2,
-};
+use profivac_dp::master::{Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Settings, SlaveParameters, ms1, ms2};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::{Fault, Noise, Rule, Segment};
 

@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_of_anybody_finds_the_rate() {
+    fn a_telegram_of_any_station_finds_the_rate() {
         for baud in Baud::ALL {
             assert_eq!(found(baud).rate(), Rate::Found(baud));
         }
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_to_the_station_keep_the_rate_and_others_do_not() {
+    fn telegrams_to_the_station_keep_the_rate_and_others_do_not() {
         let mut control = found(Baud::B19200);
         let lost = |from: u64| BitTime(from + 19_200 * 51 / 10);
         assert_eq!(control.wake_at(), Some(lost(100)));
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn while_the_watchdog_runs_it_supervises() {
+    fn while_the_watchdog_runs_the_rate_is_kept() {
         let mut control = found(Baud::B19200);
         assert!(!control.elapse(BitTime(1_000_000), true));
         assert_eq!(control.rate(), Rate::Found(Baud::B19200));

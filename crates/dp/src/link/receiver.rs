@@ -316,12 +316,12 @@ mod tests {
     }
 
     #[test]
-    fn a_telegram_after_t_syn_is_heard() {
+    fn a_telegram_after_t_syn_is_received() {
         assert_eq!(Line::new().idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
     }
 
     #[test]
-    fn a_receiver_that_wakes_in_traffic_waits_for_t_syn() {
+    fn a_receiver_that_starts_during_traffic_waits_for_t_syn() {
         let line = Line::new().idle(32).octets(&FDL_STATUS);
         assert!(line.heard.is_empty());
         assert_eq!(line.idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_of_a_damaged_telegram_is_not_listened_to() {
+    fn the_rest_of_a_damaged_telegram_is_ignored() {
         // The data unit holds a telegram of its own; the outer length octets disagree.
         let mut outer = SLAVE_DIAG.to_vec();
         outer[2] ^= 1;

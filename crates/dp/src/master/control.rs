@@ -80,7 +80,7 @@ impl Controls {
         Self { mode_due: false, cleared_due: false, ready: 0, commands: Deque::new(), cleared: 0 }
     }
 
-    /// Whether slaves of this group get safe outputs, whatever the mode.
+    /// Whether slaves of this group get safe outputs in every mode.
     #[inline]
     pub(super) const fn is_cleared(&self, group: u8) -> bool {
         self.cleared & group != 0

@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_full_queue_keeps_the_oldest_and_says_so() {
+    fn a_full_queue_keeps_the_oldest_events_and_reports_the_overflow() {
         let mut events = Events::<2>::new();
         let event = |address| Event { at: BitTime(0), address, kind: EventKind::Diagnosis };
         (1..=3).for_each(|address| events.sink().push(event(address)));

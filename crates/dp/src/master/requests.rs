@@ -4,34 +4,6 @@
 //! [`Master::outcome`] returns the outcome, and an event announces it ([`EventKind::Acyclic`](super::EventKind::Acyclic)).
 //! Requests need the token and time, so the caller that drives the station drives them too. While the station has no token,
 //! [`Master::elapse`] advances the time.
-//!
-//! ```no_run
-//! use profivac_dp::link::active::{Active, BusParameters};
-//! use profivac_dp::link::{Baud, BitTime};
-//! use profivac_dp::master::{Master, Ms2Parameters, Settings};
-//!
-//! # fn drive(_: &mut Active<Master<0, 0>>) {}
-//! let mut station = Master::<0, 0>::on(BusParameters::new(2, Baud::B19200), Settings::new(Baud::B19200), BitTime(0));
-//! let connection = station.user.ms2_open(5, &Ms2Parameters::new(Baud::B19200))?;
-//! let opened = loop {
-//!     drive(&mut station); // telegrams and time
-//!     if let Some(outcome) = station.user.outcome(connection) {
-//!         break outcome?;
-//!     }
-//! };
-//! println!("the connection uses SAP {}", opened.server_sap);
-//!
-//! let read = station.user.ms2_read(connection, 1, 19, 240)?;
-//! loop {
-//!     drive(&mut station);
-//!     if let Some(record) = station.user.outcome(read) {
-//!         println!("{:02X?}", record?);
-//!         break;
-//!     }
-//! }
-//! station.user.ms2_close(connection)?;
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 use super::acyclic::{ExpectedResponse, Handle, SubmitError};
 use super::ms1::{self, Ms1Parameters, Ms1Request};
@@ -51,17 +23,13 @@ const MAX_MS2_ADDRESS: u8 = MAX_ADDRESS.saturating_add(1);
 impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
     Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
-    /// Opens an MS2 connection to any slave of the bus, in whatever state and with whatever owner. The first outcome is
+    /// Opens an MS2 connection to any slave of the bus, in any state and with any owner. The first outcome is
     /// [`Opened`](super::Opened) or the [`ConnectionEnd`](super::ConnectionEnd); after `Opened` the handle has the end as a
     /// second outcome.
     ///
     /// # Errors
     /// [`SubmitError`]: no slot is free, or no slave can have this address.
-    pub fn ms2_open(
-        &mut self,
-        address: u8,
-        parameters: &Ms2Parameters,
-    ) -> Result<Handle<ms2::Connect>, SubmitError> {
+    pub fn ms2_open(&mut self, address: u8, parameters: &Ms2Parameters) -> Result<Handle<ms2::Connect>, SubmitError> {
         if address > MAX_MS2_ADDRESS || address == self.address {
             return Err(SubmitError::Address(address));
         }
@@ -87,7 +55,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.acyclic.submit_ms2(connection, ExpectedResponse::Read(access), length.into(), &Pdu::Read(access))
     }
 
-    /// Writes a record of 1 to 240 octets. The master sends it once, whatever is lost on the line.
+    /// Writes a record of 1 to 240 octets. The master sends it only once, even if telegrams are lost.
     ///
     /// # Errors
     /// [`SubmitError`]: the connection is unknown, not open or busy, or carries fewer octets.
@@ -123,7 +91,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.acyclic.ms2.get(connection.key).map(Connection::max_len_data_unit).ok_or(SubmitError::UnknownHandle)
     }
 
-    /// Closes a connection with an Abort of the user, reason 0. The outcome of the connection says when the slave has been
+    /// Closes a connection with an Abort of the user, reason 0. The outcome of the connection reports that the slave has been
     /// sent the Abort.
     ///
     /// # Errors
@@ -163,7 +131,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.submit_ms1(address, ExpectedResponse::Read(access), &Pdu::Read(access), wanted.into(), parameters)
     }
 
-    /// Writes a record of 1 to 240 octets by MS1. The master sends it once, whatever is lost on the line.
+    /// Writes a record of 1 to 240 octets by MS1. The master sends it only once, even if telegrams are lost.
     ///
     /// # Errors
     /// [`SubmitError`], as [`ms1_read`](Self::ms1_read).

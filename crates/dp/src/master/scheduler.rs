@@ -1,8 +1,8 @@
-//! The acyclic requests of a master: which of them sends the next message, and what its confirmation leads to.
+//! The acyclic requests of a master: the next message among them, and its confirmation.
 //!
 //! The user submits a request and gets a [`Handle`]; the outcome waits until the user takes it. An [`AcyclicEvent`] in the
 //! event queue announces it. MS1 and MS2 send messages of low priority, one after the other in turn; the parameter channel
-//! needs no messages of its own. The scheduler knows no slaves: the master tells it which ones exchange data.
+//! needs no messages of its own. The scheduler knows no slaves: the master passes it the state of those that exchange data.
 
 use super::acyclic::{
     AcyclicEvent, AcyclicId, ConnectionEnd, ExpectedResponse, Handle, Key, Pool, Pooled, Service, SubmitError,
@@ -175,7 +175,8 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         octets: usize,
         pdu: &Pdu<'_>,
     ) -> Result<Handle<O>, SubmitError> {
-        let number = self.ms2.get_mut(connection.key).ok_or(SubmitError::UnknownHandle)?.submit(expected, octets, pdu)?;
+        let number =
+            self.ms2.get_mut(connection.key).ok_or(SubmitError::UnknownHandle)?.submit(expected, octets, pdu)?;
         Ok(Handle::new(connection.key, number))
     }
 
@@ -355,13 +356,7 @@ fn named<O>(key: Option<Key>, slots: usize) -> Result<Handle<O>, SubmitError> {
     key.map(|key| Handle::new(key, 0)).ok_or(SubmitError::Full { slots })
 }
 
-fn push(
-    at: BitTime,
-    service: Service,
-    key: Option<Key>,
-    report: Option<(u8, AcyclicEvent)>,
-    events: &mut Sink<'_>,
-) {
+fn push(at: BitTime, service: Service, key: Option<Key>, report: Option<(u8, AcyclicEvent)>, events: &mut Sink<'_>) {
     if let (Some(key), Some((address, event))) = (key, report) {
         events.push(Event { at, address, kind: EventKind::Acyclic(AcyclicId::new(service, key), event) });
     }

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_of_nothing_is_acknowledged_and_has_a_length_too() {
+    fn an_image_without_octets_is_acknowledged_and_its_length_is_checked() {
         assert_eq!(image(&answer(Status::NoReply, &[]), None), Ok(&[][..]));
         assert_eq!(image(&answer(Status::NoReply, &[]), Some(0)), Ok(&[][..]));
         assert_eq!(
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_answer_says_instead_is_told_in_words() {
+    fn every_other_status_has_an_error_text() {
         for (status, words) in [
             (Status::ServiceNotActivated, "the service is closed now (RS)"),
             (Status::NoResource, "the request does not fit (RR)"),

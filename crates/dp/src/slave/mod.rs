@@ -49,18 +49,12 @@
 //! ```
 
 mod acyclic;
-mod cfg;
 mod device;
-mod diag;
-mod exchange;
-mod ms1;
-mod ms2;
-mod prm;
 mod server;
 mod state;
 
 pub use device::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
-pub use ms2::MAX_INITIATE_PDU;
+pub use server::MAX_INITIATE_PDU;
 pub use state::{ExchangeState, Fault, Owner, SlaveState, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Listening, Reply, Responder, Station, Transmit};

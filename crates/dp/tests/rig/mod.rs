@@ -1,4 +1,4 @@
-//! A slave on the rig, and masters that speak to it telegram by telegram.
+//! A test rig for a slave: masters that send it one telegram after the other.
 //!
 //! The rig keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
 //! checked for its earliest moment, its addresses and its access points before the test sees it.
@@ -22,7 +22,7 @@ use std::collections::HashMap;
 pub const SLAVE: u8 = 8;
 pub const MASTER: u8 = 2;
 
-/// What came back.
+/// The answer of the slave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     Silence,
@@ -50,7 +50,7 @@ pub struct Rig<const CONNECTIONS: usize = 2> {
     /// When the last request ended.
     pub asked: BitTime,
     counts: HashMap<u8, FrameCount>,
-    /// What was sent last.
+    /// The last telegram sent.
     last: Vec<u8>,
 }
 
@@ -91,7 +91,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         while let Some(wake) = self.slave.wake_at().filter(|wake| *wake <= until) {
             self.now = self.now.max(wake);
             assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
-            assert!(self.slave.wake_at().is_none_or(|next| next > wake), "what has expired is over");
+            assert!(self.slave.wake_at().is_none_or(|next| next > wake), "an expired timer does not expire again");
         }
         self.now = until;
     }
@@ -156,7 +156,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         self.srd(MASTER, Some(51), Some(51), &hex(pdu))
     }
 
-    /// Octets of a PDU to SAP 51, and what the first poll fetches.
+    /// Octets of a PDU to SAP 51, and the response that the first poll fetches.
     pub fn ms1_job(&mut self, pdu: &str) -> Answer {
         assert_eq!(self.ms1(pdu), Answer::Ack);
         self.ms1("")
@@ -167,7 +167,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         self.srd(sa, Some(sap), Some(50), &hex(pdu))
     }
 
-    /// Octets of a PDU to an MS2 access point, and what the first poll fetches.
+    /// Octets of a PDU to an MS2 access point, and the response that the first poll fetches.
     pub fn ms2_job(&mut self, sa: u8, sap: u8, pdu: &str) -> Answer {
         assert_eq!(self.ms2(sa, sap, pdu), Answer::Ack);
         self.ms2(sa, sap, "")
@@ -222,7 +222,7 @@ pub fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).expect("two hexadecimal digits")).collect()
 }
 
-/// Octets as a person reads a trace.
+/// Octets of a trace in hexadecimal.
 pub fn print(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }

@@ -5,9 +5,7 @@ use crate::common::{CFG, IDENT, Plain};
 use crate::line::{BAUD, CONFUSION, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::master::{
-    EventKind, Master, Mode, Ms2Parameters, Phase, Settings, SlaveParameters, ms2, services,
-};
+use profivac_dp::master::{EventKind, Master, Mode, Ms2Parameters, Phase, Settings, SlaveParameters, ms2, services};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::stations::Tester;
 use profivac_sim::{Random, Segment, StationHandle};

@@ -7,8 +7,8 @@ use profivac_dp::link::Baud;
 use profivac_dp::master::{
     self, Handle, Mode, Ms1Parameters, Ms2Parameters, Operation, PkwParameters, SlaveParameters, ms1, ms2, pkw,
 };
-use profivac_wire::acyclic::Negative;
 use profivac_host::session::BusMaster;
+use profivac_wire::acyclic::Negative;
 use std::fmt;
 use std::time::Duration;
 

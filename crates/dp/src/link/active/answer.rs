@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn the_answers_of_the_reference_fit() {
+    fn the_answers_in_the_reference_match_their_requests() {
         for (asked, text, status, du) in [
             (FDL_STATUS, "10 02 08 00 0A 16", Status::Ok, &[][..]),
             (EXCHANGE, "68 05 05 68 02 08 08 01 02 15 16", Status::DataLow, &[1, 2]),
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_named() {
+    fn every_mismatch_is_named() {
         for (asked, text, mismatch) in [
             // A diagnosis that comes late, while inputs are awaited, and the other way round.
             (EXCHANGE, "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", Mismatch::AccessPoint),

@@ -1,4 +1,4 @@
-//! The frame count bits of an initiator: one per station, whatever the service. profibus-wire 1.10.
+//! The frame count bits of an initiator: one per station for all services. profibus-wire 1.10.
 
 use super::request::OpenRequest;
 use profivac_wire::control::FrameCount;
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bit_begins_with_a_first_contact_and_toggles_with_answers_only() {
+    fn the_frame_count_begins_with_a_first_contact_and_toggles_with_answers_only() {
         let mut counts = FrameCounts::new();
         let diag = OpenRequest { da: 8, kind: Kind::Reply, dsap: Some(60), ssap: Some(62) };
         let exchange = OpenRequest { dsap: None, ssap: None, ..diag };

@@ -124,7 +124,7 @@ mod tests {
     const PAUSE_TBIT: u64 = 1000;
 
     /// The addresses asked in visits 10 bit times apart, as text.
-    fn asked(gap: &mut Gap, successor: u8, visits: u64) -> std::string::String {
+    fn addresses_asked(gap: &mut Gap, successor: u8, visits: u64) -> std::string::String {
         let visit = |visit: u64| gap.next_address(BitTime(visit.saturating_mul(10)), successor);
         let visits: Vec<_> = (1..=visits).map(visit).collect();
         let words = visits.iter().map(|asked| asked.map_or("-".into(), |address| std::format!("{address}")));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn one_address_is_asked_per_visit_from_the_own_to_the_successor() {
+    fn one_address_is_asked_per_visit_from_the_own_address_to_the_successor() {
         for (own, hsa, successor, expected) in [
             // Alone: all addresses but its own, around the highest address.
             (2, 5, 2, "3 4 5 0 1 -"),
@@ -150,7 +150,7 @@ mod tests {
         ] {
             let mut gap = Gap::new(own, hsa, PAUSE_TBIT);
             let visits = expected.split(' ').count() as u64;
-            assert_eq!(asked(&mut gap, successor, visits), expected, "{own} before {successor}, HSA {hsa}");
+            assert_eq!(addresses_asked(&mut gap, successor, visits), expected, "{own} before {successor}, HSA {hsa}");
             assert_eq!(
                 gap.next_address(BitTime(visits.saturating_mul(10)) + PAUSE_TBIT.saturating_sub(1), successor),
                 None,
@@ -166,34 +166,34 @@ mod tests {
     #[test]
     fn a_successor_that_goes_and_a_new_hsa_end_the_pause() {
         let mut gap = Gap::new(2, 20, PAUSE_TBIT);
-        assert_eq!(asked(&mut gap, 5, 4), "3 4 - -");
+        assert_eq!(addresses_asked(&mut gap, 5, 4), "3 4 - -");
         // Five has left, and so has seven: the addresses behind five were not asked yet.
         gap.scan_behind(5, BitTime(5));
         gap.scan_behind(7, BitTime(5));
-        assert_eq!(asked(&mut gap, 9, 4), "6 7 8 -");
+        assert_eq!(addresses_asked(&mut gap, 9, 4), "6 7 8 -");
         gap.scan(BitTime(5));
-        assert_eq!(asked(&mut gap, 9, 7), "3 4 5 6 7 8 -");
+        assert_eq!(addresses_asked(&mut gap, 9, 7), "3 4 5 6 7 8 -");
         gap.set_hsa(4);
-        assert_eq!(asked(&mut gap, 2, 5), "3 4 0 1 -");
+        assert_eq!(addresses_asked(&mut gap, 2, 5), "3 4 0 1 -");
     }
 
     #[test]
-    fn a_lazy_station_asks_after_the_first_pause() {
+    fn a_station_with_delayed_scans_asks_after_the_first_pause() {
         let mut gap = Gap::new(2, 20, 35);
         gap.delay_scans();
         gap.scan(BitTime(0));
-        assert_eq!(asked(&mut gap, 5, 6), "- - - 3 4 -");
+        assert_eq!(addresses_asked(&mut gap, 5, 6), "- - - 3 4 -");
     }
 
     #[test]
     fn a_successor_that_was_found_ends_the_scan() {
         let mut gap = Gap::new(2, 20, PAUSE_TBIT);
-        assert_eq!(asked(&mut gap, 2, 3), "3 4 5");
-        assert_eq!(asked(&mut gap, 5, 2), "- -");
+        assert_eq!(addresses_asked(&mut gap, 2, 3), "3 4 5");
+        assert_eq!(addresses_asked(&mut gap, 5, 2), "- -");
     }
 
     #[test]
-    fn the_live_list_forgets_who_does_not_answer_any_more() {
+    fn the_live_list_drops_a_station_that_does_not_answer_any_more() {
         let mut gap = Gap::new(2, 126, PAUSE_TBIT);
         gap.set_station(8, Some(StationType::Slave));
         gap.set_station(3, Some(StationType::MasterNotReady));

@@ -153,7 +153,7 @@ mod tests {
     use std::vec::Vec;
 
     /// A list after `tokens`, each from the first address to the second.
-    fn heard(own: u8, tokens: &[(u8, u8)]) -> Las {
+    fn after_tokens(own: u8, tokens: &[(u8, u8)]) -> Las {
         let mut las = Las::new(own);
         tokens.iter().for_each(|(sa, da)| las.observe_token(*da, *sa));
         las
@@ -169,21 +169,21 @@ mod tests {
     }
 
     #[test]
-    fn two_whole_and_equal_rotations_make_the_list() {
+    fn two_equal_rotations_complete_the_list() {
         // Half a rotation, which does not count, and two whole ones.
         let all = [&rotations(1)[1..], &rotations(2)].concat();
         for length in 0..all.len() {
-            assert!(!heard(7, &all[..length]).is_complete(), "{length} tokens");
+            assert!(!after_tokens(7, &all[..length]).is_complete(), "{length} tokens");
         }
-        let las = heard(7, &all);
+        let las = after_tokens(7, &all);
         assert!(las.is_complete());
         assert_eq!((others(&las), las.previous(), las.next()), (std::vec![3, 9, 15], 3, 9));
     }
 
     #[test]
-    fn rotations_that_differ_are_heard_again() {
+    fn after_different_rotations_the_station_listens_to_another() {
         let tokens = [rotations(2), std::vec![(3, 9), (9, 12), (12, 15), (15, 3)]].concat();
-        let mut las = heard(7, &tokens);
+        let mut las = after_tokens(7, &tokens);
         assert!(!las.is_complete());
         [(3, 9), (9, 12), (12, 15), (15, 3)].iter().for_each(|(sa, da)| las.observe_token(*da, *sa));
         assert_eq!((las.is_complete(), others(&las)), (true, std::vec![3, 9, 12, 15]));
@@ -191,15 +191,15 @@ mod tests {
 
     #[test]
     fn a_repeated_token_is_no_rotation() {
-        let las = heard(7, &[(15, 3), (3, 15), (15, 3), (15, 3), (15, 3)]);
+        let las = after_tokens(7, &[(15, 3), (3, 15), (15, 3), (15, 3), (15, 3)]);
         assert!(!las.is_complete());
         // A master that is alone sends the same token again and again, and each is a rotation.
-        assert!(heard(7, &[(3, 3), (3, 3), (3, 3)]).is_complete());
+        assert!(after_tokens(7, &[(3, 3), (3, 3), (3, 3)]).is_complete());
     }
 
     #[test]
-    fn the_list_follows_who_comes_and_goes() {
-        let mut las = heard(7, &rotations(3));
+    fn the_list_follows_masters_that_enter_and_leave() {
+        let mut las = after_tokens(7, &rotations(3));
         las.observe_token(15, 3);
         assert_eq!((others(&las), las.next()), (std::vec![3, 15], 15), "9 was left out");
         las.observe_token(15, 12);
@@ -211,8 +211,8 @@ mod tests {
     }
 
     #[test]
-    fn the_token_comes_from_the_predecessor_or_from_whom_it_has_let_in() {
-        let mut las = heard(7, &rotations(3));
+    fn the_token_comes_from_the_predecessor_or_from_a_master_it_has_let_in() {
+        let mut las = after_tokens(7, &rotations(3));
         assert!(las.is_predecessor(3) && !las.is_predecessor(5));
         las.observe_token(5, 3);
         assert!(las.is_predecessor(5));

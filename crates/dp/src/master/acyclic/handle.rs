@@ -54,6 +54,34 @@ impl AcyclicId {
 /// Names an acyclic request or connection; `O` is the operation and determines the type of the outcome.
 ///
 /// A handle whose last outcome was taken never names anything else.
+///
+/// ```no_run
+/// use profivac_dp::link::active::{Active, BusParameters};
+/// use profivac_dp::link::{Baud, BitTime};
+/// use profivac_dp::master::{Master, Ms2Parameters, Settings};
+///
+/// # fn drive(_: &mut Active<Master<0, 0>>) {}
+/// let mut station = Master::<0, 0>::on(BusParameters::new(2, Baud::B19200), Settings::new(Baud::B19200), BitTime(0));
+/// let connection = station.user.ms2_open(5, &Ms2Parameters::new(Baud::B19200))?;
+/// let opened = loop {
+///     drive(&mut station); // telegrams and time
+///     if let Some(outcome) = station.user.outcome(connection) {
+///         break outcome?;
+///     }
+/// };
+/// println!("the connection uses SAP {}", opened.server_sap);
+///
+/// let read = station.user.ms2_read(connection, 1, 19, 240)?;
+/// loop {
+///     drive(&mut station);
+///     if let Some(record) = station.user.outcome(read) {
+///         println!("{:02X?}", record?);
+///         break;
+///     }
+/// }
+/// station.user.ms2_close(connection)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Handle<O> {
     pub(in crate::master) key: Key,
     /// The number of the request on its MS2 connection; 0 for everything else.

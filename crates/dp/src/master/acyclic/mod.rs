@@ -1,8 +1,8 @@
 //! Types that MS1, MS2 and the parameter channel of a master share: handles, results, slots, and the transaction by which
 //! MS1 and MS2 exchange a request and its response.
 //!
-//! This module knows none of the three services. The engines ([`ms1`](super::ms1), [`ms2`](super::ms2),
-//! [`pkw`](super::pkw)) use it, and the scheduler uses the engines.
+//! This module knows none of the three services. The engines (`ms1`, `ms2`, `pkw`) use it, and the scheduler uses
+//! the engines.
 
 mod handle;
 mod outcome;

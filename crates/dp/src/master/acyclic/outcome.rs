@@ -6,7 +6,7 @@ use core::fmt;
 use profivac_wire::acyclic::{AbortReason, Negative};
 use profivac_wire::control::Status;
 
-/// What an event reports about an acyclic request or connection.
+/// An event of an acyclic request or connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AcyclicEvent {
     /// An outcome can be taken.

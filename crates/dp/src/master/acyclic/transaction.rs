@@ -30,10 +30,10 @@ pub(in crate::master) enum Stage {
     Poll,
 }
 
-/// What a confirmation means for the transaction.
+/// The effect of a confirmation on the transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::master) enum Progress<'a> {
-    /// The transaction goes on.
+    /// The transaction continues.
     Waiting,
     /// A response PDU came; the caller checks it.
     Response(&'a [u8]),

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn only_exchange_that_lasted_begins_anew() {
+    fn only_a_data_exchange_longer_than_the_longest_pause_resets_the_pauses() {
         let mut back_off = BackOff::new();
         (0..3).for_each(|now| back_off.failed(BitTime(now), &SETTINGS));
         back_off.exchange_began(BitTime(100));

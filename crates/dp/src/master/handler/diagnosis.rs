@@ -40,7 +40,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             return self.restart(ExchangeError::Refused(answer.status), context);
         }
         let Ok(diag) = SlaveDiag::parse(answer.du) else {
-            return self.restart(ExchangeError::Length { expected: MIN_SLAVE_DIAG, received: answer.du.len() }, context);
+            return self
+                .restart(ExchangeError::Length { expected: MIN_SLAVE_DIAG, received: answer.du.len() }, context);
         };
         self.misses = 0;
         self.counters.diagnoses = self.counters.diagnoses.wrapping_add(1);

@@ -434,11 +434,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 }
 
-fn copied<const OCTETS: usize>(
-    data: SlaveData,
-    octets: &[u8],
-    room: usize,
-) -> Result<Vec<u8, OCTETS>, SlaveListError> {
+fn copied<const OCTETS: usize>(data: SlaveData, octets: &[u8], room: usize) -> Result<Vec<u8, OCTETS>, SlaveListError> {
     fits(data, octets.len(), room)?;
     Vec::from_slice(octets).map_err(|_| SlaveListError::TooLong { data, octets: octets.len(), room })
 }

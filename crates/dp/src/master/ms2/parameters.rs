@@ -1,4 +1,4 @@
-//! The parameters of a connection, and what the slave grants.
+//! The parameters of a connection, and the properties that the slave grants.
 
 use crate::link::Baud;
 use crate::master::acyclic::Timeouts;

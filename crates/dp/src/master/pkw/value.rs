@@ -151,7 +151,7 @@ impl fmt::Display for AnswerMismatch {
                 write!(f, "the parameter channel answers with {received} octets instead of {expected}")
             }
             Self::Padding => f.write_str("the parameter channel answers with octets that should be 0"),
-            Self::Unrequested => f.write_str("the parameter channel goes on answering when nothing is asked"),
+            Self::Unrequested => f.write_str("the parameter channel keeps answering without a request"),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Data exchange with the owner, RD_Inp and RD_Outp for all masters, and Global_Control. profibus-wire 2.8 to 2.10.
 
-use super::server::{NO_RESOURCE, SERVICE_CLOSED, Server};
-use super::{Device, ExchangeState, Fault, Outputs, SlaveState};
+use super::{NO_RESOURCE, SERVICE_CLOSED, Server};
 use crate::link::{Indication, Reply};
+use crate::slave::{Device, ExchangeState, Fault, Outputs, SlaveState};
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::{MAX_DU, Sap};
 
@@ -61,7 +61,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     }
 
     /// Executes an SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
-    pub(super) fn unconfirmed(&mut self, request: &Indication<'_>) {
+    pub(in crate::slave) fn unconfirmed(&mut self, request: &Indication<'_>) {
         let SlaveState::DataExch(owner, exchange) = self.state else { return };
         let Ok(control) = GlobalControl::parse(request.du) else { return };
         if request.sap == Sap::GlobalControl && owner.master == request.sa && control.selects(owner.group) {

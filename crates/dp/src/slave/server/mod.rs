@@ -3,10 +3,19 @@
 //! A request comes as an argument, its [`Reply`] is the return value and borrows the octets from where they lie. Nothing
 //! waits: the server answers from its present state.
 
+mod cfg;
+mod diag;
+mod exchange;
+mod ms1;
+mod ms2;
+mod prm;
+
+pub use ms2::MAX_INITIATE_PDU;
+
 use super::acyclic::AcyclicServer;
-use super::ms2::Connection;
 use super::{Device, Fault, Owner, SlaveState};
 use crate::link::{Baud, BitTime, Indication, Reply, Responder};
+use ms2::Connection;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use profivac_wire::{MAX_DU, Sap};
@@ -18,13 +27,13 @@ pub(super) const MIN_TSDR_TBIT: u8 = 11;
 const MAX_ADDRESS: u8 = 125;
 
 /// RS.
-pub(super) const SERVICE_CLOSED: Reply<'static> = Reply::Status(Status::ServiceNotActivated);
+const SERVICE_CLOSED: Reply<'static> = Reply::Status(Status::ServiceNotActivated);
 
 /// RR.
-pub(super) const NO_RESOURCE: Reply<'static> = Reply::Status(Status::NoResource);
+const NO_RESOURCE: Reply<'static> = Reply::Status(Status::NoResource);
 
 /// A reply with a data unit that was emitted into `du`; UE if that failed.
-pub(super) fn prepared<E>(du: &[u8; MAX_DU], emitted: Result<usize, E>) -> Reply<'_> {
+fn prepared<E>(du: &[u8; MAX_DU], emitted: Result<usize, E>) -> Reply<'_> {
     match emitted.ok().and_then(|length| du.get(..length)) {
         Some(du) => Reply::Low(du),
         None => Reply::Status(Status::UserError),
@@ -40,16 +49,16 @@ pub(super) struct Server<D, const CONNECTIONS: usize> {
     /// min T_SDR in bit times.
     pub(super) min_tsdr: u8,
     /// The outputs that the process has.
-    pub(super) outputs: [u8; MAX_DU],
+    outputs: [u8; MAX_DU],
     /// The outputs that Sync holds back.
-    pub(super) held_outputs: [u8; MAX_DU],
-    pub(super) held_valid: bool,
+    held_outputs: [u8; MAX_DU],
+    held_valid: bool,
     /// The inputs as sent last, or as frozen.
-    pub(super) inputs: [u8; MAX_DU],
-    pub(super) du: [u8; MAX_DU],
-    pub(super) ms1: AcyclicServer,
-    pub(super) ms2: [Connection; CONNECTIONS],
-    pub(super) now: BitTime,
+    inputs: [u8; MAX_DU],
+    du: [u8; MAX_DU],
+    ms1: AcyclicServer,
+    ms2: [Connection; CONNECTIONS],
+    now: BitTime,
 }
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
@@ -119,7 +128,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         self.ms2.iter_mut().for_each(Connection::close);
     }
 
-    /// Restarts the watchdog: every error-free request of the owner to this station does, whatever the service, and every
+    /// Restarts the watchdog: every error-free request of the owner to this station does, for any service, and every
     /// accepted Global_Control. profibus-wire 3.6 and 10, point 16.
     pub(super) fn restart_watchdog(&mut self, sa: u8) {
         let now = self.now;

@@ -1,8 +1,8 @@
 //! Slave_Diag: the diagnosis of a slave. profibus-wire 2.3 and 3.3.
 
-use super::server::{NO_RESOURCE, Server, prepared};
-use super::{Device, Fault, SlaveState};
+use super::{NO_RESOURCE, Server, prepared};
 use crate::link::{Indication, Reply};
+use crate::slave::{Device, Fault, SlaveState};
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {

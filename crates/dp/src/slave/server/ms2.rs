@@ -4,10 +4,10 @@
 //! happens there. The reference's states RESERVED and JOB last no longer than the request that enters them, because the slave
 //! executes it at once; the rest of its table are the four phases of [`ConnectionState`].
 
-use super::acyclic::AcyclicServer;
-use super::server::{NO_RESOURCE, SERVICE_CLOSED, Server, prepared};
-use super::{Device, Dpv1Error, Relation};
+use super::{NO_RESOURCE, SERVICE_CLOSED, Server, prepared};
 use crate::link::{Baud, BitTime, Indication, Reply};
+use crate::slave::acyclic::AcyclicServer;
+use crate::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::MAX_DU;
 use profivac_wire::acyclic::initiate::{Capabilities, Initiate};
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
@@ -141,7 +141,7 @@ impl Connection {
         } else {
             self.server.post(&Response::Initiate(InitiateRes {
                 max_len_data_unit: MAX_RECORD_LENGTH as u8,
-                // The slave's own capabilities, whatever the master asked for: profibus-wire 10, point 26.
+                // The slave's own capabilities, independent of the request: profibus-wire 10, point 26.
                 capabilities: Capabilities::READ_WRITE,
                 source: initiate.destination,
                 destination: initiate.source,

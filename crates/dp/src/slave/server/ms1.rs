@@ -1,8 +1,8 @@
 //! MS1: read and write by the master that owns the slave. profibus-wire 4.2 and 4.3.
 
-use super::server::{NO_RESOURCE, SERVICE_CLOSED, Server};
-use super::{Device, Dpv1Error, Fault, Relation, SlaveState};
+use super::{NO_RESOURCE, SERVICE_CLOSED, Server};
 use crate::link::{Indication, Reply};
+use crate::slave::{Device, Dpv1Error, Fault, Relation, SlaveState};
 use profivac_wire::acyclic::{Function, PduError, Request};
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {

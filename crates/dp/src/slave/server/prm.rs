@@ -1,8 +1,8 @@
 //! Set_Prm: the owner of the slave and the parameters it gives. profibus-wire 2.4.
 
-use super::server::{MIN_TSDR_TBIT, Server};
-use super::{Device, Fault, Owner, SlaveState, Watchdog};
+use super::{MIN_TSDR_TBIT, Server};
 use crate::link::{Indication, Reply};
+use crate::slave::{Device, Fault, Owner, SlaveState, Watchdog};
 use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
 
 /// The bits of DPV1_Status_1 that a slave of this project refuses: reserved ones, and DP-V2.

@@ -1,8 +1,8 @@
 //! Chk_Cfg and Get_Cfg: the configuration of the data exchange. profibus-wire 2.6 and 2.7.
 
-use super::server::{NO_RESOURCE, Server};
-use super::{CfgFault, Device, ExchangeState, Fault, Owner, SlaveState};
+use super::{NO_RESOURCE, Server};
 use crate::link::{Indication, Reply};
+use crate::slave::{CfgFault, Device, ExchangeState, Fault, Owner, SlaveState};
 use profivac_wire::MAX_DU;
 use profivac_wire::cfg::Lengths;
 use profivac_wire::control::Status;
