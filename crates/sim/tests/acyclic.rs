@@ -7,7 +7,7 @@ mod common;
 use common::{CFG, IDENT, Plain};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Settings, SlaveParameters};
+use profivac_dp::master::{Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Settings, SlaveParameters, ms1, ms2};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::{Fault, Noise, Rule, Segment};
 
@@ -22,8 +22,9 @@ struct Ring {
     bus: Segment,
     class1: profivac_sim::StationHandle<Class1>,
     class2: profivac_sim::StationHandle<Class2>,
-    connections: Vec<Option<Handle>>,
-    jobs: Vec<Option<Handle>>,
+    connections: Vec<Option<Handle<ms2::Connect>>>,
+    ms2_reads: Vec<Option<Handle<ms2::Read>>>,
+    ms1_reads: Vec<Option<Handle<ms1::Read>>>,
     /// How many records came by MS2 and by MS1, and how many connections and jobs failed.
     records: [u32; 2],
     failed: u32,
@@ -45,8 +46,9 @@ impl Ring {
         let tool: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
         let class2 = bus.attach(tool);
         bus.run_for(1_000_000).unwrap();
-        let none = vec![None; SLAVES.len()];
-        Self { bus, class1, class2, connections: none.clone(), jobs: none, records: [0; 2], failed: 0 }
+        let (connections, ms2_reads, ms1_reads) =
+            (vec![None; SLAVES.len()], vec![None; SLAVES.len()], vec![None; SLAVES.len()]);
+        Self { bus, class1, class2, connections, ms2_reads, ms1_reads, records: [0; 2], failed: 0 }
     }
 
     /// Everybody reads all the time.
@@ -67,39 +69,44 @@ impl Ring {
             self.connections[place] = user.ms2_open(address, &Ms2Parameters::new(BAUD)).ok();
             return;
         };
-        let next = match user.outcome(connection) {
-            None => return,
-            Some(Outcome::Opened(_)) => true,
-            Some(Outcome::Read(record)) => {
-                assert!(record.len() == 200 && record.iter().all(|octet| *octet == record[0]), "{record:02X?}");
-                self.records[0] += 1;
-                true
-            }
-            Some(Outcome::Ended(_)) => false,
-            Some(other) => panic!("{other:?}"),
+        let is_open = match self.ms2_reads[place] {
+            None => match user.outcome(connection) {
+                None => return,
+                Some(opened) => opened.is_ok(),
+            },
+            Some(read) => match user.outcome(read) {
+                None => return,
+                Some(Ok(record)) => {
+                    assert!(record.len() == 200 && record.iter().all(|octet| *octet == record[0]), "{record:02X?}");
+                    self.records[0] += 1;
+                    true
+                }
+                Some(Err(ms2::RequestError::Ended(_))) => false,
+                Some(Err(refused)) => panic!("{refused}"),
+            },
         };
-        if next {
-            user.ms2_read(connection, 1, 16, 240).unwrap();
+        if is_open {
+            self.ms2_reads[place] = Some(user.ms2_read(connection, 1, 16, 240).unwrap());
         } else {
             self.failed += 1;
-            self.connections[place] = None;
+            (self.connections[place], self.ms2_reads[place]) = (None, None);
         }
     }
 
     fn by_ms1(&mut self, place: usize, address: u8) {
         let user = &mut self.bus.station_mut(self.class1).user;
-        if let Some(job) = self.jobs[place] {
-            match user.outcome(job) {
+        if let Some(read) = self.ms1_reads[place] {
+            match user.outcome(read) {
                 None => return,
-                Some(Outcome::Read(record)) => {
+                Some(Ok(record)) => {
                     assert!(record.len() == 200 && record.iter().all(|octet| *octet == record[0]), "{record:02X?}");
                     self.records[1] += 1;
                 }
-                Some(Outcome::Failed(_)) => self.failed += 1,
-                Some(other) => panic!("{other:?}"),
+                Some(Err(ms1::RequestError::Refused(negative))) => panic!("{negative:?}"),
+                Some(Err(_)) => self.failed += 1,
             }
         }
-        self.jobs[place] = user.ms1_read(address, 1, 16, 240, &Ms1Parameters::new(BAUD)).ok();
+        self.ms1_reads[place] = user.ms1_read(address, 1, 16, 240, &Ms1Parameters::new(BAUD)).ok();
     }
 
     fn exchanges(&self) -> [u32; 2] {

@@ -5,9 +5,7 @@ use crate::common::{CFG, IDENT, Plain};
 use crate::line::{BAUD, CONFUSION, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::master::{
-    EventKind, Master, Mode, Ms2Parameters, Outcome, Phase, Settings, SlaveParameters, services,
-};
+use profivac_dp::master::{EventKind, Master, Mode, Ms2Parameters, Phase, Settings, SlaveParameters, ms2, services};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::stations::Tester;
 use profivac_sim::{Random, Segment, StationHandle};
@@ -29,7 +27,8 @@ fn class1(address: u8, slaves: &[u8], rotation_tbit: u32) -> Active<Class1> {
 struct Pair {
     bus: Segment,
     masters: [StationHandle<Active<Class1>>; 2],
-    connections: [profivac_dp::master::Handle; 2],
+    connections: [profivac_dp::master::Handle<ms2::Connect>; 2],
+    pending: [Option<profivac_dp::master::Handle<ms2::Read>>; 2],
     reads: [u32; 2],
     raw: [u32; 2],
 }
@@ -55,7 +54,7 @@ impl Pair {
             master.ms2_open(SLAVES[1 - number][0], &parameters).unwrap()
         });
         bus.run_for(BAUD.tbit_of_ms(200)).unwrap();
-        Self { bus, masters, connections, reads: [0; 2], raw: [0; 2] }
+        Self { bus, masters, connections, pending: [None; 2], reads: [0; 2], raw: [0; 2] }
     }
 
     /// Takes what there is, and asks again.
@@ -63,14 +62,19 @@ impl Pair {
         for (number, slaves) in SLAVES.iter().enumerate() {
             let master = &mut self.bus.station_mut(self.masters[number]).user;
             let connection = self.connections[number];
-            match master.outcome(connection) {
-                Some(Outcome::Ended(end)) => panic!("{number}: {end}"),
-                Some(Outcome::Read(_) | Outcome::Refused(_)) => self.reads[number] += 1,
-                _ => {}
+            if let Some(Err(end)) = master.outcome(connection) {
+                panic!("{number}: {end}");
             }
-            if master.ms2_phase(connection) == Some(Phase::Open) {
-                // Busy: the one before is not over.
-                let _ = master.ms2_read(connection, 1, 16, 8);
+            match self.pending[number].and_then(|read| master.outcome(read)) {
+                Some(Err(ms2::RequestError::Ended(end))) => panic!("{number}: {end}"),
+                Some(_) => self.reads[number] += 1,
+                None => {}
+            }
+            if master.ms2_phase(connection) == Some(Phase::Open)
+                // Busy: the previous read is not over.
+                && let Ok(read) = master.ms2_read(connection, 1, 16, 8)
+            {
+                self.pending[number] = Some(read);
             }
             self.raw[number] += u32::from(master.take_confirmation().is_some());
             let _ = master.submit_request(&services::slave_diag(slaves[1]));

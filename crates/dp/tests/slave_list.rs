@@ -1,4 +1,4 @@
-//! The list of slaves changes while the others go on, and each slave gets what is its own: interval, groups, watchdog, min
+//! Changes to the list of slaves during operation, and the parameters of each slave: interval, groups, watchdog, min
 //! T_SDR. profibus-wire 2.4 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
@@ -70,7 +70,7 @@ fn longest_gap(line: &Bus, first: usize, address: u8) -> u64 {
 }
 
 #[test]
-fn a_removed_slave_is_unlocked_forgotten_and_makes_room_while_the_others_go_on() {
+fn a_removed_slave_is_unlocked_and_its_place_is_free_while_the_others_exchange() {
     let addresses = [3, 4, 5, 6, 7, 8, 9, 10];
     for (gone, delay) in addresses.into_iter().zip((0..).step_by(331)) {
         let mut line = line(&addresses.map(slave));
@@ -81,8 +81,8 @@ fn a_removed_slave_is_unlocked_forgotten_and_makes_room_while_the_others_go_on()
         assert!(line.master.user.remove(gone));
         line.run_until(20_000, |line| line.master.user.state(gone).is_none());
         assert_eq!(line.slaves[place].state().owner(), None, "unlocked");
-        let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
-        assert_eq!(told, [EventKind::Entered(HandlerState::Release), EventKind::Entered(HandlerState::Inactive)]);
+        let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
+        assert_eq!(reported, [EventKind::Entered(HandlerState::Release), EventKind::Entered(HandlerState::Inactive)]);
         line.run_for(20_000);
         let others: Vec<_> = addresses.into_iter().filter(|address| *address != gone).collect();
         assert_eq!(line.master.user.addresses().collect::<Vec<_>>(), others);
@@ -93,7 +93,7 @@ fn a_removed_slave_is_unlocked_forgotten_and_makes_room_while_the_others_go_on()
             let gap = longest_gap(&line, first, address);
             assert!(gap < 3_000, "{gap} without {gone} at {address}");
         }
-        // There is room for one more, who comes last.
+        // There is room for one more slave, at the end.
         line.attach(Plain::new(IDENT, &CFG), 20);
         line.master.user.add(&slave(20)).unwrap();
         all_exchange(&mut line);
@@ -104,14 +104,14 @@ fn a_removed_slave_is_unlocked_forgotten_and_makes_room_while_the_others_go_on()
 }
 
 #[test]
-fn a_slave_that_nobody_answers_for_is_removed_at_once() {
+fn a_slave_that_does_not_answer_is_removed_at_once() {
     let mut line = line(&[slave(3), slave(4)]);
     line.master.user.add(&slave(50)).unwrap();
     line.run_for(5_000);
     assert!(line.master.user.remove(50));
     assert_eq!(line.master.user.state(50), None);
     assert!(!line.master.user.remove(50), "it is gone");
-    // And a mute one after so many failures, though it cannot be unlocked.
+    // And a silent one after the miss limit, though it cannot be unlocked.
     line.tamper = Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     assert!(line.master.user.remove(3));
     line.run_until(20_000, |line| line.master.user.state(3).is_none());
@@ -125,7 +125,7 @@ fn a_slave_that_nobody_answers_for_is_removed_at_once() {
 }
 
 #[test]
-fn the_answer_to_a_slave_that_was_removed_in_between_goes_to_nobody() {
+fn the_answer_of_a_slave_removed_in_between_is_dropped() {
     let mut line = line(&[slave(3), slave(4), slave(5)]);
     // Slave 4 is being asked; in Stop it is removed at once, and 5 takes its place.
     line.run_until(5_000, |line| {
@@ -143,7 +143,7 @@ fn the_answer_to_a_slave_that_was_removed_in_between_goes_to_nobody() {
 }
 
 #[test]
-fn other_parameters_reach_one_slave_while_the_others_go_on() {
+fn new_parameters_reach_one_slave_while_the_others_exchange() {
     let mut line = line(&[slave(3), slave(4), slave(5)]);
     line.master.user.outputs_mut(4).unwrap().copy_from_slice(&[8, 8]);
     line.run_for(3_000);
@@ -171,13 +171,13 @@ fn other_parameters_reach_one_slave_while_the_others_go_on() {
         assert!(gap < 1_500, "{gap}");
     }
     assert_eq!(line.master.user.counters(4).unwrap().starts, 2);
-    let told: Vec<_> =
+    let reported: Vec<_> =
         std::iter::from_fn(|| line.master.user.next_event()).filter(|event| event.address != 4).collect();
-    assert_eq!(told, []);
+    assert_eq!(reported, []);
 }
 
 #[test]
-fn parameters_that_cannot_be_change_nothing() {
+fn invalid_parameters_change_nothing() {
     let mut line = line(&[slave(3)]);
     assert_eq!(line.master.user.reparameterise(&slave(9)), Err(SlaveListError::Unknown(9)));
     assert_eq!(SlaveListError::Unknown(9).to_string(), "there is no slave with the address 9");
@@ -197,11 +197,15 @@ fn another_configuration_changes_the_images() {
     line.master.user.reparameterise(&SlaveParameters { cfg: &[0x10, 0x20], ..slave(4) }).unwrap();
     all_exchange(&mut line);
     assert_eq!(line.master.user.inputs(4), Some(&[9][..]));
-    assert_eq!(line.master.user.outputs_mut(4).unwrap(), [0], "nobody can say what became of the old ones");
+    assert_eq!(
+        line.master.user.outputs_mut(4).unwrap(),
+        [0],
+        "the old outputs have no meaning in the new configuration"
+    );
 }
 
 #[test]
-fn a_slave_moves_to_another_group() {
+fn set_group_moves_a_slave_to_another_group() {
     let mut line = line(&[SlaveParameters { group: 1, freeze: true, ..slave(3) }, slave(4)]);
     let freeze = |line: &mut Bus, group, value| {
         line.master.user.control(ControlCommand::FREEZE, group).unwrap();
@@ -219,11 +223,11 @@ fn a_slave_moves_to_another_group() {
 }
 
 #[test]
-fn no_slave_is_asked_sooner_than_its_interval_and_the_others_do_not_wait_for_it() {
+fn a_slave_is_not_asked_before_its_interval_and_the_others_do_not_wait_for_it() {
     let interval = Baud::B1500000.tbit_of_us(600 * 10);
     let slow = SlaveParameters { min_interval_tbit: interval, ..slave(4) };
     let mut line = line(&[slave(3), slow, slave(5)]);
-    // Bringing up, exchange, diagnosis, parameters, an unanswered request: whatever is sent.
+    // For all requests: bring-up, exchange, diagnosis, parameters, an unanswered request.
     line.run_for(100_000);
     line.slaves[1].device_mut().diagnose(&[0x02, 0x01]);
     line.run_for(50_000);
@@ -241,7 +245,7 @@ fn no_slave_is_asked_sooner_than_its_interval_and_the_others_do_not_wait_for_it(
 }
 
 #[test]
-fn a_slave_with_the_watchdog_it_asked_for_leaves_on_its_own_when_its_master_is_gone() {
+fn a_slave_with_a_watchdog_leaves_by_itself_when_its_master_is_gone() {
     // 20 ms and 40 ms, and one that does not watch.
     let watchdogs = [Some([1, 2]), Some([2, 2]), None];
     let slaves: Vec<_> =
@@ -256,7 +260,7 @@ fn a_slave_with_the_watchdog_it_asked_for_leaves_on_its_own_when_its_master_is_g
 }
 
 #[test]
-fn what_went_wrong_before_is_forgotten_with_new_parameters() {
+fn new_parameters_clear_the_error_and_the_pause() {
     let mut line = line(&[slave(3)]);
     line.slaves[0].device_mut().accepts_prm = false;
     line.master.user.restart(3);

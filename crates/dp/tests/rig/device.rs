@@ -7,7 +7,7 @@ use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::ident::Ident;
 use std::collections::BTreeMap;
 
-/// What the slave told the device.
+/// A call of the slave to the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Seen {
     Prm(Vec<u8>),

@@ -1,4 +1,4 @@
-//! A slave on the desk, in data exchange with a master that is a list of octets.
+//! A slave on the rig, in data exchange with a master that is a list of octets.
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
@@ -17,7 +17,7 @@ pub const BAUD: Baud = Baud::B1500000;
 /// The least there can be behind a slave: it keeps the outputs and returns the first of them.
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
-    /// What came last.
+    /// The last outputs.
     pub outputs: [u8; 8],
 }
 
@@ -79,7 +79,7 @@ pub fn telegram(frame: DataTelegram<'_>) -> Vec<u8> {
 }
 
 /// A slave behind a receiver, in data exchange.
-pub struct Desk<D> {
+pub struct SlaveRig<D> {
     /// Hears the requests.
     pub receiver: Receiver,
     /// Answers them.
@@ -88,7 +88,7 @@ pub struct Desk<D> {
     pub now: BitTime,
 }
 
-impl<D: Device> Desk<D> {
+impl<D: Device> SlaveRig<D> {
     /// The address of the slave.
     pub const ADDRESS: u8 = 5;
 
@@ -96,13 +96,13 @@ impl<D: Device> Desk<D> {
     pub fn exchanging(device: D, user: &[u8], cfg: &[u8]) -> Self {
         let ident = device.ident_number();
         let slave = Slave::new(device, Self::ADDRESS, BAUD);
-        let mut desk = Self { receiver: Receiver::new(BitTime(0)), slave, now: BitTime(0) };
+        let mut rig = Self { receiver: Receiver::new(BitTime(0)), slave, now: BitTime(0) };
         let prm = SetPrm { status: PrmStatus::LOCK_REQ, wd_fact: [0, 0], min_tsdr: 11, ident, group: 0, user };
         let mut du = [0; 32];
         let length = prm.emit(&mut du).unwrap_or(0);
-        desk.hear(&request(Self::ADDRESS, Sap::SetPrm, FrameCount::First, &du[..length]));
-        desk.hear(&request(Self::ADDRESS, Sap::ChkCfg, FrameCount::Counted(false), cfg));
-        desk
+        rig.hear(&request(Self::ADDRESS, Sap::SetPrm, FrameCount::First, &du[..length]));
+        rig.hear(&request(Self::ADDRESS, Sap::ChkCfg, FrameCount::Counted(false), cfg));
+        rig
     }
 
     /// Hears a request that arrives in one piece after T_SYN, and returns the length of the answer.

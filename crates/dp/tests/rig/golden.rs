@@ -25,5 +25,5 @@ pub fn compare(name: &str, text: &str) {
         std::fs::write(&path, text).expect("the golden is written");
     }
     let golden = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(golden == text, "{} is not what the slave does now:\n{text}", path.display());
+    assert!(golden == text, "{} differs from the present answers of the slave:\n{text}", path.display());
 }

@@ -1,13 +1,14 @@
-//! Data exchange: what the owner sends and gets, what others may look at, and Global_Control. profibus-wire 2.8 to 2.10.
+//! Data exchange with the owner, RD_Inp and RD_Outp for all masters, and Global_Control. profibus-wire 2.8 to 2.10.
 
-use super::{Device, ExchangeState, Fault, NO_RESOURCE, Outputs, SERVICE_CLOSED, Slave, SlaveState};
+use super::{NO_RESOURCE, SERVICE_CLOSED, Server};
 use crate::link::{Indication, Reply};
+use crate::slave::{Device, ExchangeState, Fault, Outputs, SlaveState};
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::{MAX_DU, Sap};
 
-impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// profibus-wire 2.8: the input image, DH instead of DL while a diagnosis is pending.
-    pub(super) fn data_exchange(&mut self, request: &Indication<'_>) -> Reply {
+    pub(super) fn data_exchange(&mut self, request: &Indication<'_>) -> Reply<'_> {
         let SlaveState::DataExch(owner, exchange) = self.state else { return SERVICE_CLOSED };
         if owner.master != request.sa {
             return SERVICE_CLOSED;
@@ -27,19 +28,19 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if !exchange.freeze {
             self.sample_inputs(exchange);
         }
-        let reply = match (self.diagnosis_is_pending(exchange), exchange.lengths.inputs) {
-            (true, length) => Reply::High(usize::from(length)),
-            (false, length) => image_reply(length),
-        };
+        let pending = self.diagnosis_is_pending(exchange);
         if !fits {
-            // Answered as usual, then the slave leaves: profibus-wire 10, points 9 and 10.
+            // The slave answers as usual and leaves data exchange: profibus-wire 10, points 9 and 10.
             self.enter_wait_prm(Fault::None);
         }
-        reply
+        match pending {
+            true => Reply::High(image(&self.inputs, exchange.lengths.inputs)),
+            false => image_reply(&self.inputs, exchange.lengths.inputs),
+        }
     }
 
     /// profibus-wire 2.10: the image as Data_Exchange would return it.
-    pub(super) fn rd_inp(&mut self, request: &Indication<'_>) -> Reply {
+    pub(super) fn rd_inp(&mut self, request: &Indication<'_>) -> Reply<'_> {
         let SlaveState::DataExch(_, exchange) = self.state else { return SERVICE_CLOSED };
         if !request.du.is_empty() {
             return NO_RESOURCE;
@@ -47,20 +48,20 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if !exchange.freeze {
             self.sample_inputs(exchange);
         }
-        image_reply(exchange.lengths.inputs)
+        image_reply(&self.inputs, exchange.lengths.inputs)
     }
 
-    /// profibus-wire 2.10: what the process sees, not what Sync holds back.
-    pub(super) fn rd_outp(&mut self, request: &Indication<'_>) -> Reply {
+    /// profibus-wire 2.10: the outputs that the process has, not those that Sync holds back.
+    pub(super) fn rd_outp(&self, request: &Indication<'_>) -> Reply<'_> {
         let SlaveState::DataExch(_, exchange) = self.state else { return SERVICE_CLOSED };
         if !request.du.is_empty() {
             return NO_RESOURCE;
         }
-        image_reply(exchange.lengths.outputs)
+        image_reply(&self.outputs, exchange.lengths.outputs)
     }
 
-    /// SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
-    pub(super) fn unconfirmed(&mut self, request: &Indication<'_>) {
+    /// Executes an SDN: only Global_Control, and only from the owner during data exchange. profibus-wire 2.9.
+    pub(in crate::slave) fn unconfirmed(&mut self, request: &Indication<'_>) {
         let SlaveState::DataExch(owner, exchange) = self.state else { return };
         let Ok(control) = GlobalControl::parse(request.du) else { return };
         if request.sap == Sap::GlobalControl && owner.master == request.sa && control.selects(owner.group) {
@@ -73,7 +74,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         let features = self.device.features();
         let sync = command.intersects(ControlCommand::SYNC | ControlCommand::UNSYNC);
         let freeze = command.intersects(ControlCommand::FREEZE | ControlCommand::UNFREEZE);
-        // Both bits of a pair cancel, and what cancels asks for nothing that must be supported.
+        // Both bits of a pair cancel each other, so such a command requires no feature.
         let begins = |on, off| command.contains(on) && !command.contains(off);
         let unsupported = (begins(ControlCommand::SYNC, ControlCommand::UNSYNC) && !features.sync)
             || (begins(ControlCommand::FREEZE, ControlCommand::UNFREEZE) && !features.freeze)
@@ -96,17 +97,16 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         }
     }
 
-    /// The outputs that Sync holds back reach the process.
+    /// Gives the outputs that Sync holds back to the process.
     fn apply_held_outputs(&mut self, exchange: ExchangeState) {
         if core::mem::take(&mut self.held_valid) {
             self.outputs = self.held_outputs;
-            let image = self.outputs.get(..usize::from(exchange.lengths.outputs)).unwrap_or_default();
-            self.device.outputs(Outputs::Data(image));
+            self.device.outputs(Outputs::Data(image(&self.outputs, exchange.lengths.outputs)));
         }
     }
 
-    /// The diagnosis flag stays as long as the device has a static diagnosis. profibus-wire 3.3.
-    fn diagnosis_is_pending(&mut self, exchange: ExchangeState) -> bool {
+    /// The diagnosis flag stays set as long as the device has a static diagnosis. profibus-wire 3.3.
+    fn diagnosis_is_pending(&self, exchange: ExchangeState) -> bool {
         exchange.diag_flag || self.device.diagnosis().static_diag
     }
 
@@ -135,7 +135,11 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     }
 }
 
-/// An image of so many octets, SC where there are none.
-const fn image_reply(length: u8) -> Reply {
-    if length == 0 { Reply::ShortAck } else { Reply::Low(length as usize) }
+fn image(octets: &[u8; MAX_DU], length: u8) -> &[u8] {
+    octets.get(..usize::from(length)).unwrap_or_default()
+}
+
+/// An image of this length; SC if it has no octets.
+fn image_reply(octets: &[u8; MAX_DU], length: u8) -> Reply<'_> {
+    if length == 0 { Reply::ShortAck } else { Reply::Low(image(octets, length)) }
 }

@@ -1,16 +1,18 @@
-//! One slave as its class 1 master sees it: the handler of profibus-wire 3.10.
+//! The handler of one slave in its class 1 master. profibus-wire 3.10.
 //!
-//! The state says which message comes next ([`Handler::ask`]), the answer to it says which state comes next
-//! ([`Handler::confirmed`]). Every slave gets at most one message per cycle, so one that errs again and again costs the
-//! others no more than one that works.
+//! The state determines the next request ([`Handler::next_request`]), its answer the next state ([`Handler::confirmed`]). Every
+//! slave gets at most one request per cycle, so a faulty slave costs the others no more time than a working one.
 
-use super::backoff::BackOff;
-use super::diagnosis::Diagnosis;
+mod backoff;
+mod diagnosis;
+
 use super::event::{Event, EventKind, ExchangeError, Sink};
-use super::parameters::{Settings, SlaveListError, SlaveParameters};
+use super::parameters::{Settings, SlaveData, SlaveListError, SlaveParameters};
 use super::state::{Counters, CyclicRequest, HandlerState};
 use crate::link::BitTime;
 use crate::link::active::{Answer, Confirmation, Failure};
+use backoff::BackOff;
+use diagnosis::Diagnosis;
 use heapless::Vec;
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::control::Status;
@@ -19,28 +21,28 @@ use profivac_wire::prm::{PrmStatus, SetPrm};
 /// The longest User_Prm_Data: 244 octets without the seven fixed ones.
 const MAX_USER_PRM: usize = 237;
 
-/// What the master must know when a handler has done its work.
+/// A change that the master must react to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     Nothing,
-    /// The slave exchanges data no more: something went wrong, unless it was told so.
+    /// The slave has left data exchange, because of a fault or because the user released it.
     LeftExchange,
-    /// The slave was to be removed, and has been given back.
+    /// The slave was released and is to be removed.
     Released,
 }
 
-/// What all handlers share, and where they report.
+/// The data of the master that a handler needs.
 pub(super) struct Context<'a> {
     pub(super) now: BitTime,
     /// TS.
     pub(super) address: u8,
     pub(super) settings: &'a Settings,
     pub(super) events: Sink<'a>,
-    /// How many slaves exchange data.
+    /// The number of slaves that exchange data.
     pub(super) exchanging: &'a mut usize,
-    /// The slaves are to be told the mode of the master.
+    /// The mode of the master must be sent to the slaves.
     pub(super) control_due: &'a mut bool,
-    /// When the message was handed out that is being confirmed.
+    /// When the request was sent that is being confirmed.
     pub(super) asked_at: BitTime,
     pub(super) change: Change,
 }
@@ -62,17 +64,17 @@ pub(super) struct Handler<const OCTETS: usize> {
     user_prm: Vec<u8, OCTETS>,
     lengths: Lengths,
     pub(super) state: HandlerState,
-    /// Message cycles in a row that failed.
+    /// The number of message cycles in a row that failed.
     pub(super) misses: u8,
     back_off: BackOff,
-    /// To be forgotten once it is inactive.
+    /// The slave is removed once it is inactive.
     leaving: bool,
-    /// An answer to nothing was told of.
+    /// A stray answer was reported.
     stray_reported: bool,
     error: Option<ExchangeError>,
-    pub(super) diagnosis: Option<Diagnosis<OCTETS>>,
+    diagnosis: Option<Diagnosis<OCTETS>>,
     pub(super) counters: Counters,
-    /// When the inputs came; nothing unless they are from the present data exchange.
+    /// When the inputs came; `None` unless they are from the present data exchange.
     exchanged: Option<BitTime>,
     inputs: [u8; OCTETS],
     outputs: [u8; OCTETS],
@@ -81,8 +83,8 @@ pub(super) struct Handler<const OCTETS: usize> {
 impl<const OCTETS: usize> Handler<OCTETS> {
     pub(super) fn new(parameters: &SlaveParameters<'_>) -> Result<Self, SlaveListError> {
         let lengths = cfg::lengths(parameters.cfg).map_err(SlaveListError::Cfg)?;
-        fits("inputs", lengths.inputs.into(), OCTETS)?;
-        fits("outputs", lengths.outputs.into(), OCTETS)?;
+        fits(SlaveData::Inputs, lengths.inputs.into(), OCTETS)?;
+        fits(SlaveData::Outputs, lengths.outputs.into(), OCTETS)?;
         if parameters.watchdog.is_some_and(|factors| factors.contains(&0)) {
             return Err(SlaveListError::Watchdog);
         }
@@ -101,8 +103,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             fail_safe: parameters.fail_safe,
             dpv1: parameters.dpv1,
             diag_update_delay: parameters.diag_update_delay,
-            cfg: copied("configuration", parameters.cfg, OCTETS)?,
-            user_prm: copied("user parameters", parameters.user_prm, OCTETS.min(MAX_USER_PRM))?,
+            cfg: copied(SlaveData::Configuration, parameters.cfg, OCTETS)?,
+            user_prm: copied(SlaveData::UserParameters, parameters.user_prm, OCTETS.min(MAX_USER_PRM))?,
             lengths,
             state: HandlerState::Offline,
             misses: 0,
@@ -154,7 +156,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.outputs.get_mut(..self.lengths.outputs.into()).unwrap_or_default()
     }
 
-    /// How many octets Clear sends: zeros, or none at all. profibus-wire 3.8.
+    /// The number of zeros that Clear sends. profibus-wire 3.8.
     pub(super) fn cleared_outputs(&self) -> usize {
         if self.fail_safe { 0 } else { self.lengths.outputs.into() }
     }
@@ -171,18 +173,18 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// The data unit of the Set_Prm that gives the slave back, profibus-wire 2.4.
+    /// The data unit of the Set_Prm that unlocks the slave, profibus-wire 2.4.
     pub(super) const fn unlock(&self) -> SetPrm<'static> {
         SetPrm { status: PrmStatus::UNLOCK_REQ, wd_fact: [0; 2], min_tsdr: 0, ident: self.ident, group: 0, user: &[] }
     }
 
-    /// The message for this slave in the present cycle.
+    /// The request to this slave in the present cycle.
     #[inline]
     pub(super) fn next_request(&self, now: BitTime) -> Option<CyclicRequest> {
         self.state.request().filter(|_| self.back_off.is_over(now))
     }
 
-    /// What became of the message.
+    /// Evaluates the confirmation of a request.
     pub(super) fn confirmed(&mut self, ask: CyclicRequest, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
         self.handle_confirmation(ask, confirmation, context);
         self.enforce_min_interval(context.asked_at);
@@ -198,11 +200,11 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     fn handle_confirmation(&mut self, ask: CyclicRequest, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
         if self.state.request() != Some(ask) {
-            // Released or taken up again while the message was on its way.
+            // The slave was released or restarted while the request was under way.
             return;
         }
         match (ask, confirmation) {
-            // Nothing is known about the slave then, and no message of a handler goes without an answer.
+            // An interruption says nothing about the slave, and every request of a handler has an answer.
             (_, Confirmation::Failed(Failure::Interrupted) | Confirmation::Sent) => {}
             (_, Confirmation::Failed(failure)) => self.no_answer(failure, context),
             (CyclicRequest::DataExch, Confirmation::Answer(answer)) => self.exchanged(&answer, context),
@@ -218,7 +220,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Takes the slave into the cycle, or anew.
+    /// Starts or restarts the slave.
     pub(super) fn start(&mut self, context: &mut Context<'_>) {
         self.enter(HandlerState::Offline, context);
         self.back_off.reset(context.now + self.min_interval_tbit);
@@ -226,7 +228,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.error = None;
     }
 
-    /// Gives the slave back if it may be ours.
+    /// Releases the slave, with an unlock if this master may own it.
     pub(super) fn release(&mut self, context: &mut Context<'_>) {
         match self.state {
             HandlerState::Offline | HandlerState::Diag1 => self.enter(HandlerState::Inactive, context),
@@ -237,13 +239,13 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// The same, to be forgotten afterwards.
+    /// Releases the slave and removes it afterwards.
     pub(super) fn remove(&mut self, context: &mut Context<'_>) {
         self.leaving = true;
         self.release(context);
     }
 
-    /// Takes over other parameters; what was counted and learnt stays.
+    /// Takes over other parameters; counters, pauses and diagnosis stay.
     pub(super) fn replace_parameters(&mut self, fresh: Self, context: &mut Context<'_>) {
         let old = core::mem::replace(self, fresh);
         if self.lengths.outputs == old.lengths.outputs {
@@ -258,13 +260,13 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.parameterise(context);
     }
 
-    /// Puts the slave into other groups.
+    /// Assigns the slave to other groups.
     pub(super) fn set_group(&mut self, group: u8, context: &mut Context<'_>) {
         self.group = group;
         self.parameterise(context);
     }
 
-    /// Set_Prm and all that follows, if it was sent before.
+    /// Parameterises the slave again if it was parameterised before.
     fn parameterise(&mut self, context: &mut Context<'_>) {
         self.error = None;
         match self.state {
@@ -276,7 +278,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.back_off.reset(context.now + self.min_interval_tbit);
     }
 
-    /// It has answered, and nothing was asked.
+    /// The slave has sent an answer without a request.
     pub(super) fn stray_answer(&mut self, context: &mut Context<'_>) {
         self.counters.strays = self.counters.strays.saturating_add(1);
         if !core::mem::replace(&mut self.stray_reported, true) {
@@ -284,7 +286,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Because of this slave all go to safe outputs.
+    /// Reports that the master goes to Clear because of this slave.
     pub(super) fn auto_clear(&self, context: &mut Context<'_>) {
         self.push_event(EventKind::AutoClear, context);
     }
@@ -293,7 +295,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         matches!(self.state, HandlerState::Data { .. })
     }
 
-    /// The usual case: an exchange with as many inputs as there should be, and nothing to be told. Whether it was that.
+    /// The usual case, an exchange with inputs of the right length and nothing to report. Returns whether it was that.
     #[inline]
     pub(super) fn accept_inputs(
         &mut self,
@@ -323,7 +325,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         true
     }
 
-    /// profibus-wire 2.8, master rules; without the usual case, [`took_inputs`](Self::took_inputs).
+    /// profibus-wire 2.8, master rules; without the usual case, [`accept_inputs`](Self::accept_inputs).
     fn exchanged(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
         self.count_retries(answer);
         match answer.status {
@@ -336,7 +338,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// An exchange was good: whatever went wrong before is over.
+    /// An exchange succeeded: earlier errors are over.
     #[inline]
     fn exchange_succeeded(&mut self, diag: bool, now: BitTime) {
         self.state = HandlerState::Data { diag };
@@ -346,7 +348,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.exchanged = Some(now);
     }
 
-    /// No data this time. Again and again, and the slave is started anew.
+    /// The slave answered without data. After several such answers in a row it is restarted.
     fn refused(&mut self, status: Status, context: &mut Context<'_>) {
         self.misses = self.misses.saturating_add(1);
         if self.misses >= context.settings.miss_limit {
@@ -354,7 +356,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// No valid answer, after all repetitions.
+    /// No valid answer came, after all repetitions.
     fn no_answer(&mut self, failure: Failure, context: &mut Context<'_>) {
         if self.state == HandlerState::Offline {
             self.report(ExchangeError::NoAnswer(failure), context);
@@ -372,7 +374,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Set_Prm and Chk_Cfg are answered by SC, right or wrong; the diagnosis tells.
+    /// A slave answers Set_Prm and Chk_Cfg with SC, right or wrong; the diagnosis shows the result.
     fn acknowledged(&mut self, answer: &Answer<'_>, next: HandlerState, context: &mut Context<'_>) {
         self.count_retries(answer);
         match answer.status {
@@ -381,7 +383,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Back to the first diagnosis, at once if exchange was good before, after a growing pause otherwise.
+    /// Back to the first diagnosis, at once after a good data exchange, otherwise after a growing pause.
     pub(super) fn restart(&mut self, trouble: ExchangeError, context: &mut Context<'_>) {
         self.report(trouble, context);
         self.enter(HandlerState::Diag1, context);
@@ -399,7 +401,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// The only place where a state is entered that was not before.
+    /// Enters a state. This is the only place that changes from one state to another.
     pub(super) fn enter(&mut self, state: HandlerState, context: &mut Context<'_>) {
         let is = matches!(state, HandlerState::Data { .. });
         match (matches!(self.state, HandlerState::Data { .. }), is) {
@@ -432,15 +434,11 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 }
 
-fn copied<const OCTETS: usize>(
-    what: &'static str,
-    octets: &[u8],
-    room: usize,
-) -> Result<Vec<u8, OCTETS>, SlaveListError> {
-    fits(what, octets.len(), room)?;
-    Vec::from_slice(octets).map_err(|_| SlaveListError::TooLong { what, octets: octets.len(), room })
+fn copied<const OCTETS: usize>(data: SlaveData, octets: &[u8], room: usize) -> Result<Vec<u8, OCTETS>, SlaveListError> {
+    fits(data, octets.len(), room)?;
+    Vec::from_slice(octets).map_err(|_| SlaveListError::TooLong { data, octets: octets.len(), room })
 }
 
-const fn fits(what: &'static str, octets: usize, room: usize) -> Result<(), SlaveListError> {
-    if octets <= room { Ok(()) } else { Err(SlaveListError::TooLong { what, octets, room }) }
+const fn fits(data: SlaveData, octets: usize, room: usize) -> Result<(), SlaveListError> {
+    if octets <= room { Ok(()) } else { Err(SlaveListError::TooLong { data, octets, room }) }
 }

@@ -1,13 +1,13 @@
-//! Slave_Diag: what a slave tells about itself. profibus-wire 2.3 and 3.3.
+//! Slave_Diag: the diagnosis of a slave. profibus-wire 2.3 and 3.3.
 
-use super::{Device, Fault, NO_RESOURCE, Slave, SlaveState};
+use super::{NO_RESOURCE, Server, prepared};
 use crate::link::{Indication, Reply};
-use profivac_wire::control::Status;
+use crate::slave::{Device, Fault, SlaveState};
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 
-impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// profibus-wire 2.3; a request with data is refused, profibus-wire 10, point 8.
-    pub(super) fn slave_diag(&mut self, request: &Indication<'_>) -> Reply {
+    pub(super) fn slave_diag(&mut self, request: &Indication<'_>) -> Reply<'_> {
         if !request.du.is_empty() {
             return NO_RESOURCE;
         }
@@ -21,14 +21,14 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
             ident: self.device.ident_number(),
             ext_diag: diagnosis.blocks,
         };
-        let reply = diag.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low);
-        // Fetched by the master that owns the slave: profibus-wire 3.3.
+        let emitted = diag.emit(&mut self.du);
+        // The owner has fetched the diagnosis: profibus-wire 3.3.
         if let SlaveState::DataExch(owner, exchange) = &mut self.state
             && owner.master == request.sa
         {
             exchange.diag_flag = false;
         }
-        reply
+        prepared(&self.du, emitted)
     }
 
     /// The bits of the diagnosis that follow from the state alone.

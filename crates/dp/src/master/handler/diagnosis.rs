@@ -1,17 +1,18 @@
-//! What a diagnosis means for the slave it comes from. profibus-wire 2.3, 3.9 and 3.10.
+//! The evaluation of a diagnosis in the handler of the slave. profibus-wire 2.3, 3.9 and 3.10.
 
-use super::event::{EventKind, ExchangeError};
-use super::handler::{Context, Handler};
-use super::state::HandlerState;
+use super::super::event::{EventKind, ExchangeError};
+use super::super::services::MIN_SLAVE_DIAG;
+use super::super::state::HandlerState;
+use super::{Context, Handler};
 use crate::link::active::Answer;
 use heapless::Vec;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 
-/// What a diagnosis says about a slave that was parameterised.
+/// The meaning of a diagnosis for a slave that was parameterised.
 enum Assessment {
     Ready,
-    /// To be read again.
+    /// The diagnosis must be read again.
     NotReady,
     Static,
     Fault(ExchangeError),
@@ -27,7 +28,7 @@ pub(super) struct Diagnosis<const OCTETS: usize> {
 }
 
 impl<const OCTETS: usize> Handler<OCTETS> {
-    pub(super) fn diagnosis(&self) -> Option<SlaveDiag<'_>> {
+    pub(in crate::master) fn diagnosis(&self) -> Option<SlaveDiag<'_>> {
         let Diagnosis { status, master_add, ident, ext_diag } = self.diagnosis.as_ref()?;
         Some(SlaveDiag { status: *status, master_add: *master_add, ident: *ident, ext_diag })
     }
@@ -39,7 +40,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             return self.restart(ExchangeError::Refused(answer.status), context);
         }
         let Ok(diag) = SlaveDiag::parse(answer.du) else {
-            return self.restart(ExchangeError::Length { expected: 6, received: answer.du.len() }, context);
+            return self
+                .restart(ExchangeError::Length { expected: MIN_SLAVE_DIAG, received: answer.du.len() }, context);
         };
         self.misses = 0;
         self.counters.diagnoses = self.counters.diagnoses.wrapping_add(1);
@@ -53,7 +55,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// What the diagnosis of a slave that was parameterised leads to.
+    /// Evaluates the diagnosis of a slave that was parameterised.
     fn evaluate(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
         let waiting = match self.state {
             HandlerState::Diag2 { since, prm_reqs } => Some((since, prm_reqs)),
@@ -74,7 +76,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             (Assessment::NotReady, Some((since, _))) if context.now < since + context.settings.ready_tbit => {}
             (Assessment::NotReady, _) => self.restart(ExchangeError::NotReady, context),
             (Assessment::Static, Some(_)) => self.report(ExchangeError::StaticDiag, context),
-            // The inputs are not valid as long as it stays: profibus-wire 3.3.
+            // The inputs are not valid while Stat_Diag is set: profibus-wire 3.3.
             (Assessment::Static, None) => {
                 self.report(ExchangeError::StaticDiag, context);
                 self.enter(HandlerState::Diag2 { since: context.now, prm_reqs: 0 }, context);
@@ -98,9 +100,10 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Why the slave must not be parameterised by us: another master owns it, or it is another device.
+    /// Why this master must not parameterise the slave: another master owns it, or it is another device.
     ///
-    /// free choice: a wrong ident number is not tried. The slave would refuse it, but only after its outputs went safe.
+    /// free choice: the master does not try a wrong ident number. The slave would refuse it, but only after its outputs became
+    /// safe.
     fn foreign_reason(&self, diag: &SlaveDiag<'_>, address: u8) -> Option<ExchangeError> {
         match (diag.master_add, diag.ident) {
             (master, _) if master != NO_MASTER && master != address => Some(ExchangeError::Owned { master }),
@@ -109,7 +112,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Keeps the diagnosis, as much of it as there is room for, and tells if it is a new one.
+    /// Stores the diagnosis, cut to the room for it, and reports it if it is new.
     fn store(&mut self, diag: &SlaveDiag<'_>, context: &mut Context<'_>) {
         let room = diag.ext_diag.len().min(OCTETS);
         let mut status = diag.status;

@@ -97,7 +97,7 @@ fn a_scan_finds_every_slave_and_never_sends_set_prm() {
         );
         assert!(harmless, "{}", text(&entry.octets));
     }
-    // What answers FDL status is on the live list, however it was asked.
+    // The live list has every station that answered FDL status to the GAP or to the user.
     let live: Vec<_> = line.master.live_list().collect();
     assert_eq!(live, [0, 7, 8, 125, 126].map(|address| (address, StationType::Slave)));
 }
@@ -145,7 +145,7 @@ fn a_single_request_does_not_cost_an_exchange() {
 }
 
 #[test]
-fn a_request_to_nobody_fails_and_the_cycle_goes_on() {
+fn a_request_to_an_absent_station_fails_and_the_cycle_continues() {
     let mut line = exchanging(&[8]);
     assert_eq!(ask(&mut line, services::slave_diag(50)), Result::Failed(Failure::Silence));
     assert_eq!(ask(&mut line, services::slave_diag(2)), Result::Failed(Failure::Impossible));

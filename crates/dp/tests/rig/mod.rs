@@ -1,10 +1,10 @@
-//! A slave on the bench, and masters that speak to it telegram by telegram.
+//! A test rig for a slave: masters that send it one telegram after the other.
 //!
-//! The bench keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
+//! The rig keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
 //! checked for its earliest moment, its addresses and its access points before the test sees it.
 
-#![allow(dead_code, unused_imports, reason = "every test file uses a part of the bench")]
-#![allow(clippy::panic, clippy::expect_used, reason = "a bench that cannot go on stops the test")]
+#![allow(dead_code, unused_imports, reason = "every test file uses a part of the rig")]
+#![allow(clippy::panic, clippy::expect_used, reason = "a rig that cannot go on stops the test")]
 
 mod device;
 pub mod golden;
@@ -22,7 +22,7 @@ use std::collections::HashMap;
 pub const SLAVE: u8 = 8;
 pub const MASTER: u8 = 2;
 
-/// What came back.
+/// The answer of the slave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     Silence,
@@ -44,30 +44,30 @@ pub fn low(text: &str) -> Answer {
 pub const INITIATE: &str = "57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
 
 /// A slave and the time.
-pub struct Bench<const CONNECTIONS: usize = 2> {
+pub struct Rig<const CONNECTIONS: usize = 2> {
     pub slave: Slave<Gauge, CONNECTIONS>,
     pub now: BitTime,
     /// When the last request ended.
     pub asked: BitTime,
     counts: HashMap<u8, FrameCount>,
-    /// What was sent last.
+    /// The last telegram sent.
     last: Vec<u8>,
 }
 
-impl Bench {
+impl Rig {
     pub fn new(device: Gauge) -> Self {
         Self::at(device, Baud::B1500000)
     }
 
     /// Master 2 owns the slave and exchanges data; DPV1_Enable is set.
     pub fn exchanging(device: Gauge) -> Self {
-        let mut bench = Self::new(device);
-        bench.start(MASTER, "80 00 00");
-        bench
+        let mut rig = Self::new(device);
+        rig.start(MASTER, "80 00 00");
+        rig
     }
 }
 
-impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
+impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     /// A slave that has just been switched on.
     pub fn at(device: Gauge, baud: Baud) -> Self {
         let slave = Slave::with_connections(device, SLAVE, baud);
@@ -91,7 +91,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         while let Some(wake) = self.slave.wake_at().filter(|wake| *wake <= until) {
             self.now = self.now.max(wake);
             assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
-            assert!(self.slave.wake_at().is_none_or(|next| next > wake), "what has expired is over");
+            assert!(self.slave.wake_at().is_none_or(|next| next > wake), "an expired timer does not expire again");
         }
         self.now = until;
     }
@@ -101,7 +101,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         self.last = octets.to_vec();
         self.pass(T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64);
         self.asked = self.now;
-        let telegram = Telegram::parse(octets).expect("the bench sends telegrams");
+        let telegram = Telegram::parse(octets).expect("the rig sends telegrams");
         let transmit = self.slave.telegram(self.now, &telegram)?;
         assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
         let answer = transmit.octets.to_vec();
@@ -156,7 +156,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         self.srd(MASTER, Some(51), Some(51), &hex(pdu))
     }
 
-    /// Octets of a PDU to SAP 51, and what the first poll fetches.
+    /// Octets of a PDU to SAP 51, and the response that the first poll fetches.
     pub fn ms1_job(&mut self, pdu: &str) -> Answer {
         assert_eq!(self.ms1(pdu), Answer::Ack);
         self.ms1("")
@@ -167,7 +167,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
         self.srd(sa, Some(sap), Some(50), &hex(pdu))
     }
 
-    /// Octets of a PDU to an MS2 access point, and what the first poll fetches.
+    /// Octets of a PDU to an MS2 access point, and the response that the first poll fetches.
     pub fn ms2_job(&mut self, sa: u8, sap: u8, pdu: &str) -> Answer {
         assert_eq!(self.ms2(sa, sap, pdu), Answer::Ack);
         self.ms2(sa, sap, "")
@@ -194,7 +194,7 @@ impl<const CONNECTIONS: usize> Bench<CONNECTIONS> {
 
 pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
     let mut out = [0; MAX_TELEGRAM];
-    let length = telegram.emit(&mut out).expect("the bench sends telegrams");
+    let length = telegram.emit(&mut out).expect("the rig sends telegrams");
     out[..length].to_vec()
 }
 
@@ -222,7 +222,7 @@ pub fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).expect("two hexadecimal digits")).collect()
 }
 
-/// Octets as a person reads a trace.
+/// Octets of a trace in hexadecimal.
 pub fn print(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
