@@ -2,6 +2,7 @@
 //!
 //! Each task is a file. A check prints one line when it holds, and every defect it found when it does not.
 
+mod circles;
 mod citations;
 mod goldens;
 mod layers;
