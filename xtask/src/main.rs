@@ -1,7 +1,8 @@
-//! `cargo xtask layers|citations|purity|goldens`: what this repository checks and regenerates about itself.
+//! `cargo xtask layers|citations|architecture|purity|goldens`: what this repository checks and regenerates about itself.
 //!
 //! Each task is a file. A check prints one line when it holds, and every defect it found when it does not.
 
+mod architecture;
 mod circles;
 mod citations;
 mod goldens;
@@ -14,6 +15,7 @@ use std::path::Path;
 
 const USAGE: &str = "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only
        cargo xtask citations every citation leads to a section; with --uncited: the sections that no test cites
+       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
        cargo xtask purity    the inner crates are no_std without alloc, all the way down
        cargo xtask goldens   write the goldens anew, for review with git diff";
 
@@ -23,6 +25,7 @@ fn main() -> Result<()> {
         ["layers"] => layers::check(),
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
+        ["architecture"] => architecture::check(),
         ["purity"] => purity::check(),
         ["goldens"] => goldens::bless(),
         _ => {

@@ -1,5 +1,4 @@
-//! The bus tool from outside: what each command prints, what it says when it fails, and its exit code, against virtual devices
-//! on a pty.
+//! The commands for gauges as a program: output, errors and exit codes, with virtual devices on a pty.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -24,7 +23,7 @@ struct Line {
     folder: Folder,
 }
 
-/// What a command did.
+/// The result of a command.
 #[derive(Debug, PartialEq, Eq)]
 struct Done {
     code: i32,
@@ -71,13 +70,13 @@ impl Line {
         assert_eq!(done.out, "", "{command} {rest:?}");
     }
 
-    /// Tells the simulation something that it must do.
+    /// Sends a command to the simulation, which must answer `ok`.
     fn tell(&mut self, line: &str) {
         assert_eq!(self.simulation.tell(line), "ok", "{line}");
     }
 }
 
-/// Compares with the text that people have looked at, or makes it that.
+/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
 fn golden(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
     if std::env::var_os("PROFIVAC_BLESS").is_some() {

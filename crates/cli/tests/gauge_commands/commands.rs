@@ -1,4 +1,4 @@
-//! `address`, `completions`, and the help of all of them.
+//! `address`, `completions`, and the help texts.
 
 use crate::Line;
 use crate::common::run;
@@ -15,8 +15,8 @@ fn address(line: &Line, rest: &[&str]) -> (i32, String, String) {
 #[test]
 fn a_slave_gets_an_address_and_keeps_it() {
     let mut line = Line::with(&["bcg450@126", "pcg550@6"]);
-    let (code, printed, said) = address(&line, &["--from", "126", "--to", "5"]);
-    assert_eq!((code, printed.as_str()), (0, "0x08E6 (bcg450): address 126 -> 5\n"), "{said}");
+    let (code, printed, message) = address(&line, &["--from", "126", "--to", "5"]);
+    assert_eq!((code, printed.as_str()), (0, "0x08E6 (bcg450): address 126 -> 5\n"), "{message}");
     assert_eq!(line.output("read", 5, &["0/25"]), "device.device-state = IDLE\n");
     line.tell("power 126 off");
     line.tell("power 126 on");
@@ -27,7 +27,7 @@ fn a_slave_gets_an_address_and_keeps_it() {
 }
 
 #[test]
-fn an_address_that_cannot_be_given_is_refused() {
+fn an_address_that_cannot_be_set_is_refused() {
     let line = Line::with(&["bcg450@126", "pcg550@6"]);
     let fails = |rest: &[&str], code: i32, sentence: &str| {
         assert_eq!(address(&line, rest), (code, String::new(), format!("profivac: {sentence}\n")), "{rest:?}");
@@ -37,17 +37,17 @@ fn an_address_that_cannot_be_given_is_refused() {
     let switch = "the slave at address 6 does not take an address over the bus: its address switch holds, or it does not have \
                   the service (ServiceNotActivated)";
     fails(&["--from", "6", "--to", "7"], 1, switch);
-    fails(&["--from", "126", "--to", "0"], 2, "--to 0 is the address of this master; say --master N");
-    let lock = "address 5 would be locked: nothing on the bus changes it any more, only the address switch; nothing was sent: say \
-                --yes in a script";
+    fails(&["--from", "126", "--to", "0"], 2, "--to 0 is the address of this master; choose another with --master N");
+    let lock = "address 5 would be locked: only the address switch of the device could change it again; nothing was sent; without \
+                a terminal add --yes";
     fails(&["--from", "126", "--to", "5", "--lock"], 2, lock);
 }
 
 #[test]
-fn a_locked_slave_stays() {
+fn a_locked_slave_keeps_its_address() {
     let line = Line::with(&["bcg450@126"]);
-    let (code, printed, said) = address(&line, &["--from", "126", "--to", "5", "--lock", "--yes"]);
-    assert_eq!((code, printed.as_str()), (0, "0x08E6 (bcg450): address 126 -> 5, locked\n"), "{said}");
+    let (code, printed, message) = address(&line, &["--from", "126", "--to", "5", "--lock", "--yes"]);
+    assert_eq!((code, printed.as_str()), (0, "0x08E6 (bcg450): address 126 -> 5, locked\n"), "{message}");
     let kept = "profivac: the slave at address 5 kept its address: it is locked against changes, or its address switch holds\n";
     assert_eq!(address(&line, &["--from", "5", "--to", "9"]), (1, String::new(), kept.to_owned()));
 }
@@ -64,7 +64,7 @@ fn every_shell_gets_its_completions() {
 }
 
 #[test]
-fn every_command_teaches_with_examples() {
+fn every_help_text_has_examples() {
     let help = text(run(&["--help"]).stdout);
     for command in ["list", "read", "write", "dump", "diff", "restore", "address", "scan", "monitor", "completions"] {
         assert!(help.lines().any(|line| line.trim_start().starts_with(command)), "{command}");

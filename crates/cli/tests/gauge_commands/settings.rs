@@ -1,10 +1,10 @@
-//! `dump --out`, `diff` and `restore`: the settings of a gauge into its replacement.
+//! `dump --out`, `diff` and `restore`: the settings of a gauge and its replacement.
 
 use crate::Line;
 use serde_json::Value;
 use std::fs;
 
-/// A file of the settings of the gauge at address 5, and its name.
+/// The name of a file with the settings of the gauge at `address`.
 fn dumped(line: &Line, address: u8) -> String {
     let file = line.folder.name("gauge.toml");
     let done = line.run("dump", address, &["--out", &file]);
@@ -20,7 +20,7 @@ fn replaced(file: &str, old: &str, new: &str) {
 }
 
 #[test]
-fn a_replacement_gets_the_settings_and_nothing_else() {
+fn only_different_settings_are_written_to_a_replacement() {
     let line = Line::with(&["pcg550@5", "pcg550@6:unit=torr,serial=4711"]);
     line.output("write", 5, &["trip-point.1/low-trip-point", "2e-3"]);
     line.output("write", 5, &["trip-point.1/low-trip-point-hysteresis", "1e-4"]);
@@ -48,7 +48,7 @@ trip-point.2/high-trip-enable: false -> true
     assert_eq!(would.err, "profivac: 10 of 34 settings differed and would be written\n");
     assert_eq!(line.output("read", 6, &["cdg.data-unit"]), "cdg.data-unit = Torr\n");
 
-    // One unit for all of them: it is written once.
+    // All instances share one unit, so it is written once.
     let done = line.run("restore", 6, &[&file]);
     let written = "\
 cdg.data-unit: Torr -> mbar
@@ -82,9 +82,9 @@ relay.1/low-trip-upper-threshold  2e-3 hPa  1.1e-3 hPa
     assert_eq!((&restored[0]["before"], &restored[0]["after"]), (&"1e-4 hPa".into(), &"1e-3 hPa".into()));
 }
 
-/// Values that move each other end as the file has them.
+/// Settings that change each other end as in the file.
 #[test]
-fn values_that_move_each_other_all_arrive() {
+fn settings_that_change_each_other_are_all_restored() {
     let line = Line::with(&["img400@5", "img400@6"]);
     line.output("write", 5, &["relay.1/low-trip-point", "1e-4"]);
     line.output("write", 5, &["relay.1/hysteresis", "5e-5"]);
@@ -96,7 +96,7 @@ fn values_that_move_each_other_all_arrive() {
 }
 
 #[test]
-fn what_the_gauge_refuses_stays_and_the_rest_arrives() {
+fn a_refused_setting_is_reported_and_the_others_are_written() {
     let line = Line::with(&["bcg450@5"]);
     let file = dumped(&line, 5);
     replaced(&file, "\"pirani.data-units\" = \"mbar\"", "\"pirani.data-units\" = \"Torr\"");
@@ -109,12 +109,12 @@ fn what_the_gauge_refuses_stays_and_the_rest_arrives() {
         lines
             .next()
             .unwrap()
-            .starts_with("pirani.data-units: mbar stays: bcg450 at address 5, pirani.data-units (slot 1"),
+            .starts_with("pirani.data-units: mbar unchanged: bcg450 at address 5, pirani.data-units (slot 1"),
         "{}",
         done.out
     );
     assert_eq!((lines.next(), lines.next()), (Some("ba.safe-state: zero -> full-scale"), None));
-    assert_eq!(done.err, "profivac: 1 of 2 differing settings were not taken\n");
+    assert_eq!(done.err, "profivac: the gauge refused 1 of 2 differing settings\n");
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn a_file_of_another_device_is_refused() {
 }
 
 #[test]
-fn a_bad_file_is_told_with_line_and_column_before_anything_is_written() {
+fn the_error_for_a_wrong_file_has_line_and_column_before_anything_is_written() {
     let line = Line::with(&["bcg450@5"]);
     let good = dumped(&line, 5);
     let text = fs::read_to_string(&good).unwrap();
@@ -171,7 +171,7 @@ fn a_bad_file_is_told_with_line_and_column_before_anything_is_written() {
     assert_eq!(nowhere.code, 2, "{}", nowhere.err);
 }
 
-/// A controller: sets of thresholds are opened and handed over, and what is not stored is said.
+/// A controller: sets of thresholds are opened and closed, and a notice names what is not stored.
 #[test]
 fn a_controller_is_restored_by_the_parameter_channel() {
     let line = Line::with(&["tpg300@5"]);
@@ -184,7 +184,7 @@ fn a_controller_is_restored_by_the_parameter_channel() {
     let done = line.run("restore", 5, &[&pkw[..], &[file.as_str()]].concat());
     let written = "a1.filter-time-constant: medium -> slow\nrelay.2/upper-threshold: 2e-3 mbar -> 7e-3 mbar\n";
     assert_eq!((done.code, done.out.as_str()), (0, written), "{}", done.err);
-    assert!(done.err.contains("only when it is told to: write store"), "{}", done.err);
+    assert!(done.err.contains("only when it is stderr to: write store"), "{}", done.err);
     let valid = line.output("read", 5, &with(&["relay.2/threshold-validation"]));
     assert_eq!(valid, "relay.2/threshold-validation = valid\n");
     assert_eq!(line.output("write", 5, &with(&["--yes", "store"])), "device.volatility: store done\n");

@@ -1,4 +1,4 @@
-//! `list` and `dump`: the whole tree.
+//! `list` and `dump`: the complete tree.
 
 use crate::common::run;
 use crate::{Line, golden};
@@ -18,9 +18,9 @@ fn listed(arguments: &[&str]) -> (Option<i32>, String, String) {
 #[test]
 fn every_device_is_listed_without_a_bus() {
     for device in DEVICES {
-        let (code, printed, said) = listed(&["--device", device]);
-        assert_eq!(code, Some(0), "{said}");
-        // What differs between the gauges of a series is in the other tests.
+        let (code, printed, message) = listed(&["--device", device]);
+        assert_eq!(code, Some(0), "{message}");
+        // Other tests cover the differences between the gauges of a series.
         if ["pcg550", "psg550", "bpg400", "hpg400", "bcg450", "tpg300", "img400"].contains(&device) {
             golden(&format!("list/{device}.txt"), &printed);
         }
@@ -47,20 +47,20 @@ fn a_gauge_on_the_bus_is_recognised() {
 }
 
 #[test]
-fn what_is_not_there_cannot_be_listed() {
-    let (code, _, said) = listed(&["--device", "bcg450", "zzz"]);
+fn an_unknown_name_cannot_be_listed() {
+    let (code, _, message) = listed(&["--device", "bcg450", "zzz"]);
     assert_eq!(
-        (code, said.as_str()),
+        (code, message.as_str()),
         (Some(2), "profivac: bcg450 has no parameter or command \"zzz\"; `profivac list` shows all\n")
     );
-    let (code, _, said) = listed(&["--device", "bcg451"]);
+    let (code, _, message) = listed(&["--device", "bcg451"]);
     assert_eq!(code, Some(2));
-    assert!(said.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{said}");
+    assert!(message.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{message}");
     for incomplete in
         [&[][..], &["--port", "/tmp/line"], &["--address", "5"], &["--device", "bcg450", "--port", "/tmp/line"]]
     {
-        let (code, _, said) = listed(incomplete);
-        assert_eq!(code, Some(2), "{incomplete:?}: {said}");
+        let (code, _, message) = listed(incomplete);
+        assert_eq!(code, Some(2), "{incomplete:?}: {message}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! `read`: by words and numbers, in units and names, on every family, and everything that can be wrong.
+//! `read`: by names and numbers, with units and codes, on every family, and its errors.
 
 use crate::Line;
 use crate::common::{End, Program, octets, run, sd2};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::time::Duration;
 
 #[test]
-fn parameters_are_read_by_words_and_by_numbers() {
+fn parameters_are_read_by_name_and_by_number() {
     let line = Line::with(&["bcg450@5", "pcg550@6", "img400@7", "bpg400@8", "hpg400@9", "psg552@10"]);
     for (address, target, printed) in [
         (5, "device.device-state", "device.device-state = IDLE\n"),
@@ -27,7 +27,7 @@ fn parameters_are_read_by_words_and_by_numbers() {
 }
 
 #[test]
-fn several_are_read_at_once_and_told_as_json() {
+fn several_parameters_are_read_at_once_and_printed_as_json() {
     let mut line = Line::with(&["--pressure", "5e-6 mbar", "bcg450@5:unit=pascal"]);
     line.output("write", 5, &["execute"]);
     line.tell("pressure 2e-6 mbar");
@@ -43,26 +43,26 @@ fn several_are_read_at_once_and_told_as_json() {
 
 /// In IDLE a gauge shows its safe value, which looks like a pressure.
 #[test]
-fn a_value_that_is_no_pressure_is_told_with_what_to_do() {
+fn an_invalid_pressure_causes_a_notice_with_advice() {
     let line = Line::with(&["--pressure", "1e-2 mbar", "bcg450@5"]);
     let read = || line.run("read", 5, &["ba.process-value"]);
-    let said = "profivac: ba.process-value is no valid pressure now";
+    let message = "profivac: ba.process-value is not a valid pressure";
     let advice = "; the gauge is in IDLE: `profivac write ... execute` starts it";
     let done = read();
     assert_eq!((done.code, done.out.as_str()), (0, "ba.process-value = 0 mbar\n"));
-    assert_eq!(done.err, format!("{said}{advice}\n"));
+    assert_eq!(done.err, format!("{message}{advice}\n"));
     let rows: Value = serde_json::from_str(&line.output("read", 5, &["--json", "1:2/19"])).unwrap();
     assert_eq!(rows[0]["valid"], json!(false));
     line.output("write", 5, &["execute"]);
     assert_eq!((read().out.as_str(), read().err.as_str()), ("ba.process-value = 0.01 mbar\n", ""));
-    // It measures, but not this low.
+    // The gauge measures, but the pressure is below its range.
     let done = line.run("read", 5, &["cdg.process-value"]);
-    assert_eq!((done.out.as_str(), done.err), ("cdg.process-value = 1 mbar\n", said.replace("ba.", "cdg.") + "\n"));
+    assert_eq!((done.out.as_str(), done.err), ("cdg.process-value = 1 mbar\n", message.replace("ba.", "cdg.") + "\n"));
 }
 
-/// The selector is put back where it was, so that nobody else sees another instance than before.
+/// The selector is restored, so that another master still reads the instance that it selected.
 #[test]
-fn the_instance_that_was_shown_is_shown_again() {
+fn the_selected_instance_is_restored() {
     let line = Line::with(&["bcg450@5"]);
     line.output("write", 5, &["one-of-n.channel-instance-selector", "3"]);
     assert_eq!(
@@ -84,7 +84,7 @@ fn reading_sends_no_set_prm_and_keeps_the_state() {
 }
 
 #[test]
-fn what_cannot_be_read_is_told_with_what_can() {
+fn the_error_for_a_wrong_target_names_alternatives() {
     let line = Line::with(&["bcg450@5", "tpg300@6", "pcg554@7:atm=off"]);
     let fails = |address, target, code, sentence| line.fails("read", address, &[target], code, sentence);
     let alike = "bcg450 has no parameter or command \"piranni.process-value\"; did you mean pirani.process-value?";
@@ -110,10 +110,10 @@ fn what_cannot_be_read_is_told_with_what_can() {
 }
 
 #[test]
-fn nobody_and_no_port_are_no_answer() {
+fn a_missing_slave_and_a_missing_port_are_no_answer() {
     let line = Line::with(&["bcg450@5"]);
-    let nobody = "nobody answers at address 9; `profivac scan` shows who is there";
-    line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, nobody);
+    let missing = "nobody answers at address 9; `profivac scan` shows who is there";
+    line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, missing);
     let lost = run(&["read", "--port", "/nowhere", "--address", "5", "0/25"]);
     assert_eq!(lost.status.code(), Some(3));
     assert_eq!(
@@ -125,47 +125,51 @@ fn nobody_and_no_port_are_no_answer() {
 }
 
 #[test]
-fn a_device_that_loses_its_power_is_told_so() {
+fn a_device_without_power_is_no_answer() {
     let mut line = Line::with(&["bcg450@5"]);
     line.tell("power 5 off");
-    let nobody = "nobody answers at address 5; `profivac scan` shows who is there";
-    line.fails("read", 5, &["--timeout", "0.5", "0/25"], 3, nobody);
+    let missing = "nobody answers at address 5; `profivac scan` shows who is there";
+    line.fails("read", 5, &["--timeout", "0.5", "0/25"], 3, missing);
 }
 
-/// The master that owns a gauge sees the instance that is shown: it is said when another was shown meanwhile.
+/// The master that owns a gauge reads the selected instance, so a notice reports that the selector was moved.
 #[test]
-fn the_owner_of_a_gauge_is_named_when_the_selector_was_moved() {
+fn a_notice_names_the_owner_when_the_selector_was_moved() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = simulation.ready();
     let port = format!("tcp://{address}");
     let mut master = End::tcp(&address);
     master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
-    for (target, said) in [
+    for (target, message) in [
         ("1:1/24", ""),
         ("1:2/24", "profivac: the Channel Instance Selector was moved and put back while master 2 owns the gauge\n"),
     ] {
         let read = run(&["read", "--port", &port, "--address", "5", target]);
-        assert_eq!((read.status.code(), String::from_utf8(read.stderr).unwrap().as_str()), (Some(0), said), "{target}");
+        assert_eq!(
+            (read.status.code(), String::from_utf8(read.stderr).unwrap().as_str()),
+            (Some(0), message),
+            "{target}"
+        );
     }
 }
 
-/// Somebody who stops a command finds the gauge as it was before.
+/// An interrupted command leaves the gauge unchanged.
 #[test]
-fn a_command_that_is_stopped_puts_the_selector_back() {
+fn an_interrupted_command_restores_the_selector() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = simulation.ready();
     let port = format!("tcp://{address}");
     let mut listener = End::tcp(&address);
-    // More than anybody waits for.
+    // More targets than can be read before the signal.
     let targets = vec!["1:2/24"; 5000];
     let mut reader = Program::start(&[&["read", "--port", &port, "--address", "5"][..], &targets].concat());
     // Write to slot 1, index 46: instance 2.
     let moved = octets("5F 01 2E 01 02");
-    let mut heard = Vec::new();
-    while !heard.windows(moved.len()).any(|octets| octets == moved) {
+    let mut received = Vec::new();
+    while !received.windows(moved.len()).any(|octets| octets == moved) {
         let more = listener.receive_within(Duration::from_secs(5));
         assert!(!more.is_empty(), "it is over: {}", reader.complaint());
-        heard.extend(more);
+        received.extend(more);
     }
     reader.terminate();
     assert_eq!(reader.exit_code(), 3);
@@ -175,9 +179,9 @@ fn a_command_that_is_stopped_puts_the_selector_back() {
     assert_eq!(shown, "one-of-n.channel-instance-selector = 1\n");
 }
 
-/// One that is refused hides none of the others; the list is whole JSON.
+/// A refused target does not hide the others; the JSON is complete.
 #[test]
-fn what_is_refused_does_not_hide_the_rest() {
+fn a_refused_target_does_not_hide_the_others() {
     let line = Line::with(&["bcg450@5", "tpg300@6"]);
     let targets = ["9/19", "0/25", "xyzzy"];
     let done = line.run("read", 5, &targets);
@@ -189,6 +193,6 @@ fn what_is_refused_does_not_hide_the_rest() {
     assert_eq!((&rows[0]["target"], &rows[1]["text"]), (&json!("9/19"), &json!("IDLE")));
     assert!(rows[2]["error"].as_str().unwrap().starts_with("bcg450 has no parameter"), "{rows}");
     line.fails("read", 6, &["1/99"], 1, "tpg300 at address 6: it has no DP-V1 services; say --via pkw");
-    let own = "--address 5 is the address of this master; say --master N";
+    let own = "--address 5 is the address of this master; choose another with --master N";
     line.fails("read", 5, &["--master", "5", "0/25"], 2, own);
 }

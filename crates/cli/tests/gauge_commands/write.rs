@@ -1,11 +1,11 @@
-//! `write`: values and commands, what is checked before anything is sent, and what the gauge refuses.
+//! `write`: values and commands, the checks before anything is sent, and refusals of the gauge.
 
 use crate::Line;
 use crate::common::{interrupted_on_terminal, run_on_terminal};
 use serde_json::{Value, json};
 
 #[test]
-fn a_value_is_written_and_the_old_one_shown() {
+fn a_value_is_written_and_the_old_value_shown() {
     let line = Line::with(&["bcg450@5", "pcg550@6", "img400@7", "bpg400@8"]);
     for (address, target, value, printed) in [
         (5, "pirani.safe-state", "use-safe-value", "pirani.safe-state: zero -> use-safe-value\n"),
@@ -35,7 +35,7 @@ fn a_value_is_written_and_the_old_one_shown() {
 }
 
 #[test]
-fn what_the_table_does_not_allow_is_not_sent() {
+fn a_value_that_the_table_forbids_is_not_sent() {
     let line = Line::with(&["bcg450@5", "img400@7"]);
     let fails = |address, rest: &[&str], code, sentence: &str| line.fails("write", address, rest, code, sentence);
     let states = "bcg450 at address 5, pirani.safe-state (slot 1, index 39, instance 1): expected one of zero, full-scale, \
@@ -53,16 +53,17 @@ fn what_the_table_does_not_allow_is_not_sent() {
     let prm = "img400 at address 7, channel.1/data-units (slot 1, index 22): only the user parameters of its master set it (access \
                2_R prm)";
     fails(7, &["channel.1/data-units", "Torr"], 1, prm);
-    let value = "what shall pirani.safe-state (1:1/39) be? Say a VALUE behind it; `profivac list` shows what it takes";
+    let value =
+        "expected a VALUE for pirani.safe-state (1:1/39), got none; `profivac list` shows the values it accepts";
     fails(5, &["pirani.safe-state"], 2, value);
     let unknown = "bcg450 has no parameter or command \"explode\"; `profivac list` shows all";
     fails(5, &["explode"], 2, unknown);
     assert_eq!(line.output("read", 5, &["pirani.safe-state"]), "pirani.safe-state = zero\n");
 }
 
-/// Unit and number type belong to IDLE: the gauge refuses, and the sentence says what to do.
+/// Unit and data type change only in IDLE: the gauge refuses, and the error advises the next step.
 #[test]
-fn the_wrong_state_is_explained() {
+fn the_error_explains_a_wrong_state() {
     let line = Line::with(&["bcg450@5"]);
     line.output("write", 5, &["execute"]);
     let mode = "bcg450 at address 5, pirani.data-units (slot 1, index 22, instance 1): writing was refused with state conflict \
@@ -74,7 +75,7 @@ fn the_wrong_state_is_explained() {
 }
 
 #[test]
-fn commands_have_conditions_that_are_checked_before() {
+fn the_conditions_of_a_command_are_checked_before_it_is_sent() {
     let mut line = Line::with(&["--pressure", "1e-3 mbar", "bcg450@5"]);
     let degas = |reason: &str| {
         format!(
@@ -101,23 +102,23 @@ fn commands_have_conditions_that_are_checked_before() {
 }
 
 #[test]
-fn a_risk_is_not_taken_by_a_script_that_does_not_say_so() {
+fn a_command_with_a_risk_needs_yes_in_a_script() {
     let mut line = Line::with(&["bcg450@5", "pcg550@6"]);
     line.output("write", 5, &["execute"]);
     let risk = "device.device-block-state-command stop stops the measurement; relays and outputs go to their safe state; nothing \
-                was sent: say --yes in a script";
+                was sent; without a terminal add --yes";
     line.fails("write", 5, &["stop"], 2, risk);
     assert_eq!(line.simulation.state(5)["device_state"], "EXECUTING");
     let zero = "cdg.ai-block-adjust-command zero-adjust moves the zero: the pressure must be two decades below the range of the \
-                gauge; nothing was sent: say --yes in a script";
+                gauge; nothing was sent; without a terminal add --yes";
     line.fails("write", 6, &["cdg.zero-adjust"], 2, zero);
     let ambiguous = "\"zero-adjust\" is ambiguous: it may be cdg.zero-adjust, pirani.zero-adjust";
     line.fails("write", 6, &["zero-adjust"], 2, ambiguous);
 }
 
-/// What the tables cannot know the gauge says: a trip point that it calculates itself.
+/// A refusal that the tables do not contain: a trip point that the gauge calculates itself.
 #[test]
-fn what_the_gauge_refuses_is_told_with_its_reason() {
+fn a_refusal_of_the_gauge_is_shown_with_its_reason() {
     let line = Line::with(&["pcg550@6"]);
     line.output("write", 6, &["trip-point.1/setpoint-mode", "low-trip-point-by-atmosphere"]);
     let refused = "pcg550 at address 6, trip-point.1/low-trip-point (slot 2, index 19): writing was refused with state conflict \
@@ -126,9 +127,9 @@ fn what_the_gauge_refuses_is_told_with_its_reason() {
     line.fails("write", 6, &["trip-point.1/low-trip-point", "1"], 1, refused);
 }
 
-/// Somebody in front of a terminal is asked, and decides.
+/// On a terminal the user is asked for confirmation.
 #[test]
-fn a_risk_is_asked_about_on_a_terminal() {
+fn a_command_with_a_risk_asks_on_a_terminal() {
     let mut line = Line::with(&["bcg450@5"]);
     line.output("write", 5, &["execute"]);
     let stop = ["write", "--port", &line.path, "--address", "5", "stop"];
@@ -140,7 +141,7 @@ fn a_risk_is_asked_about_on_a_terminal() {
         ("y\n", 0, "device.device-block-state-command: stop done\n", "IDLE"),
     ] {
         let (ended, out, shown) = run_on_terminal(&stop, "[y/N] ", typed);
-        assert!(shown.contains("relays and outputs go to their safe state. Go on?"), "{shown}");
+        assert!(shown.contains("relays and outputs go to their safe state. Continue?"), "{shown}");
         assert_eq!((ended, out.as_str()), (code, printed), "{typed:?}");
         assert_eq!(line.simulation.state(5)["device_state"], state);
     }

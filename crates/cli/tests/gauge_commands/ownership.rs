@@ -3,11 +3,11 @@
 use crate::Line;
 use crate::common::{End, Program, run, sd2};
 
-/// Slave_Diag of a slave that nobody owns and that waits for parameters.
+/// Slave_Diag of a slave without an owner that waits for parameters.
 const FREE: &str = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16";
 
 #[test]
-fn every_way_reads_the_same() {
+fn every_access_path_reads_the_same() {
     let mut line = Line::with(&["--pressure", "5e-6 mbar", "bcg450@5:unit=torr", "pcg550@6", "img400@7", "hpg400@8"]);
     line.output("write", 5, &["execute"]);
     for (address, target, printed) in [
@@ -22,7 +22,7 @@ fn every_way_reads_the_same() {
             let done = line.run("read", address, &["--via", way, "--own", target]);
             assert_eq!((done.code, done.out.as_str()), (0, printed), "{way} {address}: {}", done.err);
             assert!(
-                done.err.contains("is parameterised now, with the unit it has, and unlocked at the end"),
+                done.err.contains("is parameterised now, keeps its unit, and is unlocked at the end"),
                 "{}",
                 done.err
             );
@@ -35,7 +35,7 @@ fn every_way_reads_the_same() {
 }
 
 #[test]
-fn every_way_writes() {
+fn every_access_path_writes() {
     let line = Line::with(&["bcg450@5", "tpg500@6"]);
     for (way, from, to) in [("ms1", "zero", "full-scale"), ("pkw", "full-scale", "zero")] {
         let printed = line.output("write", 5, &["--via", way, "--own", "pirani.safe-state", to]);
@@ -52,9 +52,9 @@ fn every_way_writes() {
     assert!(done.err.ends_with(closed), "{}", done.err);
 }
 
-/// The number type of the pressures is a setting too: no configuration may change it on the way.
+/// The data type of pressures is a setting too: parameterising the gauge must not change it.
 #[test]
-fn unit_and_number_type_are_kept() {
+fn unit_and_data_type_are_kept() {
     let line = Line::with(&["img400@7:unit=pascal", "bcg450@5"]);
     line.output("write", 5, &["pirani.data-type", "integer"]);
     for way in ["ms1", "pkw"] {
@@ -67,7 +67,7 @@ fn unit_and_number_type_are_kept() {
 }
 
 #[test]
-fn a_slave_of_another_master_is_left_alone() {
+fn a_slave_of_another_master_is_refused() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = simulation.ready();
     let port = format!("tcp://{address}");
@@ -76,25 +76,25 @@ fn a_slave_of_another_master_is_left_alone() {
     for way in ["ms1", "pkw"] {
         let failed = run(&["read", "--port", &port, "--address", "5", "--via", way, "--own", "0/25"]);
         assert_eq!(failed.status.code(), Some(1));
-        let said = String::from_utf8(failed.stderr).unwrap();
-        assert_eq!(said, "profivac: the slave at address 5 belongs to master 2\n");
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!(message, "profivac: the slave at address 5 belongs to master 2\n");
     }
-    // Reading by MS2 does not disturb it.
+    // Reading by MS2 does not disturb the other master.
     let read = run(&["read", "--port", &port, "--address", "5", "0/25"]);
     assert_eq!(read.status.code(), Some(0), "{}", String::from_utf8_lossy(&read.stderr));
 }
 
 #[test]
-fn a_script_must_say_that_it_owns_the_slave() {
+fn a_script_must_give_own_for_a_slave() {
     let line = Line::with(&["bcg450@5"]);
-    let own = "--via ms1 and pkw parameterise the gauge and own it: say --own in a script";
+    let own = "--via ms1 and pkw parameterise the gauge and take ownership of it; without a terminal add --own";
     line.fails("read", 5, &["--via", "ms1", "0/25"], 2, own);
     let mut end = End::pty(&line.folder.path("line"));
     end.insist(&sd2(5, 60, 0x6D, ""), FREE);
 }
 
 #[test]
-fn what_a_way_does_not_have_is_told() {
+fn the_error_names_an_access_path_that_the_device_lacks() {
     let line = Line::with(&["tpg300@6", "pcg550@5"]);
     let done = line.run("read", 6, &["--via", "ms1", "--own", "a1.pressure-unit"]);
     assert_eq!(done.code, 1);
@@ -104,7 +104,7 @@ fn what_a_way_does_not_have_is_told() {
     assert!(done.err.contains("code 13: a text cannot be read this way"), "{}", done.err);
 }
 
-/// A controller has its values in the cyclic data, and its unit in the parameter channel.
+/// A controller has its values in the cyclic data and its unit in the parameter channel.
 #[test]
 fn a_controller_is_monitored() {
     let line = Line::with(&["--pressure", "5e-6 mbar", "tpg500@6:a1=pirani,b2=none"]);
@@ -112,10 +112,10 @@ fn a_controller_is_monitored() {
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     let printed = String::from_utf8(done.stdout).unwrap();
     let rows: Vec<serde_json::Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let told = |row: &serde_json::Value| {
+    let summary = |row: &serde_json::Value| {
         (row["instance"].as_u64().unwrap(), row["pressure"].as_f64(), row["remarks"][0].clone())
     };
-    assert_eq!(told(&rows[0]), (1, Some(8e-4), "underrange".into()));
-    assert_eq!(told(&rows[2]), (3, Some(5e-6), serde_json::Value::Null));
-    assert_eq!(told(&rows[3]), (4, None, "invalid".into()));
+    assert_eq!(summary(&rows[0]), (1, Some(8e-4), "underrange".into()));
+    assert_eq!(summary(&rows[2]), (3, Some(5e-6), serde_json::Value::Null));
+    assert_eq!(summary(&rows[3]), (4, None, "invalid".into()));
 }
