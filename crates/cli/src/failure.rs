@@ -4,7 +4,7 @@ use profivac_client::cyclic::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
 use profivac_station::auth::file_permissions::PermissionError;
-use profivac_station::auth::users::UsersError;
+use profivac_station::auth::users::{AccountError, UsersError};
 use profivac_station::config::ConfigError;
 use profivac_station::server::ServerError;
 use profivac_station::station::StationError;
@@ -108,6 +108,12 @@ impl From<PortError> for Failure {
             | PortError::System { .. } => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }
+    }
+}
+
+impl From<AccountError> for Failure {
+    fn from(error: AccountError) -> Self {
+        Self::usage(error.to_string())
     }
 }
 

@@ -234,7 +234,7 @@ impl Authenticator {
         match Users::read(&book.file) {
             Ok(new) => {
                 let old = book.replace(new.clone());
-                old.differences(&new).iter().for_each(|sentence| self.record_event(sentence));
+                old.differences(&new).iter().for_each(|change| self.record_event(&change.to_string()));
             }
             // What is wrong may be a password: only where it stands is written down.
             Err(UsersError::File(error)) => {

@@ -1,7 +1,8 @@
 //! TLS.
 
 use crate::desk::{Answer, Ask, Desk, PASSWORD, Page, certificate, renew, tls};
-use profivac_station::server::{Keys, Limits, TlsFiles};
+use profivac_station::config::TlsFiles;
+use profivac_station::server::{Keys, Limits};
 use std::fs;
 use std::io::{Read, Write};
 use std::os::unix::fs::PermissionsExt;
