@@ -148,12 +148,8 @@ impl From<ScenarioError> for Failure {
 impl From<ServerError> for Failure {
     fn from(error: ServerError) -> Self {
         let kind = match error {
-            ServerError::NoTls(_)
-            | ServerError::NoUsers(_)
-            | ServerError::Proxy(_)
-            | ServerError::Users(_)
-            | ServerError::Tls(_) => Kind::Usage,
             ServerError::Listen { .. } => Kind::Port,
+            _ => Kind::Usage,
         };
         Self { kind, sentence: error.to_string() }
     }

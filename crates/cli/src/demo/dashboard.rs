@@ -103,8 +103,8 @@ impl Dashboard {
 /// Whoever sits here may do everything: nothing of it is real.
 fn serve(plant: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerError> {
     // Who does very much here fills no audit trail that anybody keeps.
-    let paces = RateLimits { acts: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
-    let limits = Limits { paces, ..Limits::default() };
+    let rate_limits = RateLimits { writes: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
+    let limits = Limits { rate_limits, ..Limits::default() };
     let setup = Setup { limits, ..Setup::new(listen, Access::anonymous("demo", Role::Engineer)) };
     Server::start(Arc::clone(plant), setup)
 }
