@@ -42,8 +42,8 @@ impl Ring {
         }
         master.user.set_mode(Mode::Operate);
         let class1 = segment.attach(master);
-        let tool: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
-        let class2 = segment.attach(tool);
+        let class2: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
+        let class2 = segment.attach(class2);
         segment.run_for(1_000_000).unwrap();
         let none = vec![None; SLAVES.len()];
         Self { segment, class1, class2, connections: none.clone(), jobs: none, records: [0; 2], failed: 0 }
