@@ -43,8 +43,8 @@ impl Rule {
     /// The violation, and the name of the limit if the rule has one in bit times.
     const fn words(self) -> (&'static str, Option<&'static str>) {
         match self {
-            Self::Collision => ("it spoke while another station did", None),
-            Self::NoTelegram => ("what it sent is no telegram", None),
+            Self::Collision => ("it sent while another station was sending", None),
+            Self::NoTelegram => ("its octets are no telegram", None),
             Self::Gap => ("it paused inside a telegram", None),
             Self::Syn => ("it began a request after an idle time of", Some("T_SYN")),
             Self::Id1 => ("it began a request after an idle time of", Some("T_ID1")),
@@ -53,7 +53,7 @@ impl Rule {
             Self::Early => ("it answered after", Some("min T_SDR")),
             Self::Late => ("it answered after", Some("max T_SDR")),
             Self::Slot => ("its answer reached the requester after", Some("T_SL")),
-            Self::Unrequested => ("it answered, and nobody had asked it", None),
+            Self::Unrequested => ("it answered without a request", None),
             Self::SecondAnswer => ("the request was answered already", None),
             Self::NoToken => ("it began a request, and another station has the token", None),
             Self::SecondToken => ("it passed a token, and another station has one", None),

@@ -36,7 +36,7 @@ impl Listeners {
 
     /// Removes a station with `address`.
     pub(crate) fn leave(&mut self, station: usize, address: u8) {
-        self.0[usize::from(address) % 128].retain(|member| *member != station);
+        self.0[usize::from(address) % 128].retain(|other| *other != station);
     }
 
     /// The stations that receive a telegram.

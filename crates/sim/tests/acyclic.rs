@@ -43,8 +43,8 @@ impl Ring {
         }
         master.user.set_mode(Mode::Operate);
         let class1 = segment.attach(master);
-        let tool: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
-        let class2 = segment.attach(tool);
+        let class2: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
+        let class2 = segment.attach(class2);
         segment.run_for(1_000_000).unwrap();
         let (connections, ms2_reads, ms1_reads) =
             (vec![None; SLAVES.len()], vec![None; SLAVES.len()], vec![None; SLAVES.len()]);
