@@ -1,8 +1,8 @@
 //! The lines `simulate` takes on standard input.
 
 use profivac_client::pressure::Pressure;
-use profivac_devices::Action;
 use profivac_vacuum::Gas;
+use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device_spec::parse_address;
 
 /// Thirty years: longer than any gauge is in use.
