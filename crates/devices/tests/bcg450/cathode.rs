@@ -2,7 +2,7 @@
 
 use crate::support::Desk;
 use crate::{COMMANDS, Gauge, exchanging, float, of_instance};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch};
 
 /// Hot Cathode Block State Command.
 fn command(desk: &mut Desk<Gauge>, command: u8, value: u8) -> Result<(), u8> {
@@ -48,7 +48,7 @@ fn the_automatic_mode_has_two_thresholds() {
 
 /// 128: automatic mode. Switched off by hand, it stays off until the pressure was above 3.2e-2 and then below 2.4e-2.
 #[test]
-fn switched_off_by_hand_the_automatic_waits_for_a_high_pressure() {
+fn emission_that_was_switched_off_stays_off_until_the_pressure_was_high() {
     let mut desk = exchanging(COMMANDS, 1e-4);
     command(&mut desk, 3, 0).unwrap();
     for (mbar, expected) in
@@ -64,7 +64,7 @@ fn switched_off_by_hand_the_automatic_waits_for_a_high_pressure() {
 
 /// (102): the mode that is there already is accepted, and does nothing.
 #[test]
-fn automatic_mode_once_more_does_not_undo_what_a_hand_did() {
+fn automatic_mode_set_again_does_not_switch_the_emission_on() {
     let mut desk = exchanging(COMMANDS, 1e-4);
     command(&mut desk, 3, 0).unwrap();
     command(&mut desk, 128, 1).unwrap();
@@ -76,7 +76,7 @@ fn automatic_mode_once_more_does_not_undo_what_a_hand_did() {
 
 /// 128: manual mode. Above 3.2e-2 mbar the emission goes off and stays off.
 #[test]
-fn in_manual_mode_the_emission_never_comes_by_itself() {
+fn the_gauge_never_switches_the_emission_on_in_manual_mode() {
     let mut desk = exchanging(COMMANDS, 1e-8);
     command(&mut desk, 128, 0).unwrap();
     let manual = |(emission, current, degas, _): (u8, f32, u8, u8)| (emission, current, degas, 0);
@@ -162,7 +162,7 @@ fn degas_runs_three_minutes_below_its_limit() {
 
 /// (95), (96)
 #[test]
-fn degas_is_refused_because_of_the_pressure_and_says_so() {
+fn a_degas_that_is_refused_because_of_the_pressure_sets_a_warning() {
     let mut desk = exchanging(COMMANDS, 7.2e-6);
     let warning = |desk: &mut Desk<Gauge>| of_instance(desk, 2, 104)[1];
     assert_eq!(warning(&mut desk), 0, "nobody wants it");
@@ -177,7 +177,7 @@ fn degas_is_refused_because_of_the_pressure_and_says_so() {
     assert_eq!(warning(&mut desk), 0, "below the limit");
     desk.pressure_mbar(1e-3);
     assert_eq!(warning(&mut desk), 0, "and forgotten");
-    // A running degas goes on above the limit, with the warning, until the emission goes.
+    // A running degas continues above the limit, with the warning, until the emission goes off.
     desk.pressure_mbar(1e-7);
     command(&mut desk, 1, 1).unwrap();
     desk.pressure_mbar(1e-4);
@@ -199,7 +199,7 @@ fn degas_needs_emission_and_executing() {
 
 /// (96): the warning is about the pressure, and without emission the Pirani does not see one that is too high.
 #[test]
-fn a_degas_refused_for_want_of_emission_does_not_blame_the_pressure() {
+fn a_degas_that_is_refused_without_emission_sets_no_pressure_warning() {
     let mut desk = exchanging(COMMANDS, 1e-7);
     command(&mut desk, 128, 0).unwrap();
     command(&mut desk, 3, 0).unwrap();
@@ -215,30 +215,29 @@ fn a_degas_refused_for_want_of_emission_does_not_blame_the_pressure() {
 
 /// Appendix C, pin 7
 #[test]
-fn the_degas_input_is_a_command_too() {
+fn the_degas_input_starts_and_stops_degas() {
     let mut desk = exchanging(COMMANDS, 1e-7);
-    let input = |desk: &mut Desk<Gauge>, value| desk.device().operate(Action::Switch { name: "degas", value });
-    input(&mut desk, "on").unwrap();
+    let input = |desk: &mut Desk<Gauge>, on| desk.device().operate(Action::Switch(Switch::Degas(on)));
+    input(&mut desk, true).unwrap();
     assert_eq!(status(&mut desk), DEGAS);
-    input(&mut desk, "off").unwrap();
+    input(&mut desk, false).unwrap();
     assert_eq!(status(&mut desk), HIGH);
     desk.pressure_mbar(1e-4);
-    input(&mut desk, "on").unwrap();
+    input(&mut desk, true).unwrap();
     assert_eq!(status(&mut desk), LOW);
     assert_eq!(of_instance(&mut desk, 2, 104), [0, 8]);
-    assert_eq!(input(&mut desk, "24V").unwrap_err().expected, ["on", "off"]);
 }
 
-/// 2.3, (101): the cyclic transition command acts when the pair changes, whatever the selector says.
+/// 2.3, (101): the cyclic transition command acts when the pair changes, with any selected instance.
 #[test]
-fn the_cyclic_command_acts_on_change() {
+fn a_cyclic_command_acts_when_it_changes() {
     let mut desk = exchanging(COMMANDS, 1e-7);
     desk.put(1, 46, &[6]).unwrap();
     let emission = |desk: &mut Desk<Gauge>| *desk.report().emission.iter().next().unwrap();
     assert_eq!(desk.exchange(&[3, 0])[..3], [0xA0, 0x01, 1], "the answer shows it already");
     assert!(!emission(&mut desk));
     assert_eq!(desk.get(1, 46), [6]);
-    // Switched on again by somebody else, the standing command does nothing.
+    // After another master has switched on again, the unchanged command has no effect.
     command(&mut desk, 3, 1).unwrap();
     desk.exchange(&[3, 0]);
     assert!(emission(&mut desk));
@@ -259,7 +258,7 @@ fn the_cyclic_command_acts_on_change() {
 
 /// (101): without outputs the command is 0.
 #[test]
-fn clear_arms_the_cyclic_command() {
+fn clear_lets_the_same_cyclic_command_act_again() {
     let mut desk = exchanging(COMMANDS, 1e-7);
     desk.exchange(&[3, 0]);
     command(&mut desk, 3, 1).unwrap();

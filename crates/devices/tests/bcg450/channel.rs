@@ -11,7 +11,7 @@ fn cycle(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_dialogue_answers_one_instruction_until_it_ends() {
+fn the_channel_answers_one_task_until_the_master_ends_it() {
     let mut desk = exchanging(CHANNEL, 1e-3);
     for (request, answer) in [
         // Nothing asked.
@@ -42,7 +42,7 @@ fn a_dialogue_answers_one_instruction_until_it_ends() {
 
 /// (24): bits 11 to 8, the reserved octet and unused octets of the value are not looked at.
 #[test]
-fn what_is_reserved_makes_no_difference() {
+fn reserved_octets_and_bits_have_no_effect() {
     let mut desk = exchanging(CHANNEL, 1e-3);
     assert_eq!(cycle(&mut desk, "AF 01 2E FF 11 22 33 02"), hex("B0 01 2E 00 00 00 00 02"));
     desk.put(1, 46, &[5]).unwrap();
@@ -52,7 +52,7 @@ fn what_is_reserved_makes_no_difference() {
 
 /// (25): a write is done once, a read is answered with the value of now.
 #[test]
-fn a_repeated_write_is_done_once_and_a_repeated_read_each_time() {
+fn a_repeated_write_is_executed_once_and_a_repeated_read_each_time() {
     let mut desk = exchanging(CHANNEL, 1e-3);
     let stop = "A0 00 0F 00 00 00 00 05";
     assert_eq!(cycle(&mut desk, stop), hex("B0 00 0F 00 00 00 00 05"));
@@ -67,7 +67,7 @@ fn a_repeated_write_is_done_once_and_a_repeated_read_each_time() {
 
 /// 2.2.1.3, (23)
 #[test]
-fn every_code_has_its_situation() {
+fn every_error_code_has_its_access() {
     for (request, code) in [
         // 0: no such slot
         ("10 02 10 00 00 00 00 00", 0),
@@ -126,7 +126,7 @@ fn arrays_and_command_records_are_right_aligned() {
 
 /// (101): a master in Clear asks nothing.
 #[test]
-fn clear_is_ak_0() {
+fn clear_counts_as_ak_0() {
     let mut desk = exchanging(CHANNEL, 1e-3);
     let select = "A0 01 2E 00 00 00 00 03";
     cycle(&mut desk, select);

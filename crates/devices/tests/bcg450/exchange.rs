@@ -26,7 +26,7 @@ const UNITS: [(&str, f64, u16); 5] = [
 ];
 
 #[test]
-fn every_configuration_brings_the_pressure_in_every_unit() {
+fn every_configuration_sends_the_pressure_in_every_unit() {
     for (cfg, outputs, inputs) in CONFIGURATIONS {
         for (user, float, integer) in UNITS {
             let mut desk = desk();
@@ -79,7 +79,7 @@ fn telegram_5_follows_the_pressure_over_the_whole_range() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
     for string in &strings {
         for position in 0..string.len() {
@@ -121,7 +121,7 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
+fn get_cfg_returns_the_default_before_the_first_configuration() {
     let mut desk = desk();
     let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("44 86 05 05 05 08"));

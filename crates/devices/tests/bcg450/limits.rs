@@ -21,7 +21,7 @@ const LIMITS: [(u8, u8, [f64; 5], [f64; 5]); 9] = [
 ];
 
 #[test]
-fn as_floats_they_are_exact() {
+fn limits_are_exact_as_floats() {
     let mut desk = desk();
     for (position, unit) in UNITS.into_iter().enumerate() {
         desk.put(1, 22, &hex(unit)).unwrap();
@@ -37,7 +37,7 @@ fn as_floats_they_are_exact() {
 
 /// (69), (70): cut to whole units, never above 32767.
 #[test]
-fn as_integers_they_are_cut_and_saturated() {
+fn limits_are_truncated_and_saturated_as_integers() {
     let mut desk = desk();
     desk.put(1, 21, &[3]).unwrap();
     for (position, unit) in UNITS.into_iter().enumerate() {
@@ -94,10 +94,10 @@ fn unit_and_type_change_in_idle_outside_the_exchange_only() {
     assert_eq!(desk.put(1, 22, &hex("05 15")), Ok(()));
 }
 
-/// (69): a float is the exact value of the formula, also where that is below zero; zero stands for no pressure (74). (3): an
+/// (69): a float is the exact value of the formula, also where that is below zero; zero means no pressure (74). (3): an
 /// integer is never negative.
 #[test]
-fn counts_below_the_scale() {
+fn a_trip_point_takes_counts_below_the_scale() {
     for (cfg, below, above) in [("44 86 05 05 05 08", -1000.0, 1000.0), ("44 84 05 05 05 03", 0.0, 1000.0)] {
         let mut desk = desk();
         desk.bring_up(&hex("00 00 00 03 E9"), &hex(cfg));

@@ -23,7 +23,7 @@ use support::{Desk, hex};
 
 type Gauge = Bcg450<RamStore>;
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn gauge() -> Gauge {
     Gauge::new(RamStore::default(), Setup::new(5))
 }
@@ -47,7 +47,7 @@ fn exchanging(cfg: &str, mbar: f64) -> Desk<Gauge> {
     desk
 }
 
-/// What slot 1 has for an instance.
+/// The octets of slot 1 for an instance.
 fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
     desk.put(1, 46, &[instance]).unwrap();
     desk.get(1, index)

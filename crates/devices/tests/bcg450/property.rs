@@ -1,11 +1,12 @@
-//! Whatever masters, people and power do: the gauge is in a named state, its copies are equal, nothing stored is lost.
+//! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
+//! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
 use crate::support::Desk;
 use crate::support::walk::{Particular, Walk};
 use crate::{Gauge, desk, of_instance};
-use profivac_devices::Action;
 use profivac_devices::bcg450::table;
+use profivac_devices::{Action, Potentiometer, Switch};
 
 fn walk(seed: u64) -> Walk<Gauge> {
     let particular = Particular {
@@ -13,8 +14,11 @@ fn walk(seed: u64) -> Walk<Gauge> {
         commands: &[1, 2, 3, 3, 4, 4, 4, 5, 6],
         fits: |_, _| true,
         action: |random| match random.below(2) {
-            0 => Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 },
-            _ => Action::Switch { name: "degas", value: random.one_of(&["on", "off"]) },
+            0 => Action::Potentiometer {
+                potentiometer: random.one_of(&[Potentiometer::A, Potentiometer::B]),
+                volts: random.unit() * 12.0 - 1.0,
+            },
+            _ => Action::Switch(Switch::Degas(random.one_of(&[true, false]))),
         },
         moving: &[],
         check,
@@ -40,6 +44,6 @@ fn a_million_steps_leave_a_named_state_and_equal_copies() {
 }
 
 #[test]
-fn any_octets_as_parameters_or_outputs_are_survived() {
+fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     walk(54).any_octets(50_000);
 }

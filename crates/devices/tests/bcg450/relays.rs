@@ -2,10 +2,10 @@
 
 use crate::support::{Desk, hex};
 use crate::{FLOATS, Gauge, exchanging, float, of_instance};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, Potentiometer, SimulatedDevice};
 
-fn turn(desk: &mut Desk<Gauge>, which: char, volts: f64) {
-    desk.device().operate(Action::Pot { which, volts }).unwrap();
+fn turn(desk: &mut Desk<Gauge>, potentiometer: Potentiometer, volts: f64) {
+    desk.device().operate(Action::Potentiometer { potentiometer, volts }).unwrap();
 }
 
 /// The voltage of a threshold in mbar: 3.2.5.1, solved for U.
@@ -26,7 +26,7 @@ fn atmosphere(desk: &mut Desk<Gauge>, mbar: f64) {
 fn the_threshold_is_read_in_the_unit_of_the_device() {
     let mut desk = exchanging(FLOATS, 1e-3);
     for (u, mbar) in [(0.0, 5e-10), (5.0, 7.072e-4), (10.0, 1000.16)] {
-        turn(&mut desk, 'a', u);
+        turn(&mut desk, Potentiometer::A, u);
         assert!((float(&mut desk, 5, 19) / mbar - 1.0).abs() < 1e-4, "{u} V reads {} mbar", float(&mut desk, 5, 19));
         // COUNTS = 2000 x (log10 p + 12.5)
         desk.unlock();
@@ -35,18 +35,16 @@ fn the_threshold_is_read_in_the_unit_of_the_device() {
         assert!((f64::from(float(&mut desk, 5, 19)) - counts).abs() < 0.5, "{u} V");
         desk.bring_up(&hex(crate::MBAR), &hex(FLOATS));
     }
-    turn(&mut desk, 'a', 77.0);
-    assert_eq!(float(&mut desk, 5, 19).round(), 1000.0, "a potentiometer has no more than 10 V");
-    let refused = desk.device().operate(Action::Pot { which: 'c', volts: 1.0 });
-    assert_eq!(refused.unwrap_err().expected, ["a", "b"]);
+    turn(&mut desk, Potentiometer::A, 77.0);
+    assert_eq!(float(&mut desk, 5, 19).round(), 1000.0, "a potentiometer ends at 10 V");
 }
 
 /// 3.2.5.1, 3.2.5.2, (106), (108)
 #[test]
 fn a_relay_closes_below_its_threshold_and_opens_ten_percent_above() {
     let mut desk = exchanging(FLOATS, 1000.0);
-    turn(&mut desk, 'a', volts(1.0));
-    turn(&mut desk, 'b', volts(1e-4));
+    turn(&mut desk, Potentiometer::A, volts(1.0));
+    turn(&mut desk, Potentiometer::B, volts(1e-4));
     for (mbar, a, b) in [
         (1000.0, false, false),
         (1.001, false, false),
@@ -71,15 +69,15 @@ fn a_relay_closes_below_its_threshold_and_opens_ten_percent_above() {
 #[test]
 fn a_threshold_above_100_mbar_works() {
     let mut desk = exchanging(FLOATS, 400.0);
-    turn(&mut desk, 'a', volts(500.0));
+    turn(&mut desk, Potentiometer::A, volts(500.0));
     assert_eq!(relays(&mut desk), [true, false]);
 }
 
 /// 3.2.5.6
 #[test]
-fn a_relay_falls_back_outside_executing_and_with_any_sensor_alarm() {
+fn a_relay_opens_outside_executing_and_with_any_sensor_alarm() {
     let mut desk = exchanging(FLOATS, 1e-3);
-    turn(&mut desk, 'a', volts(1.0));
+    turn(&mut desk, Potentiometer::A, volts(1.0));
     for fault in ["sensor1", "sensor2", "sensor3", "electronics3"] {
         assert_eq!(relays(&mut desk), [true, false]);
         desk.fault(fault, true);
@@ -101,7 +99,7 @@ fn atmosphere_control_closes_at_a_percentage_of_the_ambient_pressure() {
     desk.put(1, 201, &[1]).unwrap();
     // The worked example: 50 % is 500.
     desk.put(1, 202, &500u16.to_be_bytes()).unwrap();
-    turn(&mut desk, 'b', volts(2e-5));
+    turn(&mut desk, Potentiometer::B, volts(2e-5));
     for (mbar, closed) in [(499.0, false), (500.0, true), (451.0, true), (449.0, false), (1200.0, true)] {
         desk.pressure_mbar(mbar);
         assert_eq!(relays(&mut desk), [false, closed], "{mbar} mbar");
@@ -116,7 +114,7 @@ fn atmosphere_control_closes_at_a_percentage_of_the_ambient_pressure() {
     desk.put(1, 201, &[0]).unwrap();
     assert_eq!(relays(&mut desk), [false, false], "back to the potentiometer");
     // Closed by the potentiometer, within the hysteresis of the other function: the contacts fall back.
-    turn(&mut desk, 'b', 10.0);
+    turn(&mut desk, Potentiometer::B, 10.0);
     desk.pressure_mbar(470.0);
     assert_eq!(relays(&mut desk), [false, true]);
     desk.put(1, 201, &[1]).unwrap();

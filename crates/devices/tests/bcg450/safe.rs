@@ -9,9 +9,10 @@ fn cyclic(du: &[u8]) -> f32 {
     f32::from_be_bytes(du[3..].try_into().unwrap())
 }
 
-/// 3.2.1.3, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data (74).
+/// 3.2.1.3, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data
+/// (74).
 #[test]
-fn outside_executing_each_mode_shows_its_value() {
+fn each_safe_state_shows_its_value_outside_executing() {
     for (pressure, instance, full_scale) in [(2e-3, 2, 2e-2), (0.5, 1, 1000.0), (50.0, 3, 1500.0)] {
         let mut desk = exchanging(FLOATS, pressure);
         assert_eq!(cyclic(&desk.exchange(&[])), pressure as f32);
@@ -117,13 +118,13 @@ fn a_safe_value_follows_the_unit_and_zero_stays_zero() {
 
 /// 3.2.2.7: "can be freely defined by the user"; no manual gives a range.
 #[test]
-fn a_safe_value_may_be_every_pressure_and_nothing_else() {
+fn a_safe_value_takes_every_pressure_and_no_other_number() {
     let mut desk = desk();
     let mut put = |number: f32| desk.put(1, 40, &number.to_be_bytes());
     assert_eq!([0.0, 1e-13, 1e-30, 2000.0, 1e20].map(&mut put), [Ok(()); 5]);
     assert_eq!([-1e-13, -1.0, f32::MAX, f32::INFINITY, f32::NAN].map(&mut put), [Err(2); 5]);
     assert_eq!(float(&mut desk, 1, 40), 1e20, "refused values change nothing");
-    // Low enough it has less than no COUNTS, and what is read can be written.
+    // A very low pressure has COUNTS below zero, and the value that is read can be written.
     desk.put(1, 40, &1e-13f32.to_be_bytes()).unwrap();
     desk.put(1, 22, &hex("03 E9")).unwrap();
     let counts = float(&mut desk, 1, 40);

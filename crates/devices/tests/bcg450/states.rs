@@ -2,6 +2,7 @@
 
 use crate::support::{Desk, hex, selftest};
 use crate::{COMMANDS, FLOATS, Gauge, MBAR, desk, exchanging, gauge};
+use profivac_devices::model::Fault;
 use profivac_devices::{Action, SimulatedDevice};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
@@ -30,7 +31,7 @@ fn both_memories(desk: &mut Desk<Gauge>, defective: bool) {
 /// Telegrams with the parameter channel in front.
 const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
-/// A gauge in the state, and nobody exchanging.
+/// A gauge in this state, without data exchange.
 fn in_state(state: u8) -> Desk<Gauge> {
     let mut desk = desk();
     match state {
@@ -58,7 +59,7 @@ fn in_state(state: u8) -> Desk<Gauge> {
 fn phases(faults: &[&str]) -> Vec<&'static str> {
     let mut gauge = gauge();
     for name in faults {
-        gauge.operate(Action::Fault { name, present: true }).unwrap();
+        gauge.operate(Action::Fault { fault: Fault::from_name(name).unwrap(), active: true }).unwrap();
     }
     let mut names: Vec<&str> = core::iter::repeat_with(|| {
         let name = gauge.report().device_state;
@@ -72,7 +73,7 @@ fn phases(faults: &[&str]) -> Vec<&'static str> {
 }
 
 #[test]
-fn start_leads_over_the_self_test_to_its_result() {
+fn a_gauge_starts_through_the_self_test_to_its_result() {
     assert_eq!(phases(&[]), ["INIT", "SELFTESTING", "IDLE"]);
     assert_eq!(phases(&["eprom"]), ["INIT", "SELFTESTING", "SELFTESTEXCEPTION"]);
     assert_eq!(phases(&["eprom", "ram"]), ["INIT", "SELFTESTING", "CRITICALFAULT"]);
@@ -80,7 +81,7 @@ fn start_leads_over_the_self_test_to_its_result() {
 
 /// (89): what each command does in each state; a number is the code of the refusal.
 #[test]
-fn every_command_in_every_state() {
+fn every_command_has_its_result_in_every_state() {
     let to = |state: u8| Ok(state);
     let table = [
         (UNDEFINED, [Err(201), Err(202), Err(202), Err(202), Err(202), Err(202)]),
@@ -96,7 +97,7 @@ fn every_command_in_every_state() {
             let mut desk = in_state(state);
             assert_eq!(desk.command(command), result.map(|_| ()), "command {command} in state {state}");
             assert_eq!(desk.state(), result.unwrap_or(state), "after command {command} in state {state}");
-            // Inactive is always accepted, what is no command never; a command that was carried out is not read back.
+            // Inactive is always accepted, an unknown command never; an executed command is not read back.
             let after = desk.state();
             assert_eq!(desk.command(0), Ok(()));
             assert_eq!(desk.command(7), Err(2));
@@ -147,7 +148,7 @@ fn only_reset_leads_out_of_a_critical_fault() {
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     selftest::memories(desk, MBAR, CHANNEL_FLOATS);
 }
 
@@ -181,7 +182,7 @@ fn exchange_that_begins_during_the_start_leads_to_executing_later() {
 }
 
 #[test]
-fn exchange_acts_from_idle_only() {
+fn exchange_leads_to_executing_from_idle_only() {
     for state in [SELF_TEST_EXCEPTION, ABORT, CRITICAL_FAULT] {
         let mut desk = in_state(state);
         desk.pressure_mbar(1e-3);
@@ -200,7 +201,7 @@ fn exchange_acts_from_idle_only() {
 
 /// (92)
 #[test]
-fn reset_during_the_exchange_rests_in_idle_and_keeps_what_is_nonvolatile() {
+fn reset_during_the_exchange_ends_in_idle_and_keeps_nonvolatile_values() {
     let mut desk = exchanging(COMMANDS, 1e-3);
     desk.put(1, 46, &[2]).unwrap();
     desk.put(1, 39, &[1]).unwrap();

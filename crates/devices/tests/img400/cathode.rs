@@ -56,7 +56,7 @@ fn a_cyclic_command_acts_when_it_changes() {
 }
 
 #[test]
-fn a_cyclic_command_passes_by_empty_channels() {
+fn a_cyclic_command_has_no_effect_on_an_empty_channel() {
     // (116)
     let mut desk: Desk<Controller> =
         Desk::new(controller(Gauges { ch1: None, ch2: Some(IonGauge::Bag), ..Gauges::default() }));
@@ -99,7 +99,7 @@ fn degas_starts_below_the_limit_of_the_gauge_and_ends_after_three_minutes() {
 }
 
 #[test]
-fn a_refused_cyclic_command_says_nothing_and_does_nothing() {
+fn a_refused_cyclic_command_has_no_effect_and_no_answer() {
     // (118)
     let mut desk = exchanging(COMMANDS, 1e-3);
     desk.exchange(&[3, 1]);
@@ -111,7 +111,7 @@ fn a_refused_cyclic_command_says_nothing_and_does_nothing() {
 }
 
 #[test]
-fn overpressure_switches_off_until_somebody_acknowledges() {
+fn overpressure_switches_the_emission_off_until_it_is_acknowledged() {
     // 4.4.4 (table 5), (152): three ways
     for acknowledge in [(1, 14, &[4u8, 1][..]), (0, 205, &[0x20]), (0, 205, &[0x80])] {
         let mut desk = exchanging(FLOATS, 1e-6);
@@ -141,7 +141,7 @@ fn overpressure_switches_off_until_somebody_acknowledges() {
 }
 
 #[test]
-fn the_overpressure_fault_acts_on_what_is_on() {
+fn the_overpressure_fault_switches_off_the_emission_that_is_on() {
     let mut desk = exchanging(FLOATS, 1e-6);
     on(&mut desk, 1).unwrap();
     desk.fault("overpressure", true);
@@ -156,7 +156,7 @@ fn the_overpressure_fault_acts_on_what_is_on() {
 }
 
 #[test]
-fn the_key_is_an_emergency_off_and_can_be_locked() {
+fn the_key_switches_the_emission_off_and_can_be_locked() {
     // 4.4.4 (table 5, 3), 4.4.1 (ID 203), (129)
     let mut desk = exchanging(FLOATS, 1e-6);
     let press = |desk: &mut Desk<Controller>, channel| desk.device().operate(Action::Button(channel)).unwrap();
@@ -191,9 +191,9 @@ fn a_gauge_that_is_unplugged_goes_off() {
     assert_eq!(desk.get(2, 102), [0]);
 }
 
-/// The place in the list is that of the channel, whatever is plugged in.
+/// The position in the list is that of the channel, with any gauge.
 #[test]
-fn the_report_has_a_place_for_each_of_the_two_channels() {
+fn the_report_has_an_entry_for_each_of_the_two_channels() {
     for gauges in every_combination() {
         let mut desk = Desk::new(controller(gauges));
         desk.pressure_mbar(1e-6);

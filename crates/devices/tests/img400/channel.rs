@@ -4,7 +4,7 @@
 use crate::support::{Desk, hex};
 use crate::{CHANNEL, Controller, exchanging};
 
-/// What the master sends and what it gets in the channel.
+/// The request of the master and the answer in the channel.
 fn line(desk: &mut Desk<Controller>, request: &str, answer: &str) {
     let inputs = desk.exchange(&hex(request));
     assert_eq!(inputs[..8], hex(answer), "{request}");
@@ -50,7 +50,7 @@ fn appendix_e_switches_the_emission_by_the_parameter_channel() {
 }
 
 #[test]
-fn an_instruction_begins_with_ak_0() {
+fn a_task_starts_only_after_ak_0() {
     // (10)
     let mut desk = exchanging(CHANNEL, 1e-5);
     line(&mut desk, "10 00 19 00 00 00 00 00 00 00", "B0 00 19 00 00 00 00 04");
@@ -97,7 +97,7 @@ fn every_refusal_has_its_code() {
 }
 
 #[test]
-fn strings_and_records_of_one_to_four_octets_pass() {
+fn the_channel_transfers_strings_and_records_of_one_to_four_octets() {
     // (4)
     let mut desk = exchanging(CHANNEL, 1e-5);
     for (request, answer) in [

@@ -71,7 +71,7 @@ fn a_supply_error_stays_until_alarm_and_warning_are_reset() {
 }
 
 #[test]
-fn channels_3_and_4_lose_their_supply_until_bit_4() {
+fn channels_3_and_4_have_no_supply_until_a_reset_with_bit_4() {
     let mut desk = quiet();
     desk.fault("power", true);
     assert_eq!(desk.get(0, 204), [0x11, 0x11], "no reading is valid");
@@ -123,7 +123,7 @@ fn sensor_alarm_and_warning_belong_to_the_channel() {
 }
 
 #[test]
-fn a_gauge_that_does_not_answer_is_only_invalid() {
+fn a_gauge_that_does_not_answer_has_an_invalid_reading_and_no_alarm() {
     for (name, slot, status) in [
         ("unplugged1", 1, [0x01, 0x00]),
         ("unplugged2", 2, [0x10, 0x00]),

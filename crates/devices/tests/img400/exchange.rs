@@ -25,7 +25,7 @@ pub const CONFIGURATIONS: [(&str, usize, usize); 16] = [
     ("CB 89 A1 0A 05 05 0A 05 08 08 08 08 0A 0A", 10, 34),
 ];
 
-/// What is printed for 9, 10 and 14.
+/// The printed strings of 9, 10 and 14.
 const PRINTED: [&str; 3] =
     ["47 91 05 03 03 03 03 0A 0A 0A", "47 99 05 08 08 08 08 0A 0A 0A", "C9 87 A1 0A 0A 05 08 08 08 08 08 0A 0A"];
 
@@ -40,13 +40,13 @@ const UNITS: [(&str, f64, u16); 5] = [
 
 const HPA: &str = "00 00 00 13 08";
 
-/// Where Exception Status stands.
+/// The position of Exception Status.
 fn process(du: &[u8], outputs: usize) -> &[u8] {
     if outputs >= 8 { &du[8..] } else { du }
 }
 
 #[test]
-fn every_configuration_brings_every_channel_in_every_unit() {
+fn every_configuration_sends_every_channel_in_every_unit() {
     let gauges = Gauges { ch1: None, ch2: None, ch3: Some(OtherGauge::Tpr), ch4: Some(OtherGauge::Cmr) };
     for (cfg, outputs, inputs) in CONFIGURATIONS {
         for (user, float, integer) in UNITS {
@@ -76,7 +76,7 @@ fn every_configuration_brings_every_channel_in_every_unit() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
     let altered = strings.iter().flat_map(|string| {
         (0..string.len()).flat_map(move |position| {
@@ -122,7 +122,7 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_bits() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
+fn get_cfg_returns_the_default_before_the_first_configuration() {
     let mut desk = desk();
     let (_, cfg) = desk.request(profivac_wire::Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("45 90 05 08 08 08 08"));

@@ -22,11 +22,11 @@ use support::{Desk, hex};
 
 type Controller = Img400<RamStore>;
 
-/// What can be on channels 1 and 2, and on channels 3 and 4.
+/// The gauges of channels 1 and 2, and of channels 3 and 4.
 const IONS: [Option<IonGauge>; 3] = [None, Some(IonGauge::Bag), Some(IonGauge::Ext)];
 const OTHERS: [Option<OtherGauge>; 3] = [None, Some(OtherGauge::Tpr), Some(OtherGauge::Cmr)];
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn controller(gauges: Gauges) -> Controller {
     Img400::new(RamStore::default(), Setup::new(5), gauges)
 }

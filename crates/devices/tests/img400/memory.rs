@@ -1,11 +1,11 @@
-//! What outlives power. BG 5530 tables 1 to 4, Appendix B; errata-pxg55x-img400 26, 119, 143, 153, 154.
+//! Nonvolatile values. BG 5530 tables 1 to 4, Appendix B; errata-pxg55x-img400 26, 119, 143, 153, 154.
 
 use crate::support::{Desk, hex, off};
 use crate::{COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
 use profivac_devices::img400::{Gauges, Img400, table};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch};
 use profivac_dp::slave::Device;
 use profivac_wire::address::SetSlaveAdd;
 
@@ -17,7 +17,7 @@ fn power_cycle(desk: &mut Desk<Controller>) {
 }
 
 #[test]
-fn unit_and_adjustments_are_kept() {
+fn unit_and_adjustments_are_restored_after_power_up() {
     let mut desk = exchanging(FLOATS, 0.5);
     desk.put(4, 15, &[0, 1]).unwrap();
     desk.unlock();
@@ -31,7 +31,7 @@ fn unit_and_adjustments_are_kept() {
 }
 
 #[test]
-fn a_trip_point_comes_back_whole_whatever_was_written_last() {
+fn a_trip_point_is_restored_as_it_was_in_any_order_of_writes() {
     let writes: [&[(u8, f32)]; 5] = [
         &[(19, 5.0)],
         &[(19, 1e-30), (201, 1.0)],
@@ -58,7 +58,7 @@ fn a_trip_point_comes_back_whole_whatever_was_written_last() {
 }
 
 #[test]
-fn commands_and_volatile_values_are_forgotten() {
+fn commands_and_volatile_values_are_lost_with_the_power() {
     // (26, 150)
     let mut desk = exchanging(FLOATS, 1e-6);
     desk.put(1, 14, &[3, 1]).unwrap();
@@ -90,7 +90,7 @@ fn the_block_of_a_channel_is_fixed_until_the_next_start() {
 }
 
 #[test]
-fn a_unit_of_the_setup_counts_as_stored() {
+fn the_unit_of_the_setup_is_stored() {
     let setup = Setup { unit: table::MODEL.unit_named("torr"), ..Setup::new(5) };
     let mut desk: Desk<Controller> = Desk::new(Img400::new(RamStore::default(), setup, Gauges::default()));
     assert_eq!(desk.get(1, 22), [0x13, 0x01]);
@@ -112,13 +112,13 @@ fn the_address_comes_from_the_switch_or_from_set_slave_add() {
     }
     let mut device = controller(Gauges::default());
     assert!(!device.address_is_settable());
-    device.operate(Action::Switch { name: "address", value: "126" }).unwrap();
+    device.operate(Action::Switch(Switch::Address(126))).unwrap();
     assert_eq!(device.station_address(), 5, "the switch is read at power-up");
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
+fn a_device_without_power_reports_off() {
     let mut desk = exchanging(COMMANDS, 1e-6);
     desk.exchange(&[3, 1]);
     assert!(desk.report().emission.iter().eq([&true, &true]));

@@ -1,5 +1,5 @@
-//! Whatever masters, people and power do: the controller is in a named state, its copies are equal, nothing stored is
-//! lost.
+//! Random actions of masters, operators and the power supply: the controller is in a named state, its copies are equal,
+//! and no stored value is lost.
 
 use crate::support::random::Random;
 use crate::support::{Desk, sense_all};
@@ -52,7 +52,7 @@ fn kept(desk: &mut Desk<Controller>) -> Vec<Vec<u8>> {
     values
 }
 
-/// A write anywhere. What is refused has changed nothing.
+/// A write to any parameter. A refused write changes nothing.
 fn write(desk: &mut Desk<Controller>, random: &mut Random) {
     let (slot, row) = any_row(random);
     let octets = any_value(random, row);
@@ -108,11 +108,11 @@ fn power(desk: &mut Desk<Controller>, random: &mut Random) {
     assert_eq!(kept(desk), before);
 }
 
-/// Somebody does something at the controller.
+/// An operator does something at the controller.
 fn operate(desk: &mut Desk<Controller>, random: &mut Random) {
     let action = match random.below(4) {
         0 => Action::Button(random.one_of(&[1, 2])),
-        _ => Action::Fault { name: random.one_of(table::MODEL.faults.names), present: random.once_in(12) },
+        _ => Action::Fault { fault: random.one_of(table::MODEL.faults.faults), active: random.once_in(12) },
     };
     desk.device().operate(action).unwrap();
 }
@@ -125,7 +125,7 @@ fn pressure(desk: &mut Desk<Controller>, random: &mut Random) {
     }
 }
 
-/// What the walk has come across, so that it does not stay in one corner.
+/// The situations that the walk has met, so that it does not stay in one of them.
 #[derive(Default)]
 struct Seen {
     states: BTreeSet<&'static str>,
@@ -146,7 +146,7 @@ impl Seen {
     }
 }
 
-/// The bench's view is the bus's view, and the cyclic data are the parameters.
+/// The report and the cyclic data agree with the parameters.
 fn check(desk: &mut Desk<Controller>) {
     let report = desk.report();
     let state = desk.state();
@@ -170,7 +170,7 @@ fn check_exceptions(desk: &mut Desk<Controller>, report: &StateReport) {
     assert_eq!(status & 0x20 != 0, extensions.iter().any(|extension| *extension != 0), "{status:02X}");
     assert_eq!(desk.get(0, 204), [extensions[1] << 4 | extensions[0], extensions[3] << 4 | extensions[2]]);
     for (slot, extension) in (1..).zip(extensions) {
-        // Reading Invalid is at least what is not Reading Valid.
+        // Reading Invalid is set whenever Reading Valid is not.
         assert!(desk.get(slot, 23) == [1] || extension & 1 == 1, "{slot}: {extension:02X}");
         assert!([0, 1, 2, 3, 4, 5].contains(&extension));
     }
@@ -199,7 +199,7 @@ fn check_relays(desk: &mut Desk<Controller>, report: &StateReport) {
     }
 }
 
-/// Whatever the telegram, its end is made of the parameters.
+/// The end of every telegram agrees with the parameters.
 fn check_cyclic(desk: &mut Desk<Controller>) {
     let Some(outputs) = desk.outputs() else { return };
     let inputs = desk.exchange(&vec![0; outputs]);
@@ -276,7 +276,7 @@ fn a_million_steps_leave_a_named_state_and_equal_copies() {
 }
 
 #[test]
-fn any_octets_as_parameters_or_outputs_are_survived() {
+fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     let mut random = Random::new(40);
     let mut desk = crate::desk();
     for _ in 0..50_000 {

@@ -104,7 +104,7 @@ fn hysteresis_and_upper_threshold_follow_each_other() {
 }
 
 #[test]
-fn in_counts_hysteresis_is_a_factor() {
+fn hysteresis_in_counts_is_a_factor() {
     // (32): 4000 counts are a decade.
     let mut desk = exchanging(FLOATS, 1.0);
     desk.unlock();
@@ -123,7 +123,7 @@ fn in_counts_hysteresis_is_a_factor() {
 }
 
 #[test]
-fn unit_and_type_are_mirrors() {
+fn all_blocks_show_the_same_unit_and_type() {
     // (142)
     let mut desk = exchanging(FLOATS, 1.0);
     for slot in 5..=11 {

@@ -23,7 +23,7 @@ fn state(device: &mut Controller) -> u8 {
 }
 
 #[test]
-fn it_runs_through_init_and_self_test_to_idle() {
+fn a_gauge_starts_through_init_and_self_test_to_idle() {
     let mut device = controller(Gauges::default());
     assert_eq!(state(&mut device), INIT);
     device.advance(0.2);
@@ -33,7 +33,7 @@ fn it_runs_through_init_and_self_test_to_idle() {
 }
 
 #[test]
-fn without_an_answer_of_the_controller_it_stays_in_init() {
+fn the_board_stays_in_init_without_an_answer_of_the_controller() {
     // 3.2, 4.4.1: "waiting for AYT response from IMG 400"
     let mut desk = desk();
     desk.fault("comm", true);
@@ -54,7 +54,7 @@ fn without_an_answer_of_the_controller_it_stays_in_init() {
 }
 
 #[test]
-fn the_self_test_finds_memories_and_internal_communication() {
+fn the_self_test_tests_memories_and_internal_communication() {
     for (name, found) in [
         ("comm", SELF_TEST_EXCEPTION),
         ("eeprom", SELF_TEST_EXCEPTION),
@@ -73,7 +73,7 @@ fn the_self_test_finds_memories_and_internal_communication() {
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     selftest::memories(desk, HPA, CHANNEL);
 }
 
@@ -115,7 +115,7 @@ fn every_command_in_every_state_is_answered_as_the_diagram_says() {
 }
 
 #[test]
-fn reset_begins_anew() {
+fn reset_restarts_the_controller() {
     let mut desk = exchanging(COMMANDS, 1e-6);
     desk.exchange(&[3, 1]);
     desk.put(0, 203, &[3]).unwrap();
@@ -130,7 +130,7 @@ fn reset_begins_anew() {
 }
 
 #[test]
-fn outside_executing_the_safe_state_rules_all_four_channels() {
+fn the_safe_state_decides_all_four_channels_outside_executing() {
     // 4.4.2, ID 39
     let mut desk = exchanging(FLOATS, 100.0);
     put_float(&mut desk, 4, 40, 12.5).unwrap();
@@ -163,7 +163,7 @@ fn hold_last_value_holds_what_was_valid_in_executing() {
 }
 
 #[test]
-fn an_alarm_of_one_cathode_concerns_all_and_a_switch_off_only_its_own() {
+fn a_supply_alarm_concerns_all_channels_and_a_switch_off_only_its_own() {
     // (35): manufacturer alarms are everybody's, a sensor alarm is the channel's.
     let mut desk = exchanging(FLOATS, 1e-6);
     desk.put(1, 105, &[1]).unwrap();
@@ -179,7 +179,7 @@ fn an_alarm_of_one_cathode_concerns_all_and_a_switch_off_only_its_own() {
 }
 
 #[test]
-fn in_idle_the_exception_status_shows_the_invalid_readings() {
+fn exception_status_shows_the_invalid_readings_in_idle() {
     // (36)
     let mut desk: Desk<Controller> = desk();
     desk.pressure_mbar(1.0);

@@ -12,7 +12,7 @@ fn word(desk: &mut Desk<Controller>, slot: u8, index: u8) -> u16 {
 }
 
 #[test]
-fn counts_are_an_unsigned_word_cut_and_limited() {
+fn counts_are_an_unsigned_word_truncated_and_saturated() {
     // (15, 17, 134): 4000 x (log10 p + 12.5)
     let mut desk = desk();
     desk.bring_up(&hex("00 00 00 10 01"), &hex(INTEGERS));
@@ -69,7 +69,7 @@ fn limits_are_those_of_the_gauge_in_every_unit() {
 }
 
 #[test]
-fn the_type_is_everybodys_and_fixed_during_exchange() {
+fn all_channels_share_the_data_type_which_is_fixed_during_exchange() {
     let mut desk = desk();
     desk.put(2, 21, &[3]).unwrap();
     for slot in 1..=4 {
@@ -116,7 +116,7 @@ fn a_safe_value_keeps_its_pressure_and_zero_is_zero_in_every_unit() {
 }
 
 #[test]
-fn zero_adjust_is_for_diaphragm_and_ionisation_gauges() {
+fn a_zero_adjust_works_on_diaphragm_and_ionisation_gauges() {
     // (131)
     let mut desk = exchanging(CHANNEL, 0.5);
     let adjust = |desk: &mut Desk<Controller>, slot, target| desk.put(slot, 15, &[0, target]);

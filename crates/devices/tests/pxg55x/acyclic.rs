@@ -20,9 +20,9 @@ fn connect(desk: &mut Desk<Gauge>) -> Sap {
     sap
 }
 
-/// What 1_R/W and 2_R/W mean.
+/// The rights of 1_R/W and 2_R/W.
 #[test]
-fn a_class_2_master_without_an_exchange() {
+fn a_class_2_master_reads_and_writes_without_an_exchange() {
     let mut desk = desk(pcg());
     let sap = connect(&mut desk);
     for (request, answer) in [
@@ -48,7 +48,7 @@ fn a_class_2_master_without_an_exchange() {
 }
 
 #[test]
-fn a_class_1_master_beside_its_exchange() {
+fn a_class_1_master_reads_and_writes_beside_its_exchange() {
     let mut desk = desk(pcg());
     desk.pressure_mbar(100.0);
     // DPV1_Enable (39).
@@ -69,7 +69,7 @@ fn a_class_1_master_beside_its_exchange() {
 
 /// (111): DS_Write slot 0 index 255 with 08 00 FD E8, then DS_Read of 4 + 64 octets.
 #[test]
-fn i_and_m0_by_both_classes() {
+fn both_classes_read_i_and_m0() {
     let call = "5F 00 FF 04 08 00 FD E8";
     let expected = [hex("5E 00 FF 44 08 00 FD E8"), gauge(psg()).im0().unwrap().to_vec()].concat();
     let mut desk = desk(psg());

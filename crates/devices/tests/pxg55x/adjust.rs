@@ -40,7 +40,7 @@ fn a_zero_adjust_of_the_diaphragm_moves_its_zero() {
 
 /// 8.2.1: "Used to calibrate pirani zero pressure value", "... fullscale pressure value".
 #[test]
-fn the_piranis_adjustments_move_both_ends() {
+fn the_adjustments_of_the_pirani_move_zero_and_gain() {
     for (kind, instance, part) in [(pcg(), 2, 1), (psg(), 1, 0)] {
         let mut desk = executing(kind, 100.0);
         desk.device().sense(part, 3e-3 * 100.0);
@@ -72,7 +72,7 @@ fn the_atmosphere_sensor_is_set_to_the_diaphragm() {
 }
 
 #[test]
-fn commands_without_a_name_are_accepted_and_do_nothing() {
+fn commands_without_a_name_are_accepted_and_have_no_effect() {
     let mut desk = executing(pcg(), 100.0);
     sense(&mut desk, 100.0, 90.0, 1000.0);
     for (instance, commands) in [(1, 1..=255), (2, 2..=255), (3, 2..=255)] {
@@ -87,7 +87,7 @@ fn commands_without_a_name_are_accepted_and_do_nothing() {
 }
 
 #[test]
-fn what_reads_nothing_is_not_adjusted() {
+fn a_part_without_a_reading_is_not_adjusted() {
     let mut desk = executing(pcg(), 100.0);
     desk.fault("sensor1", true);
     assert_eq!([adjust(&mut desk, 1, 0), adjust(&mut desk, 3, 1)], [Err(202); 2]);
@@ -115,7 +115,7 @@ fn a_restart_adjusts_nothing() {
 
 /// 8.1.11: "automatically and periodically".
 #[test]
-fn auto_zero_follows_the_pirani_when_there_is_nothing_to_measure() {
+fn auto_zero_adjusts_the_diaphragm_while_the_pirani_reads_a_low_pressure() {
     let drifted = |enabled: bool, pirani: f64, seconds: f64, fault: &str| {
         let mut desk = executing(pcg(), 100.0);
         desk.put(1, 41, &[u8::from(enabled)]).unwrap();
@@ -138,7 +138,7 @@ fn auto_zero_follows_the_pirani_when_there_is_nothing_to_measure() {
 
 /// 12.2.5
 #[test]
-fn a_pirani_that_is_off_reads_nothing() {
+fn a_pirani_that_is_off_has_no_reading() {
     let mut desk = exchanging(pcg(), FLOATS, 1e-2);
     assert_eq!(desk.exchange(&[])[..3], [0x80, 0, 2]);
     desk.put(1, 46, &[2]).unwrap();
@@ -154,7 +154,7 @@ fn a_pirani_that_is_off_reads_nothing() {
 
 /// "1: Pirani switches off automatically (by default at pressures above 12 mbar ...)"
 #[test]
-fn the_automatic_switches_above_12_mbar() {
+fn the_automatic_mode_switches_the_pirani_off_above_12_mbar() {
     let mut desk = exchanging(pcg(), FLOATS, 1.0);
     desk.put(1, 46, &[2]).unwrap();
     desk.put(1, 201, &[1]).unwrap();

@@ -1,5 +1,5 @@
-//! The parameter channel, as far as it is particular here: 4.3, (1) to (12), (53), (54). The rules that the gauges share
-//! are tested with the BCG450.
+//! The parameter channel, as far as it is particular here: 4.3, (1) to (12), (53), (54). The rules that the gauges
+//! share are tested with the BCG450.
 
 use crate::support::{Desk, hex};
 use crate::{CHANNEL, Gauge, exchanging, float, of_instance, pcg};
@@ -11,7 +11,7 @@ fn instruct(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
 
 /// 4.3.1: every instruction signature, with the response signature beside it in the table.
 #[test]
-fn the_signatures() {
+fn every_length_has_its_ak() {
     let mut desk = exchanging(pcg(), CHANNEL, 100.0);
     for (request, answer) in [
         // Read: a byte, a word, a double word. Device State, Data Unit (class 2 only: 3), Process Value.
@@ -33,7 +33,7 @@ fn the_signatures() {
 
 /// 4.3.3: the error codes in octets 7 and 8, counted from 1 (1).
 #[test]
-fn the_error_codes() {
+fn every_refusal_has_its_error_code() {
     let mut desk = exchanging(pcg(), CHANNEL, 100.0);
     for (request, code) in [
         // Undefined slot, and an index that is not there (7).
@@ -66,7 +66,7 @@ fn the_error_codes() {
 
 /// (10): otherwise an adjustment would be made in every cycle.
 #[test]
-fn an_instruction_that_stands_adjusts_once() {
+fn a_repeated_task_adjusts_once() {
     let mut desk = exchanging(pcg(), CHANNEL, 100.0);
     let zero = hex("20 01 0F 00 00 00 00 00");
     assert_eq!(desk.exchange(&zero)[..8], hex("10 01 0F 00 00 00 00 00"));
@@ -81,7 +81,7 @@ fn an_instruction_that_stands_adjusts_once() {
 
 /// "The slave keeps transmitting the response": for a read, with the value of now (10).
 #[test]
-fn a_read_that_stands_shows_the_present_value() {
+fn a_read_task_shows_the_present_value_in_every_cycle() {
     let mut desk = exchanging(pcg(), CHANNEL, 100.0);
     let read = hex("10 01 13 00 00 00 00 00");
     assert_eq!(desk.exchange(&read)[4..8], 100f32.to_be_bytes());

@@ -54,7 +54,7 @@ fn rows() -> Vec<(Pxg55xModel, Row)> {
 /// `comm` is 7.1.12's internal communication exception, bit 0 of the manufacturer's detail, and not the communications
 /// exception, bit 5 of the common one.
 #[test]
-fn every_fault_sets_its_bits_and_leaves_no_trace() {
+fn every_fault_sets_its_bits_while_it_is_active() {
     for (kind, (fault, status, alarm, warning)) in rows() {
         let mut desk = exchanging(kind, FLOATS, 100.0);
         if !fault.is_empty() {
@@ -130,7 +130,7 @@ fn an_alarm_invalidates_its_own_instance_only() {
 
 /// 13.1.1, (36): outside EXECUTING the reading is invalid, and that is a warning.
 #[test]
-fn idle_without_a_fault_is_a0() {
+fn exception_status_is_a0_in_idle_without_a_fault() {
     for kind in Pxg55xModel::all() {
         let mut desk = crate::desk(kind);
         desk.pressure_mbar(100.0);
@@ -141,7 +141,7 @@ fn idle_without_a_fault_is_a0() {
 
 /// A range is no error, but a warning: 13.1.1, (87).
 #[test]
-fn out_of_range_sets_its_bit_and_invalid() {
+fn a_reading_out_of_range_sets_its_bit_and_invalid() {
     for (kind, mbar, selector, extension) in [
         (pcg(), 4.9e-5, 2, 0x05),
         (pcg(), 5.1e-5, 2, 0x00),

@@ -5,7 +5,7 @@ use crate::{COUNTS, MBAR, PASCAL, TORR, TTR, desk};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_wire::Sap;
 
-/// What a telegram brings, in order.
+/// The contents of a telegram, in order.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Part {
     /// Parameter channel.
@@ -45,8 +45,8 @@ const CONFIGURATIONS: [(&str, usize, usize, &[Part]); 12] = [
 /// "A1 91" is for TTR compatibility only (49).
 const TTR_CONFIGURATION: &str = "A1 91";
 
-/// 3.8: the string, and what 800 mbar is as a float and as an integer. 3511 x log10(800 x 2^20) + 1 counts (81); an integer
-/// is cut and saturates (16, 17).
+/// 3.8: the string, and what 800 mbar is as a float and as an integer. 3511 x log10(800 x 2^20) + 1 counts (81); an
+/// integer is cut and saturates (16, 17).
 const UNITS: [(&str, f64, u16); 4] =
     [(COUNTS, 31_332.06, 31332), (TORR, 600.049_304, 600), (MBAR, 800.0, 800), (PASCAL, 80_000.0, 32767)];
 
@@ -123,7 +123,7 @@ fn there_are_nine_gauges_of_six_names() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
     let mut desk = desk(Pxg55xModel::named("pcg550", None).unwrap());
     for string in strings.iter().chain([&hex(TTR_CONFIGURATION)]) {
@@ -176,7 +176,7 @@ fn only_the_printed_strings_are_accepted() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
+fn get_cfg_returns_the_default_before_the_first_configuration() {
     let mut desk = desk(Pxg55xModel::named("pcg550", None).unwrap());
     let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("42 84 05 08"));

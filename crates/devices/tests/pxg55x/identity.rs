@@ -1,11 +1,12 @@
-//! What a gauge says of itself: 7.1.1 to 7.1.9, 7.1.15, 7.1.22, chapter 5; and its station address, 3.3.
+//! The identity of a gauge: 7.1.1 to 7.1.9, 7.1.15, 7.1.22, chapter 5; and its station address, 3.3.
 
 use crate::support::Desk;
 use crate::{Gauge, desk, gauge, pcg, pcg_without_atm, psg};
+use profivac_devices::model::Fault;
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::store::RamStore;
-use profivac_devices::{Action, SimulatedDevice, UnsupportedAction};
+use profivac_devices::{Action, Potentiometer, SimulatedDevice, Switch, SwitchName, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{Call, Im0, call};
@@ -17,7 +18,7 @@ fn text(desk: &mut Desk<Gauge>, index: u8) -> String {
 }
 
 #[test]
-fn the_strings_of_each_family() {
+fn the_identity_of_each_family_is_that_of_the_manual() {
     for (kind, device_type, number, configuration) in [
         // The example of 7.1.9.
         (pcg(), "CVG", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
@@ -54,7 +55,7 @@ fn the_models_of_a_family_differ_in_part_number_and_filament() {
 }
 
 #[test]
-fn block_types_are_words_before_two_zeros() {
+fn a_block_type_is_a_word_and_two_zeros() {
     let mut desk = desk(pcg());
     assert_eq!(desk.get(0, 16), [0, 1, 0, 0]);
     for slot in [2, 3] {
@@ -107,19 +108,15 @@ fn i_and_m0_is_no_parameter() {
 
 /// 3.3: up to 7D hex the switch is the address.
 #[test]
-fn the_address_switch_is_readable_and_polled_at_power_up() {
+fn the_address_switch_is_readable_and_sets_the_address_at_power_up() {
     let mut desk = desk(pcg());
     assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![5], 5));
-    desk.device().operate(Action::Switch { name: "address", value: "125" }).unwrap();
+    desk.device().operate(Action::Switch(Switch::Address(125))).unwrap();
     // The parameter is the switch, the address what was polled.
     assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![125], 5));
     desk.device().set_power(false);
     desk.device().set_power(true);
     assert_eq!(desk.device().station_address(), 125);
-    for value in ["256", "-1", "7D hex", ""] {
-        assert!(desk.device().operate(Action::Switch { name: "address", value }).is_err(), "{value}");
-    }
-    assert_eq!(desk.get(0, 211), [125]);
 }
 
 #[test]
@@ -132,7 +129,7 @@ fn set_slave_add_works_only_above_7d() {
     set(&mut desk, 9, 0);
     assert_eq!((desk.device().station_address(), desk.slave.address()), (5, 5));
     // Above, the stored address holds, and is stored.
-    desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
+    desk.device().operate(Action::Switch(Switch::Address(126))).unwrap();
     desk.device().set_power(false);
     desk.device().set_power(true);
     assert_eq!(desk.device().station_address(), 5);
@@ -153,7 +150,7 @@ fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
         desk.device().station_address()
     };
     let mut desk = desk(psg());
-    desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
+    desk.device().operate(Action::Switch(Switch::Address(126))).unwrap();
     desk.device().set_power(false);
     desk.device().set_power(true);
     desk.device().settle();
@@ -176,13 +173,16 @@ fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
 #[test]
 fn a_gauge_has_two_buttons_one_switch_and_no_potentiometer() {
     let mut gauge = gauge(pcg());
-    assert_eq!(gauge.operate(Action::Button(3)), Err(UnsupportedAction { expected: &["1", "2"] }));
-    assert_eq!(gauge.operate(Action::Button(0)), Err(UnsupportedAction { expected: &["1", "2"] }));
-    assert_eq!(
-        gauge.operate(Action::Switch { name: "degas", value: "on" }),
-        Err(UnsupportedAction { expected: &["address"] })
-    );
-    assert_eq!(gauge.operate(Action::Pot { which: 'a', volts: 1.0 }), Err(UnsupportedAction { expected: &[] }));
+    let panel = gauge.front_panel();
+    assert_eq!((panel.buttons, panel.switches, panel.potentiometers), (2, &[SwitchName::Address][..], &[][..]));
+    for action in [
+        Action::Button(3),
+        Action::Button(0),
+        Action::Switch(Switch::Degas(true)),
+        Action::Potentiometer { potentiometer: Potentiometer::A, volts: 1.0 },
+    ] {
+        assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
+    }
 }
 
 #[test]
@@ -193,11 +193,10 @@ fn a_gauge_has_the_faults_of_its_instances() {
         for instance in 1..=instances {
             names.extend([format!("sensor{instance}"), format!("electronics{instance}")]);
         }
-        assert_eq!(gauge.faults(), names);
-        let expected = gauge.faults();
-        for name in ["sensor4", "unplugged1", "power", if instances < 3 { "sensor3" } else { "sensor0" }] {
-            let result = gauge.operate(Action::Fault { name, present: true });
-            assert_eq!(result, Err(UnsupportedAction { expected }), "{name}");
+        assert!(gauge.faults().names().eq(names.iter().map(String::as_str)));
+        for fault in Fault::ALL.iter().copied().filter(|fault| !names.iter().any(|name| name == fault.name())) {
+            let action = Action::Fault { fault, active: true };
+            assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
         }
     }
 }

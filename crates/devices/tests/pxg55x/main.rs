@@ -40,7 +40,7 @@ fn psg() -> Pxg55xModel {
     Pxg55xModel::named("psg550", None).unwrap()
 }
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn gauge(kind: Pxg55xModel) -> Gauge {
     Gauge::new(RamStore::default(), kind, Setup::new(5))
 }
@@ -87,7 +87,7 @@ fn restart(desk: &mut Desk<Gauge>) {
     desk.device().settle();
 }
 
-/// What slot 1 has for an instance.
+/// The octets of slot 1 for an instance.
 fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
     desk.put(1, 46, &[instance]).unwrap();
     desk.get(1, index)

@@ -1,4 +1,5 @@
-//! What outlives the power, what a factory reset undoes, and how time is counted. 7.1.14, 7.1.23, 7.2.2, (76), (85), (102).
+//! Nonvolatile values, the factory reset, and the run hours. 7.1.14, 7.1.23, 7.2.2, (76), (85),
+//! (102).
 
 use crate::support::{Desk, hex, off};
 use crate::{CHANNEL, FLOATS, Gauge, MBAR, desk, exchanging, float, of_instance, pcg, psg, restart};
@@ -28,7 +29,7 @@ fn run_hours_count_device_time_and_persist() {
     assert_eq!(run_hours(&mut desk), (1, 4));
     desk.device().advance(1800.0);
     assert_eq!((run_hours(&mut desk), desk.report().run_hours), ((1, 6), 1.5));
-    // Neither time on the bench nor settling counts while the power is off.
+    // Neither simulated time nor settling counts while the power is off.
     desk.device().set_power(false);
     desk.device().advance(36_000.0);
     desk.device().set_power(true);
@@ -89,7 +90,7 @@ fn changed(kind: Pxg55xModel) -> Desk<Gauge> {
 }
 
 #[test]
-fn all_settings_together_outlive_the_power() {
+fn all_settings_are_restored_after_power_up() {
     let mut desk = changed(pcg());
     desk.put(1, 46, &[3]).unwrap();
     restart(&mut desk);
@@ -100,7 +101,7 @@ fn all_settings_together_outlive_the_power() {
 
 /// In COUNTS a hysteresis is a distance; it is stored as the pressure it is.
 #[test]
-fn settings_in_counts_and_integers_outlive_the_power_too() {
+fn settings_in_counts_and_integers_are_restored_after_power_up() {
     let mut desk = changed(pcg());
     desk.put(1, 22, &hex("10 01")).unwrap();
     desk.put(1, 21, &[3]).unwrap();
@@ -113,7 +114,7 @@ fn settings_in_counts_and_integers_outlive_the_power_too() {
 
 /// (85), (102)
 #[test]
-fn factory_settings() {
+fn a_new_gauge_has_the_trip_points_of_the_factory() {
     let mut desk = desk(pcg());
     assert_eq!((desk.get(1, 46), desk.get(1, 22), desk.get(1, 21)), (vec![1], hex("13 08"), vec![8]));
     for instance in [1, 2, 3] {
@@ -130,7 +131,7 @@ fn factory_settings() {
 
 /// 7.2.2, command 128: "Used for reinitializing the device ... to the factory settings."
 #[test]
-fn a_factory_reset_undoes_settings_and_adjustments_but_not_time() {
+fn a_factory_reset_resets_settings_and_adjustments_but_not_run_hours() {
     let factory = settings(&mut desk(pcg()));
     let mut desk = changed(pcg());
     desk.command(4).unwrap();
@@ -156,7 +157,7 @@ fn a_factory_reset_undoes_settings_and_adjustments_but_not_time() {
     }
 }
 
-/// Commands 1 and 129 reinitialise and keep what is nonvolatile.
+/// Commands 1 and 129 reinitialise and keep nonvolatile values.
 #[test]
 fn other_resets_keep_the_settings() {
     for command in [1, 129] {
@@ -170,7 +171,7 @@ fn other_resets_keep_the_settings() {
 
 /// A master that exchanges data has chosen unit and number type; they hold as long as it does.
 #[test]
-fn a_factory_reset_does_not_pull_the_unit_from_under_a_master() {
+fn a_factory_reset_during_data_exchange_keeps_the_unit() {
     let mut desk = desk(psg());
     desk.pressure_mbar(100.0);
     desk.bring_up(&hex("00 00 00 13 09"), &hex("C4 87 8A 0A 0A 05 03"));
@@ -182,9 +183,9 @@ fn a_factory_reset_does_not_pull_the_unit_from_under_a_master() {
     assert_eq!(desk.exchange(&[0; 8])[8..], hex("80 27 10"));
 }
 
-/// `unit=` on the bench: stored when power comes.
+/// The unit of the setup is stored at power-up.
 #[test]
-fn a_setup_may_name_the_stored_unit() {
+fn the_setup_sets_the_stored_unit() {
     for unit in pcg().variant().model.units {
         let setup = Setup { unit: Some(unit), ..Setup::new(5) };
         let mut desk = Desk::new(Gauge::new(RamStore::default(), pcg(), setup));
@@ -209,7 +210,7 @@ impl Store for Full {
 }
 
 #[test]
-fn what_cannot_be_stored_is_refused_and_does_not_change() {
+fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     let mut desk = Desk::new(profivac_devices::pxg55x::Pxg55x::new(Full::default(), pcg(), Setup::new(5)));
     for (slot, index, value) in [(2, 19, "42 C8 00 00"), (2, 202, "04"), (1, 39, "01"), (1, 22, "13 01")] {
         let before = desk.get(slot, index);
@@ -222,7 +223,7 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
 
 /// The unit a master chose stays when it goes: all settings "are overwritten" (8.1.6).
 #[test]
-fn the_masters_unit_is_stored() {
+fn the_unit_of_a_master_is_stored() {
     let mut desk = desk(pcg());
     desk.bring_up(&hex("00 00 00 13 01"), &hex("42 82 05 03"));
     desk.unlock();
@@ -230,9 +231,9 @@ fn the_masters_unit_is_stored() {
     assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("13 01"), vec![3]));
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
+fn a_device_without_power_reports_off() {
     for kind in Pxg55xModel::all() {
         off::shows_nothing(exchanging(kind, FLOATS, 1.0).device());
     }

@@ -6,9 +6,9 @@ fn process_value(desk: &mut crate::support::Desk<crate::Gauge>) -> f32 {
     float_of(&desk.exchange(&[])[3..])
 }
 
-/// What each mode shows at 100 mbar after 50 mbar were the last valid value; Safe Value is 7 mbar.
+/// The value of each mode at 100 mbar after a last valid value of 50 mbar; Safe Value is 7 mbar.
 #[test]
-fn the_four_modes_outside_executing_and_with_an_alarm() {
+fn each_safe_state_shows_its_value_outside_executing_and_with_an_alarm() {
     for (kind, full_scale) in [(pcg(), 1500.0), (psg(), 1000.0)] {
         for (mode, value) in [(0, 0.0), (1, full_scale), (2, 50.0), (3, 7.0)] {
             for trouble in ["", "ram", "comm", "sensor1", "electronics1"] {
@@ -37,14 +37,14 @@ fn before_the_first_valid_value_hold_last_value_is_zero() {
 }
 
 #[test]
-fn warnings_and_range_are_no_device_error() {
+fn warnings_and_range_do_not_set_the_error_bit() {
     let mut desk = exchanging(psg(), FLOATS, 1300.0);
     assert_eq!((process_value(&mut desk), desk.report().outputs_safe), (1300.0, false));
 }
 
 /// An alarm of one sensor leaves the others alone (35).
 #[test]
-fn the_safe_state_is_the_instances_own() {
+fn every_instance_has_its_own_safe_state() {
     let mut desk = exchanging(pcg(), CHANNEL, 100.0);
     for (instance, mode) in [(1, 1), (2, 3), (3, 1)] {
         desk.put(1, 46, &[instance]).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::support::{Desk, hex, selftest};
 use crate::{CHANNEL, FLOATS, Gauge, MBAR, RELAYS, desk, exchanging, gauge, pcg, psg};
+use profivac_devices::model::Fault;
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::{Action, SimulatedDevice};
 
@@ -54,7 +55,7 @@ fn found(faults: &str, state: u8) -> Desk<Gauge> {
 }
 
 #[test]
-fn resets_lead_out_of_faults_that_are_gone() {
+fn a_reset_ends_the_exception_of_a_fault_that_is_gone() {
     for (command, faults, state) in [
         (1, "ram", SELF_TEST_EXCEPTION),
         (FACTORY_RESET, "ram", SELF_TEST_EXCEPTION),
@@ -71,13 +72,13 @@ fn resets_lead_out_of_faults_that_are_gone() {
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     for kind in [pcg(), psg()] {
         selftest::memories(|| desk(kind), MBAR, CHANNEL);
     }
 }
 
-/// (112): red as long as there is an alarm, whatever the state.
+/// (112): red as long as there is an alarm, in every state.
 #[test]
 fn the_led_shows_a_memory_fault_and_not_the_state() {
     for (faults, state) in [("eprom", SELF_TEST_EXCEPTION), ("eprom ram", CRITICAL_FAULT)] {
@@ -102,7 +103,7 @@ fn the_manufacturers_resets_do_not_act_in_a_critical_fault() {
 
 /// 7.2: "As soon as cyclic data interchange is taken up, the gauge automatically changes to the EXECUTING status."
 #[test]
-fn exchange_is_executing_and_its_end_is_idle() {
+fn exchange_leads_to_executing_and_its_end_to_idle() {
     for kind in Pxg55xModel::all() {
         let mut desk = exchanging(kind, FLOATS, 100.0);
         assert_eq!(desk.state(), EXECUTING);
@@ -115,10 +116,10 @@ fn exchange_is_executing_and_its_end_is_idle() {
     }
 }
 
-/// 8.1.6: "it is not possible to change the pressure unit while the gauge is cyclically interchanging data", and "only ...
-/// in the IDLE status"; 8.1.5: the data type only "if the device is not in cyclic data transfer" (84).
+/// 8.1.6: "it is not possible to change the pressure unit while the gauge is cyclically interchanging data", and "only
+/// ... in the IDLE status"; 8.1.5: the data type only "if the device is not in cyclic data transfer" (84).
 #[test]
-fn unit_and_data_type_are_locked_where_the_manual_says() {
+fn unit_and_data_type_are_locked_in_the_modes_of_the_manual() {
     for (slot, unit, number) in [(1, 22, 21), (2, 28, 29), (3, 28, 29)] {
         let mut desk = desk(pcg());
         assert_eq!((desk.put(slot, unit, &hex("13 01")), desk.put(slot, number, &[3])), (Ok(()), Ok(())));
@@ -169,7 +170,7 @@ fn a_master_overrides_what_was_set_acyclically() {
 
 /// 3.4 (112)
 #[test]
-fn the_net_led_has_four_faces() {
+fn the_net_led_shows_four_states() {
     for kind in Pxg55xModel::all() {
         let mut desk = desk(kind);
         assert_eq!(led(&mut desk), "green flashing");
@@ -192,6 +193,6 @@ fn the_net_led_has_four_faces() {
     }
     // The atmosphere sensor is in no exception detail (74).
     let mut gauge = gauge(pcg());
-    gauge.operate(Action::Fault { name: "sensor3", present: true }).unwrap();
+    gauge.operate(Action::Fault { fault: Fault::Sensor3, active: true }).unwrap();
     assert_eq!(gauge.report().led, "green flashing");
 }

@@ -74,8 +74,8 @@ fn bench(kind: Pxg55xModel, user: &str, cfg: &str) -> Desk<Gauge> {
     desk
 }
 
-/// Rises and falls in quarters of the hysteresis around a point, twice. `trips` and `holds` are the sentences of 11.1.1 for
-/// a distance from the point in quarters.
+/// Rises and falls in quarters of the hysteresis around a point, twice. `trips` and `holds` are the sentences of 11.1.1
+/// for a distance from the point in quarters.
 fn walk(desk: &mut Desk<Gauge>, slot: u8, case: &UnitCase, trips: fn(i32) -> bool, holds: fn(i32) -> bool) {
     let quarters: Vec<i32> = (-9..=9).chain((-9..=9).rev()).chain(-9..=9).chain((-2..=2).rev()).collect();
     let mut expected = status(desk, slot);
@@ -89,7 +89,7 @@ fn walk(desk: &mut Desk<Gauge>, slot: u8, case: &UnitCase, trips: fn(i32) -> boo
 /// "Status will be set if the input (ProcessValue) is at or below the Low Trip Point. If the pressure (input) increases
 /// above Low Trip Point + Low Trip Point Hysteresis, the Status will be reset."
 #[test]
-fn a_low_trip_point_in_every_unit_and_number_type() {
+fn a_low_trip_point_works_in_every_unit_and_number_type() {
     for kind in [pcg(), pcg_without_atm(), psg()] {
         for case in UNITS {
             for (cfg, slot) in [(RELAYS, 2), (INTEGERS, 3)] {
@@ -104,10 +104,10 @@ fn a_low_trip_point_in_every_unit_and_number_type() {
     }
 }
 
-/// "Status will be set if the input (ProcessValue) is at or above the High Trip Point. If the pressure (input) decreases
-/// below High Trip Point - High Trip Point Hysteresis, the Status will be reset."
+/// "Status will be set if the input (ProcessValue) is at or above the High Trip Point. If the pressure (input)
+/// decreases below High Trip Point - High Trip Point Hysteresis, the Status will be reset."
 #[test]
-fn a_high_trip_point_in_every_unit_and_number_type() {
+fn a_high_trip_point_works_in_every_unit_and_number_type() {
     for kind in [pcg(), pcg_without_atm(), psg()] {
         for case in UNITS {
             for (cfg, slot) in [(RELAYS, 3), (INTEGERS, 2)] {
@@ -124,7 +124,7 @@ fn a_high_trip_point_in_every_unit_and_number_type() {
 
 /// 11.2.10 and 11.2.11, the printed examples.
 #[test]
-fn the_examples_with_100_and_2() {
+fn the_hysteresis_follows_the_examples_with_100_and_2() {
     let mut desk = bench(psg(), PASCAL, RELAYS);
     for (slot, point, hysteresis, enable) in
         [(2, HIGH_POINT, HIGH_HYSTERESIS, HIGH_ENABLE), (3, LOW_POINT, LOW_HYSTERESIS, LOW_ENABLE)]
@@ -150,7 +150,7 @@ fn the_examples_with_100_and_2() {
 
 /// One status for two conditions, each with its own memory (97); none enabled, none (98).
 #[test]
-fn both_points_of_a_slot() {
+fn both_points_of_a_slot_switch_the_relay() {
     let mut desk = bench(psg(), MBAR, RELAYS);
     for (index, mbar) in [(LOW_POINT, 10.0), (HIGH_POINT, 90.0), (LOW_HYSTERESIS, 1.0), (HIGH_HYSTERESIS, 1.0)] {
         put(&mut desk, 2, index, mbar).unwrap();
@@ -173,7 +173,7 @@ fn both_points_of_a_slot() {
 
 /// (98): "enabling evaluates the present value, inside the hysteresis band the result is 0".
 #[test]
-fn an_enable_begins_without_memory() {
+fn an_enabled_trip_point_starts_without_a_condition() {
     let mut desk = bench(psg(), MBAR, RELAYS);
     put(&mut desk, 2, LOW_POINT, 100.0).unwrap();
     put(&mut desk, 2, LOW_HYSTERESIS, 10.0).unwrap();
@@ -209,9 +209,9 @@ fn a_hysteresis_keeps_its_switching_points_in_every_unit() {
     }
 }
 
-/// 11.1.2: the point is factor x atmosphere, in whatever unit; the comparison is that of the setpoint function.
+/// 11.1.2: the point is factor x atmosphere, in any unit; the comparison is that of the setpoint function.
 #[test]
-fn atmosphere_detection_in_every_unit() {
+fn atmosphere_detection_works_in_every_unit() {
     for case in UNITS {
         for (mode, point, hysteresis, enable, trips, holds) in [
             (
@@ -291,7 +291,7 @@ fn modes_that_calculate_need_an_atmosphere_sensor() {
 
 /// 11.2.13: which point the push button works on. Pressing sets it to the present pressure.
 #[test]
-fn the_push_buttons_set_what_the_mode_leaves_them() {
+fn a_push_button_sets_the_point_that_the_mode_allows() {
     // Mode; enables of low and high; what has moved: low, high.
     for (mode, low, high, moved) in [
         (0, 1, 1, (true, false)),
@@ -324,7 +324,7 @@ fn the_push_buttons_set_what_the_mode_leaves_them() {
 }
 
 #[test]
-fn a_push_button_is_stored_and_needs_a_valid_pressure() {
+fn a_push_button_stores_a_trip_point_at_a_valid_pressure_only() {
     let mut desk = bench(psg(), MBAR, RELAYS);
     desk.put(2, LOW_ENABLE, &[1]).unwrap();
     desk.pressure_mbar(30.0);
@@ -376,7 +376,7 @@ fn a_relay_works_in_executing_only() {
 
 /// A trip point watches the process value of the telegrams (96), also when that is a safe value (104).
 #[test]
-fn a_trip_point_watches_the_active_value() {
+fn a_trip_point_compares_the_active_value() {
     let mut desk = exchanging(pcg(), RELAYS, 100.0);
     put(&mut desk, 2, LOW_POINT, 90.0).unwrap();
     // The Pirani reads less, but the diaphragm is active.
@@ -403,7 +403,7 @@ fn the_discrete_output_of_a_trip_point_is_instance_1() {
 
 /// Telegrams 203 and 204 have the relays too.
 #[test]
-fn the_relays_travel_behind_the_parameter_channel() {
+fn the_relays_follow_the_parameter_channel_in_the_inputs() {
     for (cfg, place) in [("C6 87 8D 0A 0A 05 03 05 0A", 12), ("C6 87 8F 0A 0A 05 08 05 0A", 14)] {
         let mut desk = exchanging(psg(), cfg, 10.0);
         desk.put(2, HIGH_ENABLE, &[1]).unwrap();

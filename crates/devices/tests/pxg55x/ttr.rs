@@ -32,7 +32,7 @@ fn the_twelve_bits_are_the_pressure_by_all_three_formulas() {
 
 /// Bit 7: error; bit 6: trip point 1; bits 5 and 4: 0.
 #[test]
-fn the_status_bits() {
+fn every_range_status_sets_its_bits() {
     let mut desk = in_ttr_mode(psg(), 100.0);
     let status = |desk: &mut Desk<Gauge>| desk.exchange(&[0, 0])[0] & 0xF0;
     assert_eq!(status(&mut desk), 0x00);
@@ -53,7 +53,7 @@ fn the_status_bits() {
 }
 
 #[test]
-fn pressures_beyond_twelve_bits_end_there() {
+fn pressures_beyond_twelve_bits_saturate() {
     assert_eq!(in_ttr_mode(psg(), 1e-7).exchange(&[0, 0]), [0x40, 0x00]);
     // 4095 is 5280 mbar.
     assert_eq!(in_ttr_mode(psg(), 6000.0).exchange(&[0, 0]), [0x0F, 0xFF]);
@@ -79,7 +79,7 @@ fn unit_and_data_type_keep_their_values() {
 
 /// The mode belongs to the parameterisation: not even a factory reset takes it from the master.
 #[test]
-fn a_factory_reset_does_not_end_the_mode() {
+fn a_factory_reset_keeps_ttr_compatibility_mode() {
     let mut desk = in_ttr_mode(psg(), 100.0);
     desk.command(128).unwrap();
     desk.chk_cfg(&hex("A1 91"));

@@ -1,5 +1,5 @@
-//! Pressures as numbers: conversions, scales, saturation, and which instance measures. 8.1.3, 8.3.3, 9.1.2, (14) to (18),
-//! (67), (81) to (83), (86).
+//! Pressures as numbers: conversions, scales, saturation, and which instance measures. 8.1.3, 8.3.3, 9.1.2, (14) to
+//! (18), (67), (81) to (83), (86).
 
 use crate::support::{Desk, hex};
 use crate::{COUNTS, FLOATS, Gauge, MBAR, PASCAL, TORR, desk, exchanging, executing, float, of_instance, pcg, psg};
@@ -120,9 +120,9 @@ fn the_active_instance_follows_the_diaphragm() {
     }
 }
 
-/// The cyclic value is that of the active instance, whatever is selected (69).
+/// The cyclic value is that of the active instance, with any selected instance (69).
 #[test]
-fn the_selector_does_not_touch_the_cyclic_data() {
+fn the_selector_has_no_effect_on_the_cyclic_data() {
     let mut desk = exchanging(pcg(), FLOATS, 100.0);
     desk.device().sense(1, 9_000.0);
     for instance in [1, 2, 3] {

@@ -5,7 +5,7 @@ use profivac_devices::SimulatedDevice;
 use profivac_devices::model::{self, Access, DataType, Location, Model, Row, Storage, TaskKind};
 use profivac_dp::slave::{Dpv1Error, Relation};
 
-/// What may be written into a parameter, and what must not. Pressures are floats in the unit of [`Rig::make`].
+/// Values that a parameter accepts, and values that it refuses. Pressures are floats in the unit of [`Rig::make`].
 pub struct Sample {
     /// Slot, instance, index.
     pub at: (u8, u8, u8),
@@ -13,30 +13,30 @@ pub struct Sample {
     pub good: &'static [&'static str],
     /// Of the right length, and out of range.
     pub bad: &'static [&'static str],
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
 }
 
-/// What becomes of a written value.
+/// The effect of a write.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// It is read back.
     Value,
     /// The same, but not during cyclic exchange.
     Presentation,
-    /// Something is done; what is read is not what was written.
+    /// The device executes a command; a read does not return the written value.
     Command,
 }
 
 /// A device under test.
 pub struct Rig<D> {
     pub model: &'static Model,
-    /// A device that has settled and stands in IDLE.
+    /// A device that has settled, in IDLE.
     pub make: fn() -> D,
     /// Lets a slot show this instance.
     pub select: fn(&mut D, &Location),
-    /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the device
-    /// has both.
+    /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the
+    /// device has both.
     pub user: &'static str,
     pub cfgs: [&'static str; 2],
     pub samples: &'static [Sample],
@@ -122,7 +122,7 @@ impl<D: SimulatedDevice> Rig<D> {
         configuration.number().map_or(4, |number| number.octets())
     }
 
-    /// AK of a write of so many octets.
+    /// AK of a write of this number of octets.
     fn write_ak(&self, length: usize) -> u8 {
         let writes = |instruction| matches!(instruction, TaskKind::Write(lengths) if lengths.contains(&length));
         let instruction = self.model.channel_rules.tasks.iter().find(|(_, instruction)| writes(*instruction));
@@ -183,7 +183,7 @@ impl<D: SimulatedDevice> Rig<D> {
     }
 
     /// Writing where no mark allows it, and with another length.
-    pub fn no_row_is_written_without_mark_or_with_another_length(&self) {
+    pub fn no_row_is_written_without_a_mark_or_with_another_length(&self) {
         for cfg in self.cfgs {
             let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
@@ -216,7 +216,7 @@ impl<D: SimulatedDevice> Rig<D> {
     }
 
     /// Slots and indices that no table has.
-    pub fn nothing_else_is_there(&self) {
+    pub fn other_slots_and_indices_are_refused(&self) {
         let mut desk = self.exchanging(self.cfgs[0]);
         let addresses: Vec<&Location> = self.model.blocks.iter().flat_map(|place| place.locations).collect();
         let has_instances = addresses.iter().any(|address| address.instance != 0);
@@ -276,7 +276,7 @@ impl<D: SimulatedDevice> Rig<D> {
         found.expect("a sample of the tables")
     }
 
-    /// By DP-V1: what is good is read back, what is bad is refused and changes nothing.
+    /// By DP-V1: a good value is read back, a bad value is refused and changes nothing.
     pub fn every_value_is_checked_by_dpv1(&self) {
         for sample in self.samples {
             let (address, row) = self.find(sample.at);
@@ -364,7 +364,7 @@ impl<D: SimulatedDevice> Rig<D> {
     }
 
     /// Nonvolatile values outlive the power, all others are what they were in the beginning.
-    pub fn power_keeps_what_is_nonvolatile(&self) {
+    pub fn nonvolatile_values_are_restored_after_power_up(&self) {
         for sample in self.samples.iter().filter(|sample| sample.kind != Kind::Command) {
             let (address, row) = self.find(sample.at);
             let factory = self.read_somehow(&mut self.desk_for(address, row), address.slot, row);

@@ -1,5 +1,5 @@
-//! What a self test makes of defective memories, the same for all block devices: tira41d1 and tira36e1 3.1.2, tira56e1 7.2.1,
-//! BG 5530 4.4.1.
+//! The result of a self test with defective memories, the same for all block devices: tira41d1 and tira36e1 3.1.2, tira56e1
+//! 7.2.1, BG 5530 4.4.1.
 
 use super::{Desk, hex};
 use profivac_devices::SimulatedDevice;

@@ -1,5 +1,5 @@
-//! A random walk: whatever masters, people and power do to a gauge, it is in a named state, what it tells in several places
-//! agrees, and nothing stored is lost.
+//! A random walk: after any actions of masters, operators and the power supply a gauge is in a named state, values that
+//! are in several places agree, and no stored value is lost.
 
 use super::random::Random;
 use super::{Desk, sense_all};
@@ -8,7 +8,7 @@ use profivac_devices::{Action, SimulatedDevice, StateReport};
 use profivac_dp::slave::Relation;
 use std::collections::BTreeSet;
 
-/// What is particular to a device.
+/// The properties of a device.
 pub struct Particular<D> {
     /// Its tables.
     pub model: &'static Model,
@@ -16,15 +16,15 @@ pub struct Particular<D> {
     pub commands: &'static [u8],
     /// Whether a configuration is accepted after a user parameter string.
     pub fits: fn(&UserPrm, &Configuration) -> bool,
-    /// What people do to it.
-    pub action: fn(&mut Random) -> Action<'static>,
+    /// The actions of an operator.
+    pub action: fn(&mut Random) -> Action,
     /// Nonvolatile rows (slot and index) that something else than a master may move.
     pub moving: &'static [(u8, u8)],
-    /// What must hold besides.
+    /// Further properties that must hold.
     pub check: fn(&mut Desk<D>),
 }
 
-/// What the walk has come across, so that it does not stay in one corner.
+/// The situations that the walk has met, so that it does not stay in one of them.
 #[derive(Default)]
 pub struct Seen {
     pub states: BTreeSet<&'static str>,
@@ -63,7 +63,7 @@ impl<D: SimulatedDevice> Walk<D> {
         Self { desk, random: Random::new(seed), seen: Seen::default(), particular, rows }
     }
 
-    /// So many steps, with a look at everything once in a while.
+    /// This number of steps, with a check of everything now and then.
     pub fn steps(&mut self, steps: usize) {
         for step in 0..steps {
             self.step();
@@ -100,7 +100,7 @@ impl<D: SimulatedDevice> Walk<D> {
         }
     }
 
-    /// What slot 1 has for an instance; what another slot has.
+    /// The octets of slot 1 for an instance; the octets of another slot.
     fn get(&mut self, slot: u8, instance: u8, index: u8) -> Vec<u8> {
         if instance != 0 {
             self.desk.put(1, 46, &[instance]).unwrap();
@@ -162,7 +162,7 @@ impl<D: SimulatedDevice> Walk<D> {
         self.random.one_of(&[Relation::Ms1, Relation::Ms2(0), Relation::Ms2(1)])
     }
 
-    /// A write anywhere. What is refused has changed nothing.
+    /// A write to any parameter. A refused write changes nothing.
     fn write(&mut self) {
         let (slot, instance, row) = self.any_row();
         let (octets, relation) = (self.any_value(row), self.relation());
@@ -242,12 +242,12 @@ impl<D: SimulatedDevice> Walk<D> {
         assert_eq!((self.desk.get(1, 46), self.kept()), before);
     }
 
-    /// Somebody does something at the gauge.
+    /// An operator does something at the gauge.
     fn operate(&mut self) {
         let action = if self.random.once_in(2) {
             Action::Fault {
-                name: self.random.one_of(self.particular.model.faults.names),
-                present: self.random.once_in(8),
+                fault: self.random.one_of(self.particular.model.faults.faults),
+                active: self.random.once_in(8),
             }
         } else {
             (self.particular.action)(&mut self.random)
@@ -265,7 +265,7 @@ impl<D: SimulatedDevice> Walk<D> {
         }
     }
 
-    /// The bench's view is the bus's view, and the cyclic data are the parameters.
+    /// The report and the cyclic data agree with the parameters.
     pub fn check(&mut self) {
         let names = ["INIT", "SELFTESTING", "IDLE", "SELFTESTEXCEPTION", "EXECUTING", "ABORT", "CRITICALFAULT"];
         let report = self.desk.report();
@@ -302,7 +302,7 @@ impl<D: SimulatedDevice> Walk<D> {
     /// There and back through every unit, in IDLE: no physical value changes beyond the rounding of a float.
     fn units_there_and_back(&mut self) {
         self.desk.unlock();
-        self.particular.model.faults.names.iter().for_each(|name| self.desk.fault(name, false));
+        self.particular.model.faults.names().for_each(|name| self.desk.fault(name, false));
         let _ = self.desk.command(1);
         self.desk.device().settle();
         assert_eq!(self.desk.state(), 2);
@@ -330,8 +330,8 @@ impl<D: SimulatedDevice> Walk<D> {
         self.desk.put(1, 22, &code.to_be_bytes()).unwrap();
     }
 
-    /// Every Safe Value is written back as it is read, and so is rounded once in this unit. A pressure far below every range
-    /// is no positive number of COUNTS.
+    /// Every Safe Value is written back as it is read, and so is rounded once in this unit. A pressure far below every
+    /// range is no positive number of COUNTS.
     fn round_in(&mut self, unit: &str) {
         self.set_unit(unit);
         let parts: Vec<u8> = self.desk.report().indicated.iter().map(|indicated| indicated.instance).collect();

@@ -3,6 +3,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{COLD, Controller, PIRANI, controller};
+use profivac_devices::model::Fault;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
 use profivac_devices::tpg::{Tpg, TpgGauge, table};
@@ -85,7 +86,7 @@ fn every_other_string_of_modules_is_refused() {
 }
 
 #[test]
-fn user_parameters_are_none_or_three_zeros() {
+fn user_parameters_are_empty_or_three_zeros() {
     // errata-bpg-bcg-tpg 151
     for (user, accepted) in [
         ("", true),
@@ -160,18 +161,19 @@ fn the_status_follows_pressure_switch_and_faults() {
     desk.device().settle();
     assert_eq!(statuses(&desk.exchange(&outputs(0x54))), [0, 4, 4, 4]);
     // 5 is a channel without a board (124), and an unplugged gauge leaves the board where it is.
-    for (name, channel) in [("sensor1", 0), ("electronics2", 1), ("unplugged3", 2), ("sensor4", 3)] {
+    let faults = [Fault::Sensor1, Fault::Electronics2, Fault::Unplugged3, Fault::Sensor4];
+    for (channel, fault) in faults.into_iter().enumerate() {
         desk.exchange(&outputs(0));
         desk.exchange(&outputs(0xFF));
-        desk.device().operate(Action::Fault { name, present: true }).unwrap();
+        desk.device().operate(Action::Fault { fault, active: true }).unwrap();
         let du = desk.exchange(&outputs(0xFF));
-        assert_eq!(statuses(&du)[channel], 3, "{name}");
+        assert_eq!(statuses(&du)[channel], 3, "{fault:?}");
         // errata-bpg-bcg-tpg 154
-        assert_eq!(du[8 + 5 * channel..12 + 5 * channel], [0; 4], "{name}");
-        desk.device().operate(Action::Fault { name, present: false }).unwrap();
-        assert_eq!(statuses(&desk.exchange(&outputs(0xFF))), [0; 4], "{name}");
+        assert_eq!(du[8 + 5 * channel..12 + 5 * channel], [0; 4], "{fault:?}");
+        desk.device().operate(Action::Fault { fault, active: false }).unwrap();
+        assert_eq!(statuses(&desk.exchange(&outputs(0xFF))), [0; 4], "{fault:?}");
     }
-    desk.device().operate(Action::Fault { name: "comm", present: true }).unwrap();
+    desk.device().operate(Action::Fault { fault: Fault::Comm, active: true }).unwrap();
     // errata-bpg-bcg-tpg 156
     assert_eq!(statuses(&desk.exchange(&outputs(0xFF))), [3; 4]);
 }

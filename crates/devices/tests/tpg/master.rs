@@ -2,6 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Controller, controller};
+use profivac_devices::model::Fault;
 use profivac_devices::tpg::TpgGauge;
 use profivac_devices::{Action, SimulatedDevice};
 
@@ -25,7 +26,7 @@ pub const VOLATILITY: u8 = 26;
 pub const UNIT: u8 = 22;
 pub const FILTER: u8 = 23;
 
-/// What a write is refused with, or nothing.
+/// The error code of a write, or `None`.
 pub type Written = Result<(), u8>;
 
 /// A master that exchanges data with the controller.
@@ -120,8 +121,8 @@ impl Exchange {
         self.cycle([0; 8]);
     }
 
-    pub fn fault(&mut self, name: &str, present: bool) {
-        self.desk.device().operate(Action::Fault { name, present }).unwrap();
+    pub fn fault(&mut self, fault: Fault, active: bool) {
+        self.desk.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
     /// Power is lost, returns, and the master begins anew.

@@ -1,4 +1,5 @@
-//! Whatever the master, people and power do: statuses and relays agree, sets stay in order, what was stored comes back.
+//! Random actions of master, operators and the power supply: statuses and relays agree, sets stay in order, and stored
+//! settings are restored.
 
 use crate::master::{
     ACCESS_CODE, Exchange, FILTER, LOWER, SETPOINT_STATUS, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
@@ -73,7 +74,7 @@ impl Walk {
         }
     }
 
-    /// Closes what is open, so that what is read is what is stored, and asks for storage.
+    /// Validates open sets, so that the settings that are read are those that are stored, and asks for storage.
     fn store(&mut self) {
         for slot in 5..=10 {
             if self.master.write(slot, VALIDATION, 1).is_err() {
@@ -108,9 +109,9 @@ impl Walk {
     }
 
     fn fault(&mut self) {
-        let name = self.random.one_of(table::TPG500.faults.names);
-        let present = self.random.once_in(12);
-        self.master.desk.device().operate(Action::Fault { name, present }).unwrap();
+        let fault = self.random.one_of(table::TPG500.faults.faults);
+        let active = self.random.once_in(12);
+        self.master.desk.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
     /// A unit there and back: no threshold changes beyond the rounding of a float.
@@ -159,7 +160,7 @@ impl Walk {
         }
     }
 
-    /// What the bench sees is what the bus sees.
+    /// The report agrees with the parameters.
     fn check(&mut self, seen: &mut Seen) {
         self.master.cycle([0; 8]);
         let (statuses, values) = (self.master.statuses(), self.master.values());
@@ -190,7 +191,7 @@ impl Walk {
     }
 }
 
-/// What the walk has come across, so that it does not stay in one corner.
+/// The situations that the walk has met, so that it does not stay in one of them.
 #[derive(Default)]
 struct Seen {
     statuses: [bool; 6],

@@ -19,7 +19,7 @@ fn close(found: f32, expected: f64) -> bool {
 }
 
 #[test]
-fn after_it_the_pirani_reads_full_scale_and_power_does_not_undo_it() {
+fn an_adjusted_pirani_reads_full_scale_also_after_power_up() {
     for kind in KINDS {
         let mut desk = exchanging(kind, FLOATS, 1e-3);
         desk.device().sense(0, 87_000.0);
@@ -46,7 +46,7 @@ fn after_it_the_pirani_reads_full_scale_and_power_does_not_undo_it() {
 }
 
 #[test]
-fn what_is_no_command_is_refused_and_a_second_start_too() {
+fn an_unknown_command_and_a_second_start_are_refused() {
     let mut desk = exchanging(KINDS[0], FLOATS, 900.0);
     assert_eq!(adjust(&mut desk, 0), Ok(()));
     assert_eq!(state(&mut desk), 0, "0 does nothing");
@@ -58,7 +58,7 @@ fn what_is_no_command_is_refused_and_a_second_start_too() {
 }
 
 #[test]
-fn it_needs_executing_and_a_pirani() {
+fn the_adjustment_needs_executing_and_a_working_pirani() {
     let mut desk = desk(KINDS[1]);
     assert_eq!(adjust(&mut desk, 1), Err(202), "IDLE");
     let mut desk = exchanging(KINDS[1], FLOATS, 900.0);
@@ -66,11 +66,11 @@ fn it_needs_executing_and_a_pirani() {
     assert_eq!(adjust(&mut desk, 1), Err(202));
 }
 
-/// What ends an adjustment before its time.
+/// Events that interrupt an adjustment.
 type Interruption = (&'static str, fn(&mut Desk<Gauge>));
 
 #[test]
-fn an_adjustment_that_is_broken_off_changes_nothing() {
+fn an_interrupted_adjustment_changes_nothing() {
     let interruptions: [Interruption; 4] = [
         ("stop", |desk| desk.command(5).unwrap()),
         ("fault", |desk| desk.fault("electronics1", true)),
@@ -92,7 +92,7 @@ fn an_adjustment_that_is_broken_off_changes_nothing() {
 }
 
 #[test]
-fn a_pirani_that_is_not_in_air_stays_as_it_is() {
+fn an_adjustment_outside_air_changes_nothing() {
     // Nothing, and less: a zero that is off; high vacuum, and the foreline.
     for sensed_pa in [0.0, -0.5, 0.1, 9_990.0] {
         let mut desk = exchanging(KINDS[0], FLOATS, 1e-3);

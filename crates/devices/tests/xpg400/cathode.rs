@@ -2,8 +2,8 @@
 
 use crate::support::Desk;
 use crate::{FLOATS, Gauge, exchanging, float, of_instance, switch};
-use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
+use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 
 /// Hot Cathode Block State Command.
 fn command(desk: &mut Desk<Gauge>, command: u8, value: u8) -> Result<(), u8> {
@@ -122,7 +122,7 @@ fn degas_runs_three_minutes_below_its_limit() {
 
 /// (95): at 7.2e-6 mbar and above, without emission, outside EXECUTING. Off is always accepted.
 #[test]
-fn degas_is_refused_where_it_would_harm() {
+fn degas_is_refused_at_its_limit_and_without_emission() {
     let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 7.2e-6);
     assert_eq!(command(&mut desk, 1, 1), Err(202));
     assert_eq!(command(&mut desk, 1, 0), Ok(()));
@@ -133,7 +133,7 @@ fn degas_is_refused_where_it_would_harm() {
     assert_eq!(command(&mut desk, 1, 1), Err(202));
     desk.put(1, 105, &[1]).unwrap();
     command(&mut desk, 1, 1).unwrap();
-    // A running degas goes on above the limit, until the emission goes.
+    // A running degas continues above the limit until the emission goes off.
     desk.pressure_mbar(1e-4);
     assert_eq!(status(&mut desk), DEGAS);
     desk.pressure_mbar(1e-1);
@@ -149,18 +149,18 @@ fn degas_is_refused_where_it_would_harm() {
 
 /// Appendix C, pin 7: connected in the BPG400-SP only.
 #[test]
-fn the_degas_input_is_a_command_too() {
+fn the_degas_input_starts_and_stops_degas() {
     let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-7);
-    switch(&mut desk, "degas", "on").unwrap();
+    switch(&mut desk, Switch::Degas(true)).unwrap();
     assert_eq!(status(&mut desk), DEGAS);
-    switch(&mut desk, "degas", "off").unwrap();
+    switch(&mut desk, Switch::Degas(false)).unwrap();
     assert_eq!(status(&mut desk), HIGH);
     desk.pressure_mbar(1e-4);
-    switch(&mut desk, "degas", "on").unwrap();
+    switch(&mut desk, Switch::Degas(true)).unwrap();
     assert_eq!(status(&mut desk), LOW);
-    assert_eq!(switch(&mut desk, "degas", "24V").unwrap_err().expected, ["on", "off"]);
     let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-7);
-    assert_eq!(switch(&mut desk, "degas", "on").unwrap_err().expected, ["address", "low-high", "cal-adj"]);
+    let action = Action::Switch(Switch::Degas(true));
+    assert_eq!(switch(&mut desk, Switch::Degas(true)), Err(UnsupportedAction { action }));
 }
 
 /// (94)

@@ -2,6 +2,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Gauge, KINDS, exchanging, switch};
+use profivac_devices::Switch;
 use profivac_devices::xpg400::Xpg400Model;
 
 const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
@@ -19,7 +20,7 @@ fn ask(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
 
 /// The sequence of 2.2.1.1: repeated until it is answered, then AK 0.
 #[test]
-fn a_dialogue_answers_one_instruction_until_it_ends() {
+fn the_channel_answers_one_task_until_the_master_ends_it() {
     for kind in KINDS {
         let mut desk = exchanging(kind, CHANNEL, 1e-3);
         for (request, answer) in [
@@ -50,7 +51,7 @@ fn a_dialogue_answers_one_instruction_until_it_ends() {
 
 /// 2.2.1.3, (23)
 #[test]
-fn every_code_has_its_situation() {
+fn every_error_code_has_its_access() {
     for (request, code) in [
         // 0: no such slot
         ("10 02 10 00 00 00 00 00", 0),
@@ -106,12 +107,12 @@ fn arrays_and_command_records_are_right_aligned() {
     }
 }
 
-/// (38): the switchover is a float or a word, as the configuration says.
+/// (38): the switchover is a float or a word, depending on the configuration.
 #[test]
 fn the_side_switches_are_read_through_the_channel() {
     let mut desk = exchanging(Xpg400Model::Hpg, CHANNEL, 1e-3);
-    switch(&mut desk, "low-high", "3").unwrap();
-    switch(&mut desk, "cal-adj", "8").unwrap();
+    switch(&mut desk, Switch::LowHigh(3)).unwrap();
+    switch(&mut desk, Switch::CalAdj(8)).unwrap();
     assert_eq!(ask(&mut desk, "10 00 CA 00 00 00 00 00"), hex("20 00 CA 00 3F 00 00 00"));
     assert_eq!(ask(&mut desk, "10 00 CB 00 00 00 00 00"), hex("B0 00 CB 00 00 00 00 08"));
     desk.bring_up(&hex("00 00 00 03 E9"), &hex("C6 87 8C 0A 0A 05 05 05 03"));

@@ -20,7 +20,7 @@ const FAULTS: [(&str, u8, &str, &str); 10] = [
 ];
 
 #[test]
-fn every_fault_sets_its_bits_and_leaves_no_trace() {
+fn every_fault_sets_its_bits_while_it_is_active() {
     for (kind, (fault, status, alarm, warning)) in KINDS.into_iter().flat_map(|kind| FAULTS.map(|it| (kind, it))) {
         let mut desk = exchanging(kind, FLOATS, 1e-3);
         if !fault.is_empty() {
@@ -42,7 +42,7 @@ fn every_fault_sets_its_bits_and_leaves_no_trace() {
 #[test]
 fn the_faults_are_those_of_the_list() {
     for kind in KINDS {
-        let mut listed = crate::gauge(kind).faults().to_vec();
+        let mut listed: Vec<&str> = crate::gauge(kind).faults().names().collect();
         let mut tested: Vec<&str> = FAULTS.iter().map(|(fault, ..)| *fault).filter(|fault| !fault.is_empty()).collect();
         listed.sort_unstable();
         tested.sort_unstable();
@@ -84,7 +84,7 @@ pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
 
 /// (57): in IDLE nothing is wrong, but nothing is valid.
 #[test]
-fn outside_executing_the_reading_is_invalid() {
+fn the_reading_is_invalid_outside_executing() {
     for (kind, mbar) in KINDS.into_iter().flat_map(|kind| [1e-5, 1e-1, 1000.0].map(|mbar| (kind, mbar))) {
         let mut desk = crate::desk(kind);
         desk.pressure_mbar(mbar);
@@ -120,7 +120,7 @@ fn ranges(kind: Xpg400Model) -> &'static [(f64, [u8; 2], [u8; 2])] {
 }
 
 #[test]
-fn every_instance_judges_its_own_range() {
+fn every_instance_has_the_status_of_its_own_range() {
     for (kind, (mbar, valid, extension)) in
         KINDS.into_iter().flat_map(|kind| ranges(kind).iter().map(move |it| (kind, it)))
     {

@@ -32,7 +32,7 @@ fn the_ident_numbers_are_those_of_the_manual() {
 }
 
 #[test]
-fn every_configuration_brings_the_pressure_in_every_unit() {
+fn every_configuration_sends_the_pressure_in_every_unit() {
     for (kind, active, counts, whole_counts) in AT_0_012_MBAR {
         for (cfg, outputs, inputs) in CONFIGURATIONS {
             for (user, float, integer) in UNITS.into_iter().chain([("00 00 00 03 E9", counts, whole_counts)]) {
@@ -97,7 +97,7 @@ fn telegram_3_follows_the_pressure_over_the_whole_range() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
     let refused = |desk: &mut Desk<Gauge>, other: &[u8]| {
         desk.set_prm(&hex(MBAR));
@@ -143,7 +143,7 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
+fn get_cfg_returns_the_default_before_the_first_configuration() {
     let mut desk = desk(Xpg400Model::Bpg);
     let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("44 86 05 05 05 08"));

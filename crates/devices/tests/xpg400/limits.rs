@@ -3,6 +3,7 @@
 
 use crate::support::{Desk, hex};
 use crate::{Gauge, KINDS, desk, float, of_instance};
+use profivac_devices::Potentiometer;
 use profivac_devices::xpg400::Xpg400Model;
 
 /// COUNTS, Torr, Micron, mbar, Pascal
@@ -41,7 +42,7 @@ const fn limits(kind: Xpg400Model) -> &'static [Limit; 6] {
 }
 
 #[test]
-fn as_floats_they_are_exact() {
+fn limits_are_exact_as_floats() {
     for kind in KINDS {
         let mut desk = desk(kind);
         for (position, unit) in UNITS.into_iter().enumerate() {
@@ -59,7 +60,7 @@ fn as_floats_they_are_exact() {
 
 /// (69), (70): cut to whole units, never above 32767.
 #[test]
-fn as_integers_they_are_cut_and_saturated() {
+fn limits_are_truncated_and_saturated_as_integers() {
     for kind in KINDS {
         let mut desk = desk(kind);
         desk.put(1, 21, &[3]).unwrap();
@@ -91,7 +92,7 @@ fn counts_mean_the_pressure_of_the_printed_formulas() {
     ];
     for (kind, instance, exponent) in formulas {
         let mut desk = crate::exchanging(kind, crate::FLOATS, 1.3e-2);
-        crate::set_points::turn(&mut desk, 'a', 5.0);
+        crate::set_points::turn(&mut desk, Potentiometer::A, 5.0);
         let mbar = f64::from(float(&mut desk, instance, 19));
         desk.bring_up(&hex("00 00 00 03 E9"), &hex(crate::FLOATS));
         let counts = f64::from(float(&mut desk, instance, 19));

@@ -22,14 +22,14 @@ mod switchover;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
-use profivac_devices::{Action, SimulatedDevice, UnsupportedAction};
+use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use support::{Desk, hex};
 
 type Gauge = Xpg400<RamStore>;
 
 const KINDS: [Xpg400Model; 2] = [Xpg400Model::Bpg, Xpg400Model::Hpg];
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn gauge(kind: Xpg400Model) -> Gauge {
     Gauge::new(RamStore::default(), kind, Setup::new(5))
 }
@@ -59,7 +59,7 @@ fn restart(desk: &mut Desk<Gauge>) {
     desk.device().settle();
 }
 
-/// What slot 1 has for an instance.
+/// The octets of slot 1 for an instance.
 fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
     desk.put(1, 46, &[instance]).unwrap();
     desk.get(1, index)
@@ -74,6 +74,6 @@ fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
     float_of(&of_instance(desk, instance, index))
 }
 
-fn switch(desk: &mut Desk<Gauge>, name: &str, value: &str) -> Result<(), UnsupportedAction> {
-    desk.device().operate(Action::Switch { name, value })
+fn switch(desk: &mut Desk<Gauge>, switch: Switch) -> Result<(), UnsupportedAction> {
+    desk.device().operate(Action::Switch(switch))
 }

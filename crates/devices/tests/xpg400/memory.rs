@@ -5,7 +5,7 @@ use crate::{FLOATS, Gauge, KINDS, desk, exchanging, gauge, of_instance, restart}
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::address::SetSlaveAdd;
 
@@ -53,7 +53,7 @@ fn a_new_gauge_has_the_values_of_the_factory() {
 }
 
 #[test]
-fn the_selector_outlives_the_power() {
+fn the_selector_is_restored_after_power_up() {
     let mut desk = desk(Xpg400Model::Hpg);
     desk.put(1, 46, &[4]).unwrap();
     restart(&mut desk);
@@ -81,15 +81,16 @@ fn the_address_comes_from_the_switch_or_from_memory() {
         assert_eq!(gauge.station_address(), 9);
     }
     let mut gauge = gauge(Xpg400Model::Bpg);
-    gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
+    gauge.operate(Action::Switch(Switch::Address(17))).unwrap();
     assert_eq!(gauge.station_address(), 5, "it is read at power-up");
     gauge.set_power(false);
     gauge.set_power(true);
     assert_eq!(gauge.station_address(), 17);
-    assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
+    let action = Action::Button(1);
+    assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts, and that may take nothing.
+/// A store that counts its writes, and that may fail.
 #[derive(Clone, Default)]
 struct Worn {
     store: RamStore,
@@ -108,7 +109,8 @@ impl Store for Worn {
     }
 }
 
-/// One value in one place, so that a power cut leaves the old or the new one; nothing for what is there already.
+/// A write stores one value under one key, so that a power cut leaves the old or the new one; an equal value is not
+/// stored again.
 #[test]
 fn a_write_is_stored_once() {
     let mut gauge = Xpg400::new(Worn::default(), Xpg400Model::Bpg, Setup::new(200));
@@ -125,7 +127,7 @@ fn a_write_is_stored_once() {
 
 /// A positive answer means stored, a failed save changes nothing.
 #[test]
-fn what_cannot_be_stored_is_refused_and_does_not_change() {
+fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     let mut gauge = Xpg400::new(Worn { broken: true, ..Worn::default() }, Xpg400Model::Hpg, Setup::new(200));
     gauge.settle();
     let read = |gauge: &mut Xpg400<Worn>, index| {
@@ -139,12 +141,12 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
         assert_eq!(result, Err(Dpv1Error { code_1: 0xA1, code_2: 18 }), "{index}");
         assert_eq!(read(&mut gauge, index), before, "{index}");
     }
-    // What is volatile goes on.
+    // Volatile values stay.
     assert_eq!(gauge.write(Relation::Ms2(0), 0, 15, &[4]), Ok(()));
 }
 
 #[test]
-fn what_is_stored_and_cannot_be_is_passed_over() {
+fn a_stored_value_out_of_range_is_ignored() {
     let mut store = RamStore::<96>::default();
     for (instance, index, octets) in
         [(0, 46, "05"), (1, 39, "04"), (2, 40, "7F F8 00 00 00 00 00 00"), (0, 22, "13 08"), (0, 21, "05")]
@@ -163,9 +165,9 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
     }
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
+fn a_device_without_power_reports_off() {
     for kind in KINDS {
         off::shows_nothing(exchanging(kind, FLOATS, 1e-6).device());
     }

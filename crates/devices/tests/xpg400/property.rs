@@ -1,31 +1,35 @@
-//! Whatever masters, people and power do: the gauge is in a named state, its copies are equal, nothing stored is lost.
+//! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
+//! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
 use crate::support::Desk;
 use crate::support::random::Random;
 use crate::support::walk::{Particular, Walk};
 use crate::{Gauge, KINDS, desk, of_instance};
-use profivac_devices::Action;
 use profivac_devices::xpg400::Xpg400Model;
+use profivac_devices::{Action, Potentiometer, Switch};
 
-fn pot(random: &mut Random) -> Action<'static> {
-    Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 }
-}
-
-fn bpg_action(random: &mut Random) -> Action<'static> {
-    match random.below(2) {
-        0 => pot(random),
-        _ => Action::Switch { name: "degas", value: random.one_of(&["on", "off"]) },
+fn potentiometer(random: &mut Random) -> Action {
+    Action::Potentiometer {
+        potentiometer: random.one_of(&[Potentiometer::A, Potentiometer::B]),
+        volts: random.unit() * 12.0 - 1.0,
     }
 }
 
-fn hpg_action(random: &mut Random) -> Action<'static> {
+fn bpg_action(random: &mut Random) -> Action {
     match random.below(2) {
-        0 => pot(random),
-        _ => Action::Switch {
-            name: random.one_of(&["low-high", "cal-adj"]),
-            value: random.one_of(&["0", "2", "5", "7", "8", "9"]),
-        },
+        0 => potentiometer(random),
+        _ => Action::Switch(Switch::Degas(random.one_of(&[true, false]))),
+    }
+}
+
+fn hpg_action(random: &mut Random) -> Action {
+    match random.below(2) {
+        0 => potentiometer(random),
+        _ => {
+            let switch = random.one_of(&[Switch::LowHigh as fn(u8) -> Switch, Switch::CalAdj]);
+            Action::Switch(switch(random.one_of(&[0, 2, 5, 7, 8, 9])))
+        }
     }
 }
 
@@ -73,17 +77,17 @@ fn a_million_steps(kind: Xpg400Model, seed: u64) {
 }
 
 #[test]
-fn a_million_steps_of_a_bpg400() {
+fn a_million_steps_of_a_bpg400_leave_a_named_state_and_equal_copies() {
     a_million_steps(Xpg400Model::Bpg, 4001);
 }
 
 #[test]
-fn a_million_steps_of_an_hpg400() {
+fn a_million_steps_of_an_hpg400_leave_a_named_state_and_equal_copies() {
     a_million_steps(Xpg400Model::Hpg, 4002);
 }
 
 #[test]
-fn any_octets_as_parameters_or_outputs_are_survived() {
+fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     for kind in KINDS {
         walk(kind, 54).any_octets(50_000);
     }

@@ -5,9 +5,10 @@ use crate::{FLOATS, KINDS, desk, exchanging, float, float_of, of_instance};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
 
-/// 3.2.1.4, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data (74).
+/// 3.2.1.4, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data
+/// (74).
 #[test]
-fn outside_executing_each_mode_shows_its_value() {
+fn each_safe_state_shows_its_value_outside_executing() {
     for (kind, full_scale) in [(Xpg400Model::Bpg, 2e-2), (Xpg400Model::Hpg, 1.0)] {
         let mut desk = exchanging(kind, FLOATS, 2e-3);
         assert_eq!(float_of(&desk.exchange(&[])[3..]), 2e-3);
@@ -50,7 +51,7 @@ fn every_instance_has_its_own_mode_and_value() {
 }
 
 #[test]
-fn the_last_valid_value_is_held_until_power_goes() {
+fn the_last_valid_value_is_held_until_power_off() {
     let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 7.0);
     desk.put(1, 46, &[1]).unwrap();
     desk.put(1, 39, &[2]).unwrap();

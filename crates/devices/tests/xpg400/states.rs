@@ -22,7 +22,7 @@ const DIAGNOSTIC: u8 = 6;
 /// Telegrams with the parameter channel in front.
 const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
-/// A gauge in the state, and nobody exchanging.
+/// A gauge in this state, without data exchange.
 fn in_state(kind: Xpg400Model, state: u8) -> Desk<Gauge> {
     let mut desk = desk(kind);
     let (fault, command) = match state {
@@ -45,7 +45,7 @@ fn in_state(kind: Xpg400Model, state: u8) -> Desk<Gauge> {
 
 /// (89): what each command does in each state; a number is the code of the refusal.
 #[test]
-fn every_command_in_every_state() {
+fn every_command_has_its_result_in_every_state() {
     let to = |state: u8| Ok(state);
     let table = [
         (UNDEFINED, [Err(201), Err(202), Err(202), Err(202), Err(202), Err(202)]),
@@ -61,7 +61,7 @@ fn every_command_in_every_state() {
             let mut desk = in_state(kind, state);
             assert_eq!(desk.command(command), result.map(|_| ()), "command {command} in state {state}");
             assert_eq!(desk.state(), result.unwrap_or(state), "after command {command} in state {state}");
-            // Inactive is always accepted, what is no command never; a command that was carried out is not read back.
+            // Inactive is always accepted, an unknown command never; an executed command is not read back.
             let after = desk.state();
             assert_eq!(desk.command(0), Ok(()));
             assert_eq!(desk.command(7), Err(2));
@@ -111,7 +111,7 @@ fn only_reset_leads_out_of_a_critical_fault() {
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     for kind in KINDS {
         selftest::memories(|| desk(kind), MBAR, CHANNEL_FLOATS);
     }
@@ -133,7 +133,7 @@ fn the_exchange_forces_executing_once_and_its_end_leads_to_idle() {
 }
 
 #[test]
-fn exchange_acts_from_idle_only() {
+fn exchange_leads_to_executing_from_idle_only() {
     for state in [SELF_TEST_EXCEPTION, ABORT, CRITICAL_FAULT] {
         let mut desk = in_state(Xpg400Model::Bpg, state);
         desk.pressure_mbar(1e-3);
@@ -150,7 +150,7 @@ fn exchange_acts_from_idle_only() {
 
 /// (92)
 #[test]
-fn reset_during_the_exchange_rests_in_idle_and_keeps_what_is_nonvolatile() {
+fn reset_during_the_exchange_ends_in_idle_and_keeps_nonvolatile_values() {
     let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
     desk.put(1, 46, &[2]).unwrap();
     desk.put(1, 39, &[1]).unwrap();

@@ -3,26 +3,27 @@
 use crate::support::hex;
 use crate::{FLOATS, desk, exchanging, float_of, of_instance, restart, switch};
 use profivac_devices::xpg400::Xpg400Model;
+use profivac_devices::{Action, Switch, UnsupportedAction};
 
 /// 3.1.1.13: the position, mbar and COUNTS as the errata have them.
-const POSITIONS: [(&str, f64, u16); 10] = [
-    ("0", 1.0, 28333),
-    ("1", 1.0, 28333),
-    ("2", 0.5, 28132),
-    ("3", 0.5, 28132),
-    ("4", 0.2, 27867),
-    ("5", 0.2, 27867),
-    ("6", 0.1, 27666),
-    ("7", 0.1, 27666),
-    ("8", 0.05, 27465),
-    ("9", 0.05, 27465),
+const POSITIONS: [(u8, f64, u16); 10] = [
+    (0, 1.0, 28333),
+    (1, 1.0, 28333),
+    (2, 0.5, 28132),
+    (3, 0.5, 28132),
+    (4, 0.2, 27867),
+    (5, 0.2, 27867),
+    (6, 0.1, 27666),
+    (7, 0.1, 27666),
+    (8, 0.05, 27465),
+    (9, 0.05, 27465),
 ];
 
 #[test]
 fn the_switchover_is_read_in_unit_and_type_of_the_device() {
     let mut desk = desk(Xpg400Model::Hpg);
     for (position, mbar, counts) in POSITIONS {
-        switch(&mut desk, "low-high", position).unwrap();
+        switch(&mut desk, Switch::LowHigh(position)).unwrap();
         for (number, unit, factor) in [(8, "05 1C", 1.0), (8, "05 15", 0.75006168), (8, "05 1D", 100.0)] {
             desk.put(1, 21, &[number]).unwrap();
             desk.put(1, 22, &hex(unit)).unwrap();
@@ -39,10 +40,10 @@ fn the_switchover_is_read_in_unit_and_type_of_the_device() {
 }
 
 #[test]
-fn the_hpg_switches_over_there() {
+fn the_hpg_switches_over_at_the_pressure_of_low_high() {
     let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1000.0);
     for (position, mbar, _) in POSITIONS {
-        switch(&mut desk, "low-high", position).unwrap();
+        switch(&mut desk, Switch::LowHigh(position)).unwrap();
         for (factor, active) in [(2.0, 1), (1.0, 1), (0.99, 2), (0.1, 2), (1.01, 1)] {
             desk.pressure_mbar(mbar * factor);
             assert_eq!(desk.get(1, 47), [active], "position {position}, {factor} x {mbar} mbar");
@@ -51,28 +52,28 @@ fn the_hpg_switches_over_there() {
     }
 }
 
-/// (82): the emission goes on there too.
+/// (82): the emission goes on at the same pressure.
 #[test]
-fn the_emission_follows_the_switch() {
+fn the_emission_goes_on_at_the_switchover() {
     let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 0.3);
-    for (position, emission) in [("0", 1), ("9", 0), ("4", 0), ("2", 1)] {
-        switch(&mut desk, "low-high", position).unwrap();
+    for (position, emission) in [(0, 1), (9, 0), (4, 0), (2, 1)] {
+        switch(&mut desk, Switch::LowHigh(position)).unwrap();
         assert_eq!(of_instance(&mut desk, 2, 105), [emission], "position {position}");
     }
 }
 
 #[test]
-fn cal_adj_reads_as_its_marking_and_moves_the_ionisation_part() {
+fn cal_adj_reads_as_its_position_and_scales_the_ionisation_part() {
     let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-3);
     assert_eq!(desk.get(0, 203), [0]);
     let factors = [1.0f32, 1.05, 1.1, 1.15, 1.2, 1.25, 0.8, 0.85, 0.9, 0.95];
     for (position, factor) in (0..=9u8).zip(factors) {
-        switch(&mut desk, "cal-adj", &position.to_string()).unwrap();
+        switch(&mut desk, Switch::CalAdj(position)).unwrap();
         assert_eq!(desk.get(0, 203), [position]);
         let read = float_of(&desk.exchange(&[])[3..]);
         assert!((read / 1e-3 / factor - 1.0).abs() < 1e-6, "position {position}: {read} mbar");
     }
-    // A switch stays where it is when power goes, and the Pirani does not look at it.
+    // A switch keeps its position without power, and it has no effect on the Pirani.
     restart(&mut desk);
     desk.command(4).unwrap();
     assert!((float_of(&of_instance(&mut desk, 2, 19)) / 9.5e-4 - 1.0).abs() < 1e-6);
@@ -80,32 +81,31 @@ fn cal_adj_reads_as_its_marking_and_moves_the_ionisation_part() {
     assert!((float_of(&of_instance(&mut desk, 1, 19)) / 10.0 - 1.0).abs() < 1e-6);
 }
 
-/// Switches stay where they are when power goes.
 #[test]
-fn switches_are_no_memory() {
+fn a_switch_keeps_its_position_without_power() {
     let mut desk = desk(Xpg400Model::Hpg);
-    switch(&mut desk, "low-high", "6").unwrap();
-    switch(&mut desk, "cal-adj", "7").unwrap();
+    switch(&mut desk, Switch::LowHigh(6)).unwrap();
+    switch(&mut desk, Switch::CalAdj(7)).unwrap();
     restart(&mut desk);
     assert_eq!((float_of(&desk.get(0, 202)), desk.get(0, 203)), (0.1, vec![7]));
 }
 
 #[test]
-fn what_a_switch_has_not_is_refused() {
+fn a_gauge_rejects_a_position_or_a_switch_that_it_does_not_have() {
     let mut desk = desk(Xpg400Model::Hpg);
-    for name in ["low-high", "cal-adj"] {
-        for value in ["10", "-1", "", "LOW", "255", "256"] {
-            assert_eq!(switch(&mut desk, name, value).unwrap_err().expected, ["0 ... 9"], "{name} {value}");
-        }
+    for position in [10, 255] {
+        assert!(switch(&mut desk, Switch::LowHigh(position)).is_err(), "{position}");
+        assert!(switch(&mut desk, Switch::CalAdj(position)).is_err(), "{position}");
     }
     assert_eq!((float_of(&desk.get(0, 202)), desk.get(0, 203)), (1.0, vec![0]));
     let mut desk = crate::desk(Xpg400Model::Bpg);
-    assert_eq!(switch(&mut desk, "low-high", "1").unwrap_err().expected, ["address", "degas"]);
+    let action = Action::Switch(Switch::LowHigh(1));
+    assert_eq!(switch(&mut desk, Switch::LowHigh(1)), Err(UnsupportedAction { action }));
 }
 
 /// The BPG400-SP has its switchover at 5.5e-3 mbar, and the Pirani has it (77).
 #[test]
-fn the_pirani_decides() {
+fn the_pirani_decides_the_active_instance() {
     let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
     for (pirani, ion, active, value) in [
         (5.4e-3, 6e-3, 2, 6e-3f32),
