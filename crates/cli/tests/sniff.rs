@@ -37,7 +37,7 @@ fn it_tells_what_happens_survives_junk_sends_nothing_and_ends_with_ctrl_c() {
     assert!(
         program
             .line()
-            .ends_with("s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
+            .ends_with("s    5  is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready")
     );
     line.write_all(&[0; 40]).unwrap();
     line.write_all(&octets("DC 02 02")).unwrap();
@@ -73,7 +73,7 @@ fn a_scan_is_overheard_without_being_disturbed() {
     // The gauge joins a line that may be busy, and the machine may be slow: a scan that finds nobody is repeated.
     let scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
     assert!((0..10).any(|_| scan() == Some(0)), "nobody was found");
-    while !program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
+    while !program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready")
     {
     }
     program.interrupt();
