@@ -170,9 +170,7 @@ fn input_from_a_pipe_is_explained_at_once() {
     for request in ["TX 68 05 05 68 85 82 6D 3C 3E EE 16", "RX 68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16"] {
         program.say(request);
     }
-    assert!(
-        program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready")
-    );
+    assert!(program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready"));
     program.end_of_file();
     assert_eq!(program.exit_code(), 0);
 }

@@ -73,9 +73,7 @@ fn sniff_explains_a_scan_without_disturbing_it() {
     // The computer may be slow when the gauge joins: a scan that finds no station is repeated.
     let scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
     assert!((0..10).any(|_| scan() == Some(0)), "no station was found");
-    while !program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready")
-    {
-    }
+    while !program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready") {}
     program.interrupt();
     while !program.line().contains("bcg450 ") {}
     assert_eq!(program.exit_code(), 0);

@@ -2,9 +2,9 @@
 //! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, desk, of_instance};
+use crate::{Gauge, of_instance, tester};
 use profivac_devices::bcg450::table;
 use profivac_devices::{Action, Potentiometer, Switch};
 
@@ -23,13 +23,13 @@ fn walk(seed: u64) -> Walk<Gauge> {
         moving: &[],
         check,
     };
-    Walk::new(desk(), particular, seed)
+    Walk::new(tester(), particular, seed)
 }
 
-fn check(desk: &mut Desk<Gauge>) {
-    copies_are_equal(desk);
-    for (relay, instance) in desk.report().relays.iter().zip([5, 6]) {
-        assert_eq!(of_instance(desk, instance, 20), [if *relay { 0x0A } else { 0 }]);
+fn check(tester: &mut Tester<Gauge>) {
+    copies_are_equal(tester);
+    for (relay, instance) in tester.report().relays.iter().zip([5, 6]) {
+        assert_eq!(of_instance(tester, instance, 20), [if *relay { 0x0A } else { 0 }]);
     }
 }
 

@@ -2,9 +2,9 @@
 //! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, TTR, desk, hex, of_instance, pcg, pcg_without_atm, psg};
+use crate::{Gauge, TTR, hex, of_instance, pcg, pcg_without_atm, psg, tester};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::{Action, Switch};
 
@@ -22,33 +22,33 @@ fn walk(kind: Pxg55xModel, seed: u64) -> Walk<Gauge> {
         moving: &[(2, 17), (2, 19), (2, 31), (2, 32), (3, 17), (3, 19), (3, 31), (3, 32)],
         check,
     };
-    Walk::new(desk(kind), particular, seed)
+    Walk::new(tester(kind), particular, seed)
 }
 
-fn check(desk: &mut Desk<Gauge>) {
-    copies_are_equal(desk);
-    let report = desk.report();
+fn check(tester: &mut Tester<Gauge>) {
+    copies_are_equal(tester);
+    let report = tester.report();
     let alarm = report.exception_status & 0x07 != 0;
     let led = if alarm {
         "red"
-    } else if desk.is_exchanging() {
+    } else if tester.is_exchanging() {
         "green"
     } else {
         "green flashing"
     };
     assert_eq!(report.led, led);
     for (slot, relay) in [2, 3].into_iter().zip(report.relays.iter()) {
-        let trip = desk.get(slot, 21)[0];
-        assert_eq!((desk.get(slot + 2, 19)[0], *relay), (trip, trip == 1));
+        let trip = tester.get(slot, 21)[0];
+        assert_eq!((tester.get(slot + 2, 19)[0], *relay), (trip, trip == 1));
         // None enabled, none tripped (98).
-        assert!(trip == 0 || desk.get(slot, 18) == [1] || desk.get(slot, 20) == [1]);
-        assert_eq!((desk.get(slot, 28), desk.get(slot, 29)), (desk.get(1, 22), desk.get(1, 21)));
+        assert!(trip == 0 || tester.get(slot, 18) == [1] || tester.get(slot, 20) == [1]);
+        assert_eq!((tester.get(slot, 28), tester.get(slot, 29)), (tester.get(1, 22), tester.get(1, 21)));
     }
     for indicated in report.indicated.iter() {
-        assert_eq!(of_instance(desk, indicated.instance, 23), [u8::from(indicated.valid)]);
+        assert_eq!(of_instance(tester, indicated.instance, 23), [u8::from(indicated.valid)]);
     }
     let [hours, quarters] =
-        [36, 212].map(|index| desk.get(0, index).iter().fold(0u32, |sum, it| sum << 8 | u32::from(*it)));
+        [36, 212].map(|index| tester.get(0, index).iter().fold(0u32, |sum, it| sum << 8 | u32::from(*it)));
     assert_eq!(hours, (quarters / 4).min(65_535));
     assert!((report.run_hours - f64::from(quarters) / 4.0) < 0.25);
 }

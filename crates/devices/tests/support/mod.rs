@@ -31,13 +31,13 @@ pub fn hex(text: &str) -> Vec<u8> {
 }
 
 /// A slave with its master.
-pub struct Desk<D> {
+pub struct Tester<D> {
     pub slave: Slave<D>,
     ident: u16,
     now: BitTime,
 }
 
-impl<D: SimulatedDevice> Desk<D> {
+impl<D: SimulatedDevice> Tester<D> {
     /// A device that has settled after power-up.
     pub fn new(mut device: D) -> Self {
         device.settle();

@@ -68,7 +68,7 @@ fn a_write_is_executed_once_and_a_read_in_every_cycle() {
     master.advance(0.2);
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 00");
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
-    master.desk.device().settle();
+    master.tester.device().settle();
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 00");
 }
@@ -169,7 +169,7 @@ fn the_controller_has_no_acyclic_services() {
     // 150: the access points of MS1 and MS2 stay closed, and DPV1_Enable is no user parameter (151).
     let mut master = exchange();
     for sap in [profivac_wire::Sap::Ms1, profivac_wire::Sap::ResourceManager] {
-        let (code, _) = master.desk.request(sap, &[0x5E, 0, 20, 1]).unwrap();
+        let (code, _) = master.tester.request(sap, &[0x5E, 0, 20, 1]).unwrap();
         assert_eq!(code & 0x0F, 3, "service not activated");
     }
 }

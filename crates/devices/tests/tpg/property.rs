@@ -100,18 +100,18 @@ impl Walk {
     }
 
     fn pressure(&mut self) {
-        let parts = self.master.desk.device().parts().len();
+        let parts = self.master.tester.device().parts().len();
         let pa = 10f64.powf(self.random.unit() * 18.0 - 12.0);
         match self.random.below(8) {
-            part @ 0..4 if part < parts => self.master.desk.device().sense(part, pa),
-            _ => self.master.desk.pressure_mbar(pa / 100.0),
+            part @ 0..4 if part < parts => self.master.tester.device().sense(part, pa),
+            _ => self.master.tester.pressure_mbar(pa / 100.0),
         }
     }
 
     fn fault(&mut self) {
         let fault = self.random.one_of(table::TPG500.faults.faults);
         let active = self.random.once_in(12);
-        self.master.desk.device().operate(Action::Fault { fault, active }).unwrap();
+        self.master.tester.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
     /// A unit there and back: no threshold changes beyond the rounding of a float.
@@ -143,16 +143,16 @@ impl Walk {
             }
             18 => self.fault(),
             19..21 => {
-                self.master.desk.device().settle();
+                self.master.tester.device().settle();
                 self.master.cycle([0; 8]);
             }
-            21 => self.master.desk.request_sdn(&[0x02, 0x00]),
+            21 => self.master.tester.request_sdn(&[0x02, 0x00]),
             _ => match self.random.below(60) {
                 0 => self.power(),
                 1..4 => self.store(),
                 4 => self.units_there_and_back(),
                 5..8 => {
-                    self.master.desk.unlock();
+                    self.master.tester.unlock();
                     self.master.bring_up();
                 }
                 _ => {}
@@ -171,7 +171,7 @@ impl Walk {
             assert!(board.is_some() || [3, 5].contains(&status));
             seen.statuses[usize::from(status)] = true;
         }
-        let report = self.master.desk.device().report();
+        let report = self.master.tester.device().report();
         for (slot, relay) in (5..).zip(report.relays.iter()) {
             assert_eq!(self.master.read(slot, SETPOINT_STATUS), Ok(u32::from(!relay)));
             seen.relays[slot as usize - 5] |= relay;

@@ -5,7 +5,7 @@ use crate::master::{
     A1, ACCESS_CODE, B1, Exchange, FILTER, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
     VOLATILITY,
 };
-use crate::support::{Desk, off};
+use crate::support::{Tester, off};
 use crate::{BOARDS, Controller, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::{Key, RamStore, Store};
@@ -25,9 +25,10 @@ fn exchange() -> Exchange {
 #[test]
 fn the_program_version_has_a_digit_in_each_nibble() {
     assert_eq!(exchange().read(0, 21), Ok(0x5097_3101));
-    let mut desk: Desk<Controller> = Desk::new(Tpg::new(&table::TPG300, RamStore::default(), Setup::new(5), BOARDS));
-    desk.bring_up(&[], &[0x97, 0xA7, 0xA0]);
-    assert_eq!(desk.exchange(&[0x10, 0, 21, 0, 0, 0, 0, 0, 0]), [0x20, 0, 21, 0, 0x50, 0x97, 0x80, 0x06]);
+    let mut tester: Tester<Controller> =
+        Tester::new(Tpg::new(&table::TPG300, RamStore::default(), Setup::new(5), BOARDS));
+    tester.bring_up(&[], &[0x97, 0xA7, 0xA0]);
+    assert_eq!(tester.exchange(&[0x10, 0, 21, 0, 0, 0, 0, 0, 0]), [0x20, 0, 21, 0, 0x50, 0x97, 0x80, 0x06]);
 }
 
 #[test]
@@ -50,7 +51,7 @@ fn a_slower_filter_shows_a_change_later() {
         let mut master = exchange();
         master.write(A1, FILTER, filter).unwrap();
         master.pressure(1.0);
-        master.desk.pressure_mbar(100.0);
+        master.tester.pressure_mbar(100.0);
         master.advance(0.2);
         shares.push(master.values()[0]);
         // Filters are the channel's own.

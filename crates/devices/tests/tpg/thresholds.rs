@@ -17,11 +17,11 @@ fn exchange() -> Exchange {
 }
 
 fn relays(master: &mut Exchange) -> Vec<bool> {
-    master.desk.device().report().relays.iter().copied().collect()
+    master.tester.device().report().relays.iter().copied().collect()
 }
 
 fn emission(master: &mut Exchange) -> Vec<bool> {
-    master.desk.device().report().emission.iter().copied().collect()
+    master.tester.device().report().emission.iter().copied().collect()
 }
 
 #[test]
@@ -56,8 +56,8 @@ fn every_block_compares_its_own_source() {
         master.thresholds(slot, 1.0, 2.0, slot - 4).unwrap();
     }
     for part in 0..4 {
-        (0..4).for_each(|other| master.desk.device().sense(other, if other == part { 10.0 } else { 1e5 }));
-        master.desk.device().settle();
+        (0..4).for_each(|other| master.tester.device().sense(other, if other == part { 10.0 } else { 1e5 }));
+        master.tester.device().settle();
         let activated: Vec<bool> = (5..=8).map(|slot| master.is_activated(slot)).collect();
         assert_eq!(activated, (0..4).map(|other| other == part).collect::<Vec<bool>>());
     }

@@ -1,7 +1,7 @@
 //! Identity, station address and nonvolatile memory. tira36e1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
-use crate::support::{Desk, hex, off};
-use crate::{FLOATS, Gauge, KINDS, desk, exchanging, gauge, of_instance, restart};
+use crate::support::{Tester, hex, off};
+use crate::{FLOATS, Gauge, KINDS, exchanging, gauge, of_instance, restart, tester};
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
@@ -16,7 +16,7 @@ fn the_identity_is_that_of_the_manual() {
         (Xpg400Model::Hpg, "353-525             ", "HPG400-SP"),
     ] {
         let setup = Setup { serial: SerialNumber::new("4711"), ..Setup::new(5) };
-        let mut desk = Desk::new(Gauge::new(RamStore::default(), kind, setup));
+        let mut tester = Tester::new(Gauge::new(RamStore::default(), kind, setup));
         for (index, text) in [
             (17, "CG      "),
             (18, "E54-0997 "),
@@ -27,13 +27,13 @@ fn the_identity_is_that_of_the_manual() {
             (23, "4711                          "),
             (24, format!("{title:<50}").as_str()),
         ] {
-            assert_eq!(String::from_utf8(desk.get(0, index)).unwrap(), text, "{index}");
+            assert_eq!(String::from_utf8(tester.get(0, index)).unwrap(), text, "{index}");
         }
         // (31)
-        assert_eq!(desk.get(0, 16), hex("00 01 00 00"));
-        assert_eq!(desk.get(1, 16), hex("00 03 00 00"));
+        assert_eq!(tester.get(0, 16), hex("00 01 00 00"));
+        assert_eq!(tester.get(1, 16), hex("00 03 00 00"));
         for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00")] {
-            assert_eq!(of_instance(&mut desk, instance, 101), hex(block_type));
+            assert_eq!(of_instance(&mut tester, instance, 101), hex(block_type));
         }
     }
 }
@@ -42,22 +42,22 @@ fn the_identity_is_that_of_the_manual() {
 #[test]
 fn a_new_gauge_has_the_values_of_the_factory() {
     for kind in KINDS {
-        let mut desk = desk(kind);
-        assert_eq!(desk.get(1, 46), [1]);
+        let mut tester = tester(kind);
+        assert_eq!(tester.get(1, 46), [1]);
         for (instance, index, octets) in
             [(1, 21, "08"), (1, 22, "05 1C"), (1, 39, "00"), (2, 39, "00"), (2, 40, "00 00 00 00"), (1, 140, "00")]
         {
-            assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+            assert_eq!(of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
         }
     }
 }
 
 #[test]
 fn the_selector_is_restored_after_power_up() {
-    let mut desk = desk(Xpg400Model::Hpg);
-    desk.put(1, 46, &[4]).unwrap();
-    restart(&mut desk);
-    assert_eq!(desk.get(1, 46), [4]);
+    let mut tester = tester(Xpg400Model::Hpg);
+    tester.put(1, 46, &[4]).unwrap();
+    restart(&mut tester);
+    assert_eq!(tester.get(1, 46), [4]);
 }
 
 const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
@@ -154,14 +154,14 @@ fn a_stored_value_out_of_range_is_ignored() {
         store.save(Key::Parameter { slot: 1, instance, index }, &hex(octets)).unwrap();
     }
     store.save(Key::Internal(0), &hex("7F F0 00 00 00 00 00 00")).unwrap();
-    let mut desk = Desk::new(Gauge::new(store, Xpg400Model::Bpg, Setup::new(5)));
-    desk.pressure_mbar(1.0);
-    desk.command(4).unwrap();
-    assert_eq!(desk.get(1, 46), [1]);
+    let mut tester = Tester::new(Gauge::new(store, Xpg400Model::Bpg, Setup::new(5)));
+    tester.pressure_mbar(1.0);
+    tester.command(4).unwrap();
+    assert_eq!(tester.get(1, 46), [1]);
     for (instance, index, octets) in
         [(1, 39, "00"), (2, 40, "00 00 00 00"), (1, 22, "05 1C"), (1, 21, "08"), (1, 19, "3F 80 00 00")]
     {
-        assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+        assert_eq!(of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
     }
 }
 

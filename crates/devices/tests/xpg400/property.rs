@@ -2,10 +2,10 @@
 //! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::support::random::Random;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, KINDS, desk, of_instance};
+use crate::{Gauge, KINDS, of_instance, tester};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_devices::{Action, Potentiometer, Switch};
 
@@ -45,25 +45,25 @@ fn walk(kind: Xpg400Model, seed: u64) -> Walk<Gauge> {
         moving: &[],
         check,
     };
-    Walk::new(desk(kind), particular, seed)
+    Walk::new(tester(kind), particular, seed)
 }
 
-fn check(desk: &mut Desk<Gauge>) {
-    copies_are_equal(desk);
-    let report = desk.report();
+fn check(tester: &mut Tester<Gauge>) {
+    copies_are_equal(tester);
+    let report = tester.report();
     for (relay, instance) in report.relays.iter().zip([3, 4]) {
-        assert_eq!(of_instance(desk, instance, 20), [if *relay { 0x0A } else { 0 }]);
+        assert_eq!(of_instance(tester, instance, 20), [if *relay { 0x0A } else { 0 }]);
     }
     for indicated in report.indicated.iter() {
-        assert_eq!(of_instance(desk, indicated.instance, 23), [u8::from(indicated.valid)]);
+        assert_eq!(of_instance(tester, indicated.instance, 23), [u8::from(indicated.valid)]);
     }
     let emission = report.emission.iter().eq([&true]);
-    assert_eq!(of_instance(desk, 2, 105)[0] != 0, emission);
+    assert_eq!(of_instance(tester, 2, 105)[0] != 0, emission);
     // Without emission nothing but the Pirani measures (80); outside EXECUTING nothing measures.
     let executing = report.device_state == "EXECUTING";
     assert!(emission || report.active_instance == 1 || !executing, "{report:?}");
     // An adjustment runs in EXECUTING only (103).
-    assert!(of_instance(desk, 1, 140) == [0] || executing, "{report:?}");
+    assert!(of_instance(tester, 1, 140) == [0] || executing, "{report:?}");
 }
 
 fn a_million_steps(kind: Xpg400Model, seed: u64) {

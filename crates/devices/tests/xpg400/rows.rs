@@ -148,9 +148,9 @@ fn each_gauge_has_the_rows_of_its_variant() {
         (1, 3, 201, [false, false]),
     ] {
         for (kind, there) in KINDS.into_iter().zip(kinds) {
-            let mut desk = crate::desk(kind);
-            desk.put(1, 46, &[instance]).unwrap();
-            let read = desk.read(Relation::Ms2(0), slot, index);
+            let mut tester = crate::tester(kind);
+            tester.put(1, 46, &[instance]).unwrap();
+            let read = tester.read(Relation::Ms2(0), slot, index);
             assert_eq!(read.map_err(|refusal| refusal.code_2).err(), (!there).then_some(3), "{kind:?} {slot}/{index}");
         }
     }
