@@ -16,6 +16,7 @@ const ATTEMPTS: u8 = 3;
 
 /// Why a slave has not moved.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum AddressError {
     /// The line.
     #[error(transparent)]
@@ -64,11 +65,11 @@ pub enum AddressError {
 ///
 /// # Errors
 /// [`AddressError`] when nobody is there, somebody owns it, or the new address is taken.
-pub fn check(tool: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, AddressError> {
-    if find(tool, to)?.is_some() {
+pub fn check(session: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, AddressError> {
+    if find(session, to)?.is_some() {
         return Err(AddressError::AddressInUse(to));
     }
-    let slave = find(tool, from)?.and_then(|seen| seen.slave).ok_or(AddressError::NoAnswer(from))?;
+    let slave = find(session, from)?.and_then(|station| station.slave).ok_or(AddressError::NoAnswer(from))?;
     match slave.owner {
         Some(master) => Err(AddressError::OwnedByOther { address: from, master }),
         None => Ok(slave),
@@ -76,13 +77,13 @@ pub fn check(tool: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, Add
 }
 
 /// Asks until somebody answers: one lost answer must not make a free address of one that is taken.
-fn find(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
+fn find(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
     for _ in 1..ATTEMPTS {
-        if let Some(seen) = probe(tool, address)? {
-            return Ok(Some(seen));
+        if let Some(station) = probe(session, address)? {
+            return Ok(Some(station));
         }
     }
-    probe(tool, address)
+    probe(session, address)
 }
 
 /// Gives the slave at `from` with this ident number the address `to`, and looks whether it is there. With `lock` it takes no other
@@ -90,11 +91,11 @@ fn find(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, Sess
 ///
 /// # Errors
 /// [`AddressError`] says where it is.
-pub fn change(tool: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -> Result<(), AddressError> {
+pub fn change(session: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -> Result<(), AddressError> {
     let mut du = [0; 8];
     let request = SetSlaveAdd { address: to, ident, no_add_chg: if lock { LOCKED } else { 0 }, rem_slave_data: &[] };
     let length = request.emit(&mut du).unwrap_or_default();
-    match tool.request(&services::set_slave_add(from, du.get(..length).unwrap_or_default()))? {
+    match session.request(&services::set_slave_add(from, du.get(..length).unwrap_or_default()))? {
         // SC, which is both.
         Reply::Answer { status: Status::Ok | Status::NoReply, .. } => {}
         Reply::Answer { status, .. } => return Err(AddressError::ServiceClosed(from, status)),
@@ -102,14 +103,14 @@ pub fn change(tool: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -
     }
     let begun = Instant::now();
     loop {
-        let seen = probe(tool, to)?.and_then(|seen| seen.slave);
-        if seen.is_some_and(|slave| slave.ident == ident) {
+        let station = probe(session, to)?.and_then(|station| station.slave);
+        if station.is_some_and(|slave| slave.ident == ident) {
             return Ok(());
         }
-        if probe(tool, from)?.is_some() {
+        if probe(session, from)?.is_some() {
             return Err(AddressError::NotChanged(from));
         }
-        if begun.elapsed() >= tool.timeout() {
+        if begun.elapsed() >= session.timeout() {
             return Err(AddressError::NotFound { from, to });
         }
     }

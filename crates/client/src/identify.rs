@@ -13,22 +13,22 @@ use std::time::Instant;
 /// Slot and index of Device Configuration. tira56e1 7.1.9
 const DEVICE_CONFIGURATION: (u8, u8) = (0, 24);
 
-/// The slave at `address`. Waits for it as long as the tool has patience.
+/// The slave at `address`. Waits for it as long as the session has patience.
 ///
 /// # Errors
 /// [`ClientError::Nobody`], or [`ClientError::Master`].
-pub fn wait_for_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, ClientError> {
+pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, ClientError> {
     let begun = Instant::now();
     loop {
-        match probe(tool, address)? {
-            Some(seen) if seen.station_type != StationType::Slave => return Err(ClientError::Master(address)),
-            seen => {
-                if let Some(slave) = seen.and_then(|seen| seen.slave) {
+        match probe(session, address)? {
+            Some(station) if station.station_type != StationType::Slave => return Err(ClientError::Master(address)),
+            station => {
+                if let Some(slave) = station.and_then(|station| station.slave) {
                     return Ok(slave);
                 }
             }
         }
-        if begun.elapsed() >= tool.timeout() {
+        if begun.elapsed() >= session.timeout() {
             return Err(ClientError::NoAnswer(address));
         }
     }
@@ -39,18 +39,18 @@ pub fn wait_for_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus,
 /// # Errors
 /// [`ClientError::Unknown`] if there is none.
 pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
-    let mut known = MODELS.into_iter().filter(|model| model.ident == ident);
-    let first = known.next().ok_or(ClientError::UnknownDevice { address, ident })?;
-    let versions: Vec<_> = VARIANTS.iter().filter(|version| version.model.ident == ident).collect();
-    if versions.is_empty() {
+    let mut models = MODELS.into_iter().filter(|model| model.ident == ident);
+    let first = models.next().ok_or(ClientError::UnknownDevice { address, ident })?;
+    let variants: Vec<_> = VARIANTS.iter().filter(|variant| variant.model.ident == ident).collect();
+    if variants.is_empty() {
         return Ok(first);
     }
     let (slot, index) = DEVICE_CONFIGURATION;
     // A gauge that does not tell is taken for the first: the tables differ in what is fitted only.
     let Ok(octets) = records.read(slot, index) else { return Ok(first) };
     let text = String::from_utf8_lossy(&octets).into_owned();
-    let best = versions.into_iter().max_by_key(|version| similarity(&text, version.configuration));
-    Ok(best.map_or(first, |version| &version.model))
+    let best = variants.into_iter().max_by_key(|variant| similarity(&text, variant.configuration));
+    Ok(best.map_or(first, |variant| &variant.model))
 }
 
 /// Words both have, less those only one has.
@@ -67,10 +67,10 @@ mod tests {
 
     #[test]
     fn the_configuration_tells_the_gauges_of_a_series_apart() {
-        for version in &VARIANTS {
+        for variant in &VARIANTS {
             let best =
-                VARIANTS.iter().max_by_key(|other| similarity(version.configuration, other.configuration)).unwrap();
-            assert_eq!(best.configuration, version.configuration);
+                VARIANTS.iter().max_by_key(|other| similarity(variant.configuration, other.configuration)).unwrap();
+            assert_eq!(best.configuration, variant.configuration);
         }
     }
 }

@@ -65,6 +65,7 @@ pub enum Target<'a> {
 
 /// Why a target is none.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TargetError {
     /// No parameter is called so.
     #[error("{device} has no parameter or command {text:?}{}", suggestion(.alike))]
@@ -110,6 +111,24 @@ impl NamedParameter {
     pub fn is_same_instance(&self, other: &Self) -> bool {
         let (place, other) = (self.parameter.place, other.parameter.place);
         (place.slot, place.instance) == (other.slot, other.instance)
+    }
+}
+
+/// The parameter that opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
+pub(super) const LOCK: &str = "Threshold validation";
+
+impl NamedParameter {
+    /// Whether the parameter can be written only while its set is open.
+    fn has_lock(&self) -> bool {
+        let Parameter { row, block, .. } = self.parameter;
+        row.name != LOCK && block.rows.iter().any(|row| row.name == LOCK)
+    }
+
+    /// The name of the parameter that opens the set of this one, if it belongs to a set.
+    pub(super) fn lock_name(&self) -> Option<String> {
+        let place = self.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
+        let separator = if place.contains('.') { '/' } else { '.' };
+        self.has_lock().then(|| format!("{place}{separator}{}", slug(LOCK)))
     }
 }
 
@@ -174,6 +193,14 @@ impl ParameterNames {
             let Parameter { place, row, .. } = named.parameter;
             (place.slot, place.instance, row.index) == (slot, instance, index)
         })
+    }
+
+    /// The parameter that opens the set of `named` for changes, if it belongs to a set.
+    #[must_use]
+    pub fn lock_of(&self, named: &NamedParameter) -> Option<&NamedParameter> {
+        let Parameter { place, block, .. } = named.parameter;
+        let row = block.rows.iter().find(|row| row.name == LOCK).filter(|_| named.has_lock())?;
+        self.at(place.slot, place.instance, row.index)
     }
 
     /// Everything at this slot and index, one for each instance.

@@ -25,6 +25,7 @@ pub struct Pressure {
 
 /// Not a pressure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PressureError {
     /// No number, or one that no pressure has.
     #[error("expected a pressure like '1e-3 mbar', got {0:?}")]
@@ -47,6 +48,24 @@ impl Pressure {
     #[must_use]
     pub const fn from_mbar(mbar: f64) -> Self {
         Self { mbar }
+    }
+
+    /// A pressure in Pa.
+    #[must_use]
+    pub const fn from_pa(pa: f64) -> Self {
+        Self { mbar: pa / 100.0 }
+    }
+
+    /// A pressure in Torr.
+    #[must_use]
+    pub const fn from_torr(torr: f64) -> Self {
+        Self { mbar: torr * MBAR_PER_TORR }
+    }
+
+    /// In Torr.
+    #[must_use]
+    pub const fn torr(self) -> f64 {
+        self.mbar / MBAR_PER_TORR
     }
 
     /// In Pa.

@@ -5,19 +5,15 @@
 
 use super::error::{ClientError, ErrorKind};
 use super::gauge::{Gauge, ParameterReading, PreparedWrite};
-use super::names::{NamedParameter, ParameterNames, Target};
-use super::records::Records;
+use super::names::{NamedParameter, Target, TargetError};
+use super::records::{Records, Unavailable};
 use profivac_devices::model::{Access, Codes, DataType, Direction};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use toml::Spanned;
 
-/// What an instance selector is called: it is a finger on a page, not a setting.
-const SELECTOR: &str = "Channel Instance Selector";
-
-/// What opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
-const LOCK: &str = "Threshold validation";
+/// The values of the parameter that opens and closes a set.
 const OPEN: &str = "open-for-changes";
 const CLOSED: &str = "valid";
 
@@ -56,16 +52,39 @@ pub struct Setting {
 
 /// Why a file is none, or none for this gauge.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SettingsFileError {
-    /// It is no such TOML.
-    #[error("line {line}, column {column}: {reason}")]
+    /// The file is no TOML, or has other keys.
+    #[error("line {line}, column {column}: {message}")]
     Syntax {
         /// From 1.
         line: usize,
         /// From 1.
         column: usize,
-        /// What is wrong.
-        reason: String,
+        /// The message of the TOML parser.
+        message: String,
+    },
+    /// The gauge has no parameter of this name.
+    #[error("line {line}, column {column}: {error}")]
+    UnknownParameter {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The error of the search.
+        error: TargetError,
+    },
+    /// The parameter is no setting.
+    #[error("line {line}, column {column}: {name} is no setting of {device}")]
+    NoSetting {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The name in the file.
+        name: String,
+        /// The device.
+        device: &'static str,
     },
     /// It is of another kind of device.
     #[error(
@@ -112,21 +131,10 @@ pub enum RestoreOutcome {
 #[must_use]
 pub fn is_setting(named: &NamedParameter) -> bool {
     let row = named.parameter.row;
-    row.is_stored() && row.access.intersects(Access::WRITE) && !row.codes.is_command() && row.name != SELECTOR
-}
-
-/// Whether a parameter can be written only while its set is open.
-pub(super) fn has_lock(named: &NamedParameter) -> bool {
-    let parameter = named.parameter;
-    parameter.row.name != LOCK && parameter.block.rows.iter().any(|row| row.name == LOCK)
-}
-
-/// What opens the set a parameter belongs to, if it belongs to one.
-#[must_use]
-pub fn lock_of(names: &ParameterNames, named: &NamedParameter) -> Option<NamedParameter> {
-    let place = named.parameter.place;
-    let row = named.parameter.block.rows.iter().find(|row| row.name == LOCK).filter(|_| has_lock(named))?;
-    names.at(place.slot, place.instance, row.index).cloned()
+    row.is_stored()
+        && row.access.intersects(Access::WRITE)
+        && !row.codes.is_command()
+        && row.name != crate::gauge::SELECTOR
 }
 
 /// Opens a set for changes.
@@ -208,8 +216,7 @@ pub fn dump_with_progress<R: Records>(
     }
     tell(readings.len(), wanted.len());
     if readings.is_empty() {
-        let reason = "nothing can be read this way; say --via pkw".to_owned();
-        return Err(ClientError::Unavailable { device: gauge.model().name, address: gauge.address(), reason });
+        return Err(gauge.unavailable(Unavailable::NothingReadable));
     }
     Ok(Dump { device: gauge.model().name, ident: gauge.model().ident, readings })
 }
@@ -270,7 +277,7 @@ impl SettingsFile {
     pub fn parse(text: &str) -> Result<Self, SettingsFileError> {
         let raw: Raw = toml::from_str(text).map_err(|error| {
             let (line, column) = position(text, error.span().map_or(0, |span| span.start));
-            SettingsFileError::Syntax { line, column, reason: error.message().trim_end().replace('\n', ", ") }
+            SettingsFileError::Syntax { line, column, message: error.message().trim_end().replace('\n', ", ") }
         })?;
         let setting = |(name, value): (String, Spanned<String>)| {
             let at = position(text, value.span().start);
@@ -301,11 +308,15 @@ impl SettingsFile {
         let names = gauge.names();
         let mut found = Vec::new();
         for setting in &self.settings {
-            let wrong = |reason: String| SettingsFileError::Syntax { line: setting.at.0, column: setting.at.1, reason };
-            match names.find(gauge.model().name, &setting.name) {
+            let (line, column) = setting.at;
+            let device = gauge.model().name;
+            match names.find(device, &setting.name) {
                 Ok(Target::Parameter(named)) if is_setting(named) => found.push((named.clone(), setting.clone())),
-                Ok(_) => return Err(wrong(format!("{} is no setting of {}", setting.name, gauge.model().name))),
-                Err(error) => return Err(wrong(error.to_string())),
+                Ok(_) => {
+                    let name = setting.name.clone();
+                    return Err(SettingsFileError::NoSetting { line, column, name, device });
+                }
+                Err(error) => return Err(SettingsFileError::UnknownParameter { line, column, error }),
             }
         }
         found.sort_by_key(|(named, _)| {
@@ -376,7 +387,7 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
             if is_there {
                 return Ok(RestoreOutcome::Written { name: named.name, before: difference.current.text, after });
             }
-            let place = gauge.location(&named);
+            let place = gauge.context(&named);
             Ok(RestoreOutcome::Refused(ClientError::NotKept { place, written: text, found: after }))
         }
         Err(error) if error.kind() == ErrorKind::Line => Err(error),
@@ -459,7 +470,6 @@ mod tests {
         let records = Shared { shown: 2, reads: 0, every };
         let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
         let dump = dump(&mut gauge);
-        gauge.restore_selector().unwrap();
         dump
     }
 
@@ -481,7 +491,7 @@ mod tests {
                 let place = named.parameter.place;
                 if let (1.., Ok(reading)) = (place.instance, reading) {
                     assert!(
-                        named.parameter.row.name == SELECTOR || reading.octets == [place.instance; 4],
+                        named.parameter.row.name == crate::gauge::SELECTOR || reading.octets == [place.instance; 4],
                         "{named} {every}"
                     );
                 }

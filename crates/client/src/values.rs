@@ -5,6 +5,7 @@
 
 use super::names::{NamedParameter, key};
 use profivac_devices::model::{Codes, DataType, Model, NumberType, PressureFormat, Row, Scale, Unit};
+use std::fmt;
 
 /// The value of a parameter as it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,12 +24,57 @@ pub enum Value {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected {expected}, got {received:?}")]
 pub struct ValueError {
-    /// What it takes.
-    pub expected: String,
+    /// The accepted values.
+    pub expected: Expected,
     /// What was given.
     pub received: String,
     /// It is a number, but not one the parameter takes.
     pub out_of_range: bool,
+}
+
+/// The values that a parameter accepts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Expected {
+    /// One of the names of a code table.
+    OneOf(Vec<&'static str>),
+    /// A whole number in a range, limits included.
+    Range(i64, i64),
+    /// A Boolean.
+    Boolean,
+    /// A pressure. The unit is `None` while it is unknown.
+    Pressure {
+        /// The unit of the device.
+        unit: Option<&'static str>,
+        /// How the device writes its pressures.
+        number: NumberType,
+    },
+    /// A number.
+    Number,
+    /// ASCII text of at most this length.
+    Text(u8),
+    /// This number of octets.
+    Octets(u8),
+}
+
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OneOf(names) => write!(f, "one of {}", names.join(", ")),
+            Self::Range(low, high) => write!(f, "a number from {low} to {high}"),
+            Self::Boolean => f.write_str("true or false"),
+            Self::Pressure { unit, number } => {
+                let unit = unit.unwrap_or("the unit of the device");
+                match number {
+                    NumberType::Float => write!(f, "a pressure of 0 {unit} or more"),
+                    NumberType::Integer => write!(f, "a pressure from 0 to 65535 {unit} in whole numbers"),
+                }
+            }
+            Self::Number => f.write_str("a number"),
+            Self::Text(length) => write!(f, "1 to {length} ASCII characters"),
+            Self::Octets(length) => write!(f, "{length} octets in hexadecimal digits"),
+        }
+    }
 }
 
 /// What the value of a row means on one device, now.
@@ -162,29 +208,21 @@ impl ValueFormat<'_> {
 
     /// What it takes, in words.
     #[must_use]
-    pub fn expected(&self, number: NumberType) -> String {
+    pub fn expected(&self, number: NumberType) -> Expected {
         let row = self.row();
-        let names = || row.codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", ");
+        let names = || row.codes.codes().iter().map(|code| code.name).collect();
         match (&row.codes, row.data_type) {
-            (Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_), _) => format!("one of {}", names()),
-            (Codes::Units, _) => {
-                format!("one of {}", self.model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(", "))
-            }
-            (Codes::Range(low, high), _) => format!("a number from {low} to {high}"),
-            (_, DataType::Boolean) => "true or false".to_owned(),
-            (_, DataType::ByType) => {
-                let unit = self.unit.map_or("the unit of the device", |unit| unit.name);
-                match number {
-                    NumberType::Float => format!("a pressure of 0 {unit} or more"),
-                    NumberType::Integer => format!("a pressure from 0 to 65535 {unit} in whole numbers"),
-                }
-            }
-            (_, DataType::Float) => "a number".to_owned(),
-            (_, DataType::Visible(length)) => format!("1 to {length} ASCII characters"),
+            (Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_), _) => Expected::OneOf(names()),
+            (Codes::Units, _) => Expected::OneOf(self.model.units.iter().map(|unit| unit.name).collect()),
+            (Codes::Range(low, high), _) => Expected::Range(*low, *high),
+            (_, DataType::Boolean) => Expected::Boolean,
+            (_, DataType::ByType) => Expected::Pressure { unit: self.unit.map(|unit| unit.name), number },
+            (_, DataType::Float) => Expected::Number,
+            (_, DataType::Visible(length)) => Expected::Text(length),
             (_, DataType::OctetString(length) | DataType::Array(length) | DataType::Record(length)) => {
-                format!("{length} octets in hexadecimal digits")
+                Expected::Octets(length)
             }
-            _ => self.range().map_or_else(String::new, |(low, high)| format!("a number from {low} to {high}")),
+            _ => self.range().map_or(Expected::Number, |(low, high)| Expected::Range(low, high)),
         }
     }
 

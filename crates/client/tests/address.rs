@@ -5,9 +5,9 @@
 use profivac_client::address::{AddressError, check};
 use profivac_dp::link::Baud;
 use profivac_host::port::{Character, Port, PortError};
+use profivac_host::readiness::Readiness;
 use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::segment_file::SegmentFile;
-use rustix::fd::BorrowedFd;
 use std::path::Path;
 use std::time::Duration;
 
@@ -27,8 +27,8 @@ impl Port for Lossy {
         self.port.name()
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        self.port.watched()
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        self.port.readiness()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {

@@ -15,6 +15,7 @@ pub mod clock;
 pub mod line;
 pub mod port;
 pub mod rate;
+pub mod readiness;
 pub mod scan;
 pub mod segment;
 pub mod session;

@@ -4,9 +4,10 @@
 
 use crate::device::VirtualDevice;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
+use profivac_client::ms2::{Ms2Error, Ms2Line};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
-use profivac_dp::master::{Mode, Settings, SlaveListError};
+use profivac_dp::master::{Handle, Mode, Operation, Settings, SlaveListError};
 use profivac_host::line::{Line, Pace};
 use profivac_host::session::BusMaster;
 use profivac_vacuum::sensor::Environment;
@@ -203,6 +204,37 @@ impl MemorySegment {
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
+    }
+}
+
+/// The longest wait for an MS2 answer, in seconds of the segment.
+const MS2_TIMEOUT_S: f64 = 10.0;
+
+/// The piece of time in which the segment advances while a request waits, in seconds.
+const MS2_STEP_S: f64 = 1e-3;
+
+impl Ms2Line for MemorySegment {
+    fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    fn master(&mut self) -> Option<&mut BusMaster> {
+        self.master_mut()
+    }
+
+    fn wait_for<O: Operation, T>(
+        &mut self,
+        handle: Handle<O>,
+        take: impl FnOnce(O::Outcome<'_>) -> T,
+    ) -> Result<T, Ms2Error> {
+        let end = self.seconds() + MS2_TIMEOUT_S;
+        while self.seconds() < end {
+            if let Some(outcome) = self.master_mut().and_then(|master| master.outcome(handle)) {
+                return Ok(take(outcome));
+            }
+            self.run_until(self.seconds() + MS2_STEP_S);
+        }
+        Err(Ms2Error::NoAnswer)
     }
 }
 

@@ -13,7 +13,7 @@
 //! has the port treats it like any other; they end with the port.
 
 use crate::device::{GasConditions, VirtualDevice};
-use crate::device_spec::{DeviceSpec, check_addresses};
+use crate::device_spec::{DeviceSpec, SpecError, check_addresses};
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
@@ -22,7 +22,6 @@ use profivac_host::segment::Segment;
 use profivac_host::text_file::{self, Parsed, baud, line_and_column, usual_baud};
 use profivac_vacuum::Gas;
 use serde::Deserialize;
-use std::fmt::Display;
 use std::ops::Range;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -44,12 +43,12 @@ struct Description {
 
 impl Description {
     /// The devices, each with its place in the text.
-    fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, TextError> {
+    fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, Positioned> {
         let mut specs = Vec::new();
         for text in self.devices.get_ref() {
-            specs.push(text.get_ref().parse::<DeviceSpec>().map_err(|error| TextError::at(&text.span(), error))?);
+            specs.push(text.get_ref().parse::<DeviceSpec>().map_err(|error| Positioned::at(&text.span(), error))?);
         }
-        check_addresses(&specs).map_err(|error| TextError::at(&self.devices.span(), error))?;
+        check_addresses(&specs).map_err(|error| Positioned::at(&self.devices.span(), error))?;
         Ok(self.devices.get_ref().iter().map(Spanned::span).zip(specs).collect())
     }
 
@@ -65,15 +64,62 @@ impl Description {
     }
 }
 
-/// What is wrong, and where: an octet of the text.
-struct TextError {
-    at: usize,
-    message: String,
+/// Why a segment file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SegmentFileError {
+    /// The file cannot be read.
+    #[error("{name}: {source}")]
+    Read {
+        /// The file.
+        name: String,
+        /// The error of the system.
+        source: std::io::Error,
+    },
+    /// The text is wrong.
+    #[error("{name}:{line}:{column}: {error}")]
+    Text {
+        /// The file.
+        name: String,
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The error at this position.
+        error: EntryError,
+    },
 }
 
-impl TextError {
-    fn at(span: &Range<usize>, what: impl Display) -> Self {
-        Self { at: span.start, message: what.to_string() }
+/// What is wrong at a position of a segment file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EntryError {
+    /// The text is no TOML, or has other keys or values.
+    #[error("{0}")]
+    Toml(String),
+    /// A device.
+    #[error(transparent)]
+    Device(#[from] SpecError),
+    /// The folder of the nonvolatile memory.
+    #[error("{0}")]
+    Store(#[from] std::io::Error),
+}
+
+impl From<SegmentFileError> for PortError {
+    fn from(error: SegmentFileError) -> Self {
+        Self::File(Box::new(error))
+    }
+}
+
+/// An error with the octet of the text at which it is.
+struct Positioned {
+    at: usize,
+    error: EntryError,
+}
+
+impl Positioned {
+    fn at(span: &Range<usize>, error: impl Into<EntryError>) -> Self {
+        Self { at: span.start, error: error.into() }
     }
 }
 
@@ -90,9 +136,9 @@ impl SegmentFile {
     ///
     /// # Errors
     /// [`PortError::File`] with the place in the file, and what was expected there.
-    pub fn read(path: &Path) -> Result<Self, PortError> {
+    pub fn read(path: &Path) -> Result<Self, SegmentFileError> {
         let name = path.display().to_string();
-        let text = text_file::read(path).map_err(|error| PortError::File(format!("{name}: {error}")))?;
+        let text = text_file::read(path).map_err(|source| SegmentFileError::Read { name, source })?;
         Self::parse(&text, path)
     }
 
@@ -100,21 +146,22 @@ impl SegmentFile {
     ///
     /// # Errors
     /// [`PortError::File`] with the place in the file, and what was expected there.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, PortError> {
-        Self::make(text, path).map_err(|TextError { at, message: what }| {
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SegmentFileError> {
+        Self::make(text, path).map_err(|Positioned { at, error }| {
             let (line, column) = line_and_column(text, at);
-            PortError::File(format!("{}:{line}:{column}: {what}", path.display()))
+            SegmentFileError::Text { name: path.display().to_string(), line, column, error }
         })
     }
 
-    fn make(text: &str, path: &Path) -> Result<Self, TextError> {
-        let described: Description =
-            toml::from_str(text).map_err(|error| TextError::at(&error.span().unwrap_or_default(), error.message()))?;
+    fn make(text: &str, path: &Path) -> Result<Self, Positioned> {
+        let described: Description = toml::from_str(text).map_err(|error| {
+            Positioned::at(&error.span().unwrap_or_default(), EntryError::Toml(error.message().to_owned()))
+        })?;
         let (conditions, baud) = (described.environment(), described.baud);
         let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
         for (span, spec) in described.specs()? {
             let memory = file.memory(&described, path, &spec)?;
-            let unit = spec.build(memory, baud).map_err(|error| TextError::at(&span, error))?;
+            let unit = spec.build(memory, baud).map_err(|error| Positioned::at(&span, error))?;
             file.devices.push(VirtualDevice::new(unit, spec.address, baud, conditions));
         }
         Ok(file)
@@ -126,10 +173,10 @@ impl SegmentFile {
         described: &Description,
         path: &Path,
         spec: &DeviceSpec,
-    ) -> Result<NonvolatileMemory, TextError> {
+    ) -> Result<NonvolatileMemory, Positioned> {
         let Some(folder) = &described.state else { return Ok(NonvolatileMemory::volatile()) };
         let opened = NonvolatileMemory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.address)
-            .map_err(|error| TextError::at(&folder.span(), error))?;
+            .map_err(|error| Positioned::at(&folder.span(), error))?;
         let (device, place) = (spec.device.clone(), spec.address);
         self.notices.extend(opened.damaged_copy.map(|aside| Notice::StoreDamaged {
             device,
@@ -144,7 +191,7 @@ impl SegmentFile {
     /// # Errors
     /// [`PortError::System`] when the system gives neither a socket nor a thread.
     pub fn run(self) -> Result<Stream<UnixStream>, PortError> {
-        let Self { name, baud, devices, notices: remarks } = self;
+        let Self { name, baud, devices, notices } = self;
         let failed = |source| PortError::System { name: name.clone(), source };
         let (ours, theirs) = UnixStream::pair().map_err(failed)?;
         for socket in [&ours, &theirs] {
@@ -154,7 +201,7 @@ impl SegmentFile {
         let live = move || while segment.serve(&[], Duration::MAX).is_ok() {};
         // A thread may have any name without zeros.
         std::thread::Builder::new().name(name.replace('\0', "")).spawn(live).map_err(failed)?;
-        Ok(Stream::new(name, ours, remarks))
+        Ok(Stream::new(name, ours, notices))
     }
 }
 
@@ -173,7 +220,7 @@ gas = \"ar\"
 baud = 93750
 ";
 
-    fn parse(text: &str) -> Result<SegmentFile, PortError> {
+    fn parse(text: &str) -> Result<SegmentFile, SegmentFileError> {
         SegmentFile::parse(text, Path::new("bench.toml"))
     }
 
@@ -257,6 +304,6 @@ baud = 93750
         let remarks = SegmentFile::read(&path).unwrap().notices;
         assert!(matches!(&remarks[..], [Notice::StoreDamaged { address: 5, .. }]), "{remarks:?}");
         let missing = SegmentFile::read(&folder.path().join("nothing.toml"));
-        assert!(matches!(missing, Err(PortError::File(_))));
+        assert!(matches!(missing, Err(SegmentFileError::Read { .. })));
     }
 }

@@ -2,61 +2,15 @@
 
 mod principles;
 
-pub use principles::ChannelPrinciples;
+pub use principles::{ChannelPrinciples, open_instances};
 
-use crate::class1::Class1Session;
 use crate::gsd;
-use crate::ms2;
-use crate::records::{RecordError, Records};
+use crate::pressure::Pressure;
 use profivac_devices::Principle;
-use profivac_devices::catalog::MODELS;
-use profivac_devices::model::{
-    AccessPath, Codes, Configuration, Counts, Field, Model, NumberType, PressureFormat, Unit, UserPrm,
-};
+use profivac_devices::model::{Configuration, Counts, Field, Model, NumberType, PressureFormat, Unit, UserPrm};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::link::Baud;
-use profivac_dp::master::{SlaveParameters, services};
-use profivac_host::scan::{SlaveStatus, probe};
-use profivac_host::session::{BusSession, Reply, SessionError};
-use std::time::Instant;
-
-/// Why a slave cannot be watched.
-#[derive(Debug, thiserror::Error)]
-pub enum CyclicError {
-    /// Nothing could be asked.
-    #[error(transparent)]
-    Session(#[from] SessionError),
-    /// Nobody is there, or it is no slave.
-    #[error("nobody answers at address {0}")]
-    NoAnswer(u8),
-    /// Another master owns it.
-    #[error("the slave at address {address} belongs to master {master}")]
-    OwnedByOther {
-        /// Its address.
-        address: u8,
-        /// Whose it is.
-        master: u8,
-    },
-    /// No device with this ident number is known.
-    #[error("the slave at address {address} has the ident number 0x{ident:04X}, which no known device has")]
-    UnknownDevice {
-        /// Its address.
-        address: u8,
-        /// Ident_Number.
-        ident: u16,
-    },
-    /// The unit it shows could not be read, so it could not be kept.
-    #[error("the unit of the slave at address {address} cannot be read: {error}")]
-    UnreadableUnit {
-        /// Its address.
-        address: u8,
-        /// Why.
-        error: RecordError,
-    },
-    /// Its table has no units.
-    #[error("the slave at address {0} has no pressures")]
-    NoUnit(u8),
-}
+use profivac_dp::master::SlaveParameters;
 
 /// What is known of a slave before it is taken.
 #[derive(Clone, Copy, Debug)]
@@ -74,26 +28,6 @@ pub struct CyclicSlave {
 }
 
 impl CyclicSlave {
-    /// Looks at the slave at `address` on behalf of `master`, without changing anything. Waits for it as long as the tool
-    /// has patience.
-    ///
-    /// # Errors
-    /// [`WatchError`], also when another master owns it.
-    pub fn find(tool: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {
-        let slave = wait_for_slave(tool, address)?;
-        if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
-            return Err(CyclicError::OwnedByOther { address, master: owner });
-        }
-        let known = MODELS.into_iter().find(|model| model.ident == slave.ident);
-        let model = known.ok_or(CyclicError::UnknownDevice { address, ident: slave.ident })?;
-        let configuration = present_configuration(tool, address, model)?;
-        // Until it is known: a device whose user parameters have no unit keeps what it has.
-        let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
-        let found = Self { address, model, configuration, unit, principles: ChannelPrinciples::default() };
-        let unit = present_unit(tool, &found)?;
-        Ok(Self { unit, principles: ChannelPrinciples::read(tool, address, model)?, ..found })
-    }
-
     /// The parameters that leave the slave as it is, at this rate: what its GSD file says, and the unit it shows.
     #[must_use]
     pub fn parameters(&self, baud: Baud) -> SlaveParameters<'static> {
@@ -221,6 +155,12 @@ const EXTENSIONS: [(StatusExtension, &str); 3] = [
 ];
 
 impl ChannelValue {
+    /// The pressure with its units. `None` unless the value is valid.
+    #[must_use]
+    pub fn pressure(&self) -> Option<Pressure> {
+        self.pa.map(Pressure::from_pa)
+    }
+
     /// The status, in words.
     #[must_use]
     pub fn status_texts(&self) -> Vec<&'static str> {
@@ -255,74 +195,13 @@ impl CyclicValues {
     }
 }
 
-/// The diagnosis of a slave that may not answer at once.
-fn wait_for_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, CyclicError> {
-    let begun = Instant::now();
-    loop {
-        if let Some(slave) = probe(tool, address)?.and_then(|seen| seen.slave) {
-            return Ok(slave);
-        }
-        if begun.elapsed() >= tool.timeout() {
-            return Err(CyclicError::NoAnswer(address));
-        }
-    }
-}
-
-/// The configuration the slave has, or else one that tells whether its pressures are valid and sends nothing.
-fn present_configuration(
-    tool: &mut BusSession,
-    address: u8,
-    model: &'static Model,
-) -> Result<&'static Configuration, CyclicError> {
-    let reply = tool.request(&services::get_cfg(address))?;
-    let present = match &reply {
-        Reply::Answer { du, .. } => model.configuration(du),
-        Reply::NoAnswer(_) => None,
-    };
-    let quiet = || model.configurations.iter().filter(|configuration| configuration.outputs.is_none());
-    let best = || quiet().filter(|configuration| has_validity(configuration)).max_by_key(|best| best.input_octets());
-    Ok(present.filter(|present| has_validity(present)).or_else(best).unwrap_or(model.default_configuration))
-}
-
-/// Whether pressures travel, and with each where it is from and whether it is valid.
-fn has_validity(configuration: &Configuration) -> bool {
-    let has = |wanted| configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&wanted));
-    let one_of_n = has(Field::StatusExtension) && has(Field::PvSelector);
-    configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus) || has(Field::MeasurementStatus(1)))
-}
-
-/// The unit of the device: as a class 2 master reads it, or of a device that has none of these, in the parameter channel. For
-/// that the slave must be owned for a moment.
-fn present_unit(tool: &mut BusSession, watched: &CyclicSlave) -> Result<&'static Unit, CyclicError> {
-    let CyclicSlave { address, model, .. } = *watched;
-    let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
-    let unknown = || unreadable(RecordError::Interrupted("the table has no such unit".to_owned()));
-    let (slot, index) = unit_address(model).ok_or_else(unknown)?;
-    let record = if model.features.dpv1 {
-        ms2::read(tool, address, slot, index).map_err(|error| unreadable(error.into()))?
-    } else {
-        let mut owned = Class1Session::open(tool, watched, AccessPath::ParameterChannel).map_err(unreadable)?;
-        owned.read(slot, index).map_err(unreadable)?
-    };
-    let code = record.iter().fold(0, |code: u16, octet| code << 8 | u16::from(*octet));
-    model.unit(code).ok_or_else(unknown)
-}
-
-/// Where the unit is: its first slot, and its index.
-fn unit_address(model: &Model) -> Option<(u8, u8)> {
-    model.blocks.iter().find_map(|place| {
-        let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
-        let address = place.locations.first()?;
-        Some((address.slot, row.index))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
+    use profivac_devices::catalog::MODELS;
 
-    fn watched(configuration: usize, unit: &str) -> CyclicSlave {
+    fn slave(configuration: usize, unit: &str) -> CyclicSlave {
         let unit = MODEL.unit_named(unit).unwrap();
         CyclicSlave {
             address: 5,
@@ -331,11 +210,6 @@ mod tests {
             unit,
             principles: ChannelPrinciples::default(),
         }
-    }
-
-    #[test]
-    fn data_units_is_where_the_manual_has_it() {
-        assert_eq!(unit_address(&MODEL), Some((1, 22)));
     }
 
     #[test]
@@ -351,7 +225,7 @@ mod tests {
         ] {
             let channel = if configuration > 3 { vec![0; 8] } else { Vec::new() };
             let inputs = [channel, vec![0x80, 0x00, 0x02], value].concat();
-            let CyclicValues { values, exception } = watched(configuration, unit).decode_inputs(&inputs);
+            let CyclicValues { values, exception } = slave(configuration, unit).decode_inputs(&inputs);
             let [ChannelValue { instance: 2, pa: Some(read), status }] = &values[..] else { panic!("{values:?}") };
             assert!((read / pa - 1.0).abs() < 1e-5, "{configuration} {unit}: {read}");
             assert_eq!((exception, *status), (ExceptionStatus::EXPANDED, StatusExtension::empty()));
@@ -360,11 +234,11 @@ mod tests {
 
     #[test]
     fn what_is_not_valid_has_no_pressure_but_reasons() {
-        let reading = watched(1, "mbar").decode_inputs(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
+        let reading = slave(1, "mbar").decode_inputs(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
         let [value] = &reading.values[..] else { panic!("{reading:?}") };
         assert_eq!((value.instance, value.pa, value.status_texts()), (2, None, vec!["invalid", "overrange"]));
         assert_eq!(reading.exceptions(), ["device alarm", "device warning"]);
-        assert_eq!(watched(1, "mbar").decode_inputs(&[]), CyclicValues::default());
+        assert_eq!(slave(1, "mbar").decode_inputs(&[]), CyclicValues::default());
     }
 
     /// Telegram 202 of the IMG 400: channel 2 is overrange, channel 3 invalid.
@@ -372,9 +246,9 @@ mod tests {
     fn every_channel_of_a_controller_has_its_own_value() {
         let model = &profivac_devices::img400::table::MODEL;
         let (configuration, unit) = (&model.configurations[9], model.unit_named("mbar").unwrap());
-        let watched = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
         let values = [1e-8_f32, 1e-2, 1e-3, 5.0].map(f32::to_be_bytes).concat();
-        let reading = watched.decode_inputs(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
+        let reading = slave.decode_inputs(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
         let valid: Vec<_> = reading.values.iter().map(|value| (value.instance, value.pa.is_some())).collect();
         assert_eq!(valid, [(1, true), (2, true), (3, false), (4, true)]);
         assert_eq!(
@@ -385,23 +259,13 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_tells_what_is_valid_and_where_it_can_sends_nothing() {
-        for model in MODELS {
-            let telling = || model.configurations.iter().filter(|configuration| has_validity(configuration));
-            assert!(telling().count() > 0, "{}", model.name);
-            let quiet = telling().any(|configuration| configuration.outputs.is_none());
-            assert_eq!(quiet, model.features.dpv1, "{}", model.name);
-        }
-    }
-
-    #[test]
     fn a_measurement_status_tells_whether_a_channel_is_valid() {
         let model = &profivac_devices::tpg::table::TPG300;
         let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
-        let watched = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
         let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
         let channels = [channel(2.5, 0), channel(1e-3, 1), channel(5.0, 3), channel(0.0, 5)].concat();
-        let reading = watched.decode_inputs(&[vec![0; 8], channels].concat());
+        let reading = slave.decode_inputs(&[vec![0; 8], channels].concat());
         let values: Vec<_> =
             reading.values.iter().map(|value| (value.instance, value.pa.is_some(), value.status_texts())).collect();
         assert_eq!(
@@ -419,8 +283,8 @@ mod tests {
     #[test]
     fn the_parameters_keep_the_unit_and_the_configuration() {
         for (prm, unit) in MODEL.user_prm.iter().zip(MODEL.units) {
-            let watched = watched(1, unit.name);
-            let parameters = watched.parameters(Baud::B19200);
+            let slave = slave(1, unit.name);
+            let parameters = slave.parameters(Baud::B19200);
             assert_eq!((parameters.user_prm, parameters.cfg), (prm.octets, MODEL.configurations[1].octets));
         }
     }
@@ -431,7 +295,7 @@ mod tests {
         for model in MODELS {
             let model = model;
             let Some(unit) = model.units.first() else { continue };
-            let watched = CyclicSlave {
+            let slave = CyclicSlave {
                 address: 5,
                 model,
                 configuration: model.default_configuration,
@@ -444,9 +308,9 @@ mod tests {
             for (baud, tbit) in
                 [(Baud::B9600, 10), (Baud::B19200, 20), (Baud::B1500000, 1500), (Baud::B12000000, 12_000)]
             {
-                assert_eq!(watched.parameters(baud).min_interval_tbit, tbit, "{} at {baud}", model.name);
+                assert_eq!(slave.parameters(baud).min_interval_tbit, tbit, "{} at {baud}", model.name);
             }
-            assert_eq!(watched.parameters(Baud::B19200).dpv1, says("DPV1_Slave") == Some("1"), "{}", model.name);
+            assert_eq!(slave.parameters(Baud::B19200).dpv1, says("DPV1_Slave") == Some("1"), "{}", model.name);
         }
     }
 }

@@ -45,6 +45,7 @@ use file::File;
 use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
+use profivac_dp::master::SlaveListError;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{Environment, REFERENCE_K};
 use quantities::{TIME, Text, TextError, unknown};
@@ -87,7 +88,7 @@ pub enum MemorySegmentError {
     Spec(#[from] SpecError),
     /// The master.
     #[error("{0}")]
-    Master(String),
+    Master(#[from] SlaveListError),
 }
 
 /// A scenario that can be run.
@@ -194,8 +195,7 @@ impl Scenario {
             })
         };
         let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
-        MemorySegment::new(devices, watched, address, baud)
-            .map_err(|error| MemorySegmentError::Master(error.to_string()))
+        MemorySegment::new(devices, watched, address, baud).map_err(MemorySegmentError::Master)
     }
 
     /// A run from the beginning.
