@@ -1,6 +1,6 @@
-//! Records of a slave that this master owns: by MS1, and in the parameter channel. profibus-wire 4.2 to 4.5 and 6.1.
+//! Records of a slave that this master owns, by MS1 or the parameter channel. profibus-wire 4.2 to 4.5 and 6.1.
 //!
-//! Owning a slave means Set_Prm: it is parameterised with the unit it has, exchanges data, and is unlocked at the end.
+//! The master parameterises the slave with its present unit, exchanges data with it, and releases it at the end.
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
@@ -15,16 +15,16 @@ use std::time::{Duration, Instant};
 /// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
 const DPV1_ENABLE: u8 = 0x80;
 
-/// How often a record is asked for when the slave leaves data exchange meanwhile: reading changes nothing.
+/// How often a record is read when the slave leaves data exchange meanwhile: reading changes nothing.
 const ATTEMPTS: usize = 3;
 
-/// How long a slave is given to be unlocked.
+/// The longest wait for the release of the slave.
 const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long the line is served at a time.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// A slave in data exchange with this master, until it is dropped.
+/// A slave in data exchange with this master. Dropping the session releases the slave.
 pub struct Class1Session<'a> {
     session: &'a mut BusSession,
     address: u8,
@@ -45,18 +45,19 @@ impl Drop for Class1Session<'_> {
 }
 
 impl<'a> Class1Session<'a> {
-    /// Takes a slave that was found free, and waits until it exchanges data.
+    /// Parameterises a slave that no other master owns, and waits until it exchanges data.
     ///
     /// # Errors
-    /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
+    /// [`RecordError::Unavailable`] when the device does not have the service or refuses its parameters,
+    /// [`RecordError::Interrupted`] when it does not exchange data in time.
     pub fn open(session: &'a mut BusSession, slave: &CyclicSlave, via: AccessPath) -> Result<Self, RecordError> {
         Self::open_unless(session, slave, via, &|| false)
     }
 
-    /// The same, until `is_cancelled`: then the slave is unlocked at once.
+    /// The same; when `is_cancelled` returns true, the slave is released at once.
     ///
     /// # Errors
-    /// As [`take`](Self::take).
+    /// As [`open`](Self::open).
     pub fn open_unless(
         session: &'a mut BusSession,
         slave: &CyclicSlave,
@@ -96,7 +97,7 @@ impl<'a> Class1Session<'a> {
         Ok(())
     }
 
-    /// Whether there are inputs: the first exchange is done.
+    /// Whether the first data exchange is done.
     fn exchanges(&mut self) -> bool {
         let master = self.session.master();
         matches!(master.state(self.address), Some(HandlerState::Data { .. }))
@@ -157,7 +158,7 @@ impl<'a> Class1Session<'a> {
         if self.exchanges() { Ok(()) } else { self.wait_for_data(&|| false) }
     }
 
-    /// Gives the slave back.
+    /// Releases the slave.
     fn release(&mut self) -> Result<(), RecordError> {
         let begun = Instant::now();
         self.session.master().release(self.address);
@@ -191,7 +192,7 @@ fn octets(value: pkw::Value) -> Vec<u8> {
     value.octets().iter().skip(4_usize.saturating_sub(value.width())).copied().collect()
 }
 
-/// Data Type, as a class 2 master reads it: a configuration with another number would change it.
+/// Data Type, read over MS2: a configuration with another number type would change it.
 fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<NumberType> {
     let places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
     let (slot, index) = places
@@ -204,7 +205,8 @@ fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<Numbe
     NumberType::from_code(*record.first()?)
 }
 
-/// The configuration for a way, and its parameters: the present one, or else one with the number type the device has.
+/// The configuration that carries a service, and the parameters of the service: the present configuration, or one with the
+/// number type of the device.
 fn service_of(
     model: &'static Model,
     present: &'static Configuration,
@@ -227,7 +229,7 @@ fn service_of(
     }
 }
 
-/// Where a configuration has the parameter channel, and how the device speaks in it.
+/// The position of the parameter channel in a configuration, and the rules of the device for it.
 fn channel(configuration: &Configuration, model: &Model) -> Option<PkwParameters> {
     let at = |telegram: Option<&'static Telegram>| {
         telegram?.layout().find(|(_, field)| *field == Field::ParameterChannel).map(|(start, _)| start)
@@ -277,7 +279,7 @@ mod tests {
     use profivac_devices::catalog::MODELS;
 
     #[test]
-    fn every_device_has_a_parameter_channel_where_its_manual_says() {
+    fn every_device_has_a_parameter_channel_at_the_position_of_its_manual() {
         for model in MODELS {
             let found =
                 service_of(model, model.default_configuration, None, AccessPath::ParameterChannel, Baud::B19200);
@@ -301,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_has_as_many_octets_as_it_is_wide() {
+    fn a_channel_value_has_the_octets_of_its_width() {
         assert_eq!(octets(pkw::Value::Byte(4)), [4]);
         assert_eq!(octets(pkw::Value::Word(0x1308)), [0x13, 0x08]);
         assert_eq!(octets(pkw::Value::DoubleWord(1)), [0, 0, 0, 1]);

@@ -14,51 +14,50 @@ use std::time::Instant;
 /// The index of Block Type in a transducer block: BG 5530 4.4.5.
 const BLOCK_TYPE: u8 = 101;
 
-/// Why a slave cannot be watched.
+/// Why a slave cannot be used for data exchange.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CyclicError {
-    /// Nothing could be asked.
+    /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// Nobody is there, or it is no slave.
-    #[error("nobody answers at address {0}")]
+    /// No slave answers.
+    #[error("no slave answers at address {0}")]
     NoAnswer(u8),
-    /// Another master owns it.
+    /// Another master owns the slave.
     #[error("the slave at address {address} belongs to master {master}")]
     OwnedByOther {
-        /// Its address.
+        /// The address.
         address: u8,
-        /// Whose it is.
+        /// The owner.
         master: u8,
     },
-    /// No device with this ident number is known.
+    /// No known device has this Ident_Number.
     #[error("the slave at address {address} has the ident number 0x{ident:04X}, which no known device has")]
     UnknownDevice {
-        /// Its address.
+        /// The address.
         address: u8,
         /// Ident_Number.
         ident: u16,
     },
-    /// The unit it shows could not be read, so it could not be kept.
+    /// The present unit cannot be read, so it could not be preserved.
     #[error("the unit of the slave at address {address} cannot be read: {error}")]
     UnreadableUnit {
-        /// Its address.
+        /// The address.
         address: u8,
-        /// Why.
+        /// The error of reading it.
         error: RecordError,
     },
-    /// Its table has no units.
+    /// The tables of the device have no units.
     #[error("the slave at address {0} has no pressures")]
     NoUnit(u8),
 }
 
 impl CyclicSlave {
-    /// Looks at the slave at `address` on behalf of `master`, without changing anything. Waits for it as long as the session
-    /// has patience.
+    /// Finds the slave at `address` on behalf of `master`. Changes nothing. Waits at most for the timeout of the session.
     ///
     /// # Errors
-    /// [`WatchError`], also when another master owns it.
+    /// [`CyclicError`].
     pub fn find(session: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {
         let slave = wait_for_slave(session, address)?;
         if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
@@ -67,7 +66,7 @@ impl CyclicSlave {
         let model = MODELS.into_iter().find(|model| model.ident == slave.ident);
         let model = model.ok_or(CyclicError::UnknownDevice { address, ident: slave.ident })?;
         let configuration = present_configuration(session, address, model)?;
-        // Until it is known: a device whose user parameters have no unit keeps what it has.
+        // Assumed until it is read: a device whose user parameters have no unit keeps its own.
         let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
         let found = Self { address, model, configuration, unit, principles: ChannelPrinciples::default() };
         let unit = present_unit(session, &found)?;
@@ -89,7 +88,7 @@ fn read_principles(session: &mut BusSession, address: u8, model: &Model) -> Resu
     Ok(ChannelPrinciples::from_block_types(block_types.iter().map(|(instance, octets)| (*instance, octets.as_slice()))))
 }
 
-/// The diagnosis of a slave that may not answer at once.
+/// Waits for the diagnosis of a slave.
 fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, CyclicError> {
     let begun = Instant::now();
     loop {
@@ -102,7 +101,7 @@ fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, 
     }
 }
 
-/// The configuration the slave has, or else one that tells whether its pressures are valid and sends nothing.
+/// The present configuration, or else one without outputs that declares the validity of its pressures.
 fn present_configuration(
     session: &mut BusSession,
     address: u8,
@@ -118,15 +117,15 @@ fn present_configuration(
     Ok(present.filter(|present| has_validity(present)).or_else(best).unwrap_or(model.default_configuration))
 }
 
-/// Whether pressures travel, and with each where it is from and whether it is valid.
+/// Whether a configuration contains pressures with their instance and validity.
 fn has_validity(configuration: &Configuration) -> bool {
     let has = |wanted| configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&wanted));
     let one_of_n = has(Field::StatusExtension) && has(Field::PvSelector);
     configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus) || has(Field::MeasurementStatus(1)))
 }
 
-/// The unit of the device: as a class 2 master reads it, or of a device that has none of these, in the parameter channel. For
-/// that the slave must be owned for a moment.
+/// The present unit, read over MS2. A device without MS2 reports it only in the parameter channel, for which this master
+/// owns the slave for a moment.
 fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'static Unit, CyclicError> {
     let CyclicSlave { address, model, .. } = *slave;
     let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
@@ -142,7 +141,7 @@ fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'stati
     model.unit(code).ok_or_else(unknown)
 }
 
-/// Where the unit is: its first slot, and its index.
+/// The slot and index of the unit.
 fn unit_address(model: &Model) -> Option<(u8, u8)> {
     model.blocks.iter().find_map(|place| {
         let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
@@ -157,12 +156,12 @@ mod tests {
     use profivac_devices::bcg450::table::MODEL;
 
     #[test]
-    fn data_units_is_where_the_manual_has_it() {
+    fn the_unit_is_at_the_slot_and_index_of_the_manual() {
         assert_eq!(unit_address(&MODEL), Some((1, 22)));
     }
 
     #[test]
-    fn a_configuration_tells_what_is_valid_and_where_it_can_sends_nothing() {
+    fn every_device_has_a_configuration_that_declares_validity_and_dpv1_devices_one_without_outputs() {
         for model in MODELS {
             let telling = || model.configurations.iter().filter(|configuration| has_validity(configuration));
             assert!(telling().count() > 0, "{}", model.name);

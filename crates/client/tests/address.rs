@@ -1,4 +1,4 @@
-//! A station address is given to nobody who would share it.
+//! A new address is never one that another station uses.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -16,7 +16,7 @@ const BAUD: Baud = Baud::B19200;
 /// SD1 to address 6.
 const TO_SIX: [u8; 2] = [0x10, 0x06];
 
-/// A line on which the first requests to address 6 get lost.
+/// A line that loses the first requests to address 6.
 struct Lossy {
     port: Box<dyn Port>,
     lost: u8,
@@ -51,7 +51,7 @@ fn tool(lost: u8) -> BusSession {
 }
 
 #[test]
-fn a_lost_answer_does_not_make_a_taken_address_free() {
+fn a_lost_answer_does_not_make_a_used_address_look_free() {
     for lost in 0..3 {
         let answer = check(&mut tool(lost), 126, 6);
         assert!(matches!(answer, Err(AddressError::AddressInUse(6))), "{lost} lost: {answer:?}");

@@ -147,7 +147,7 @@ mod tests {
         }
 
         fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
-            panic!("who searches is silent");
+            panic!("detection sends nothing");
         }
 
         fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {

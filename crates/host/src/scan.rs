@@ -69,24 +69,24 @@ const STATES: [(StationStatus, &str); 6] = [
 ///
 /// # Errors
 /// [`SessionError`].
-pub fn probe(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
-    let station = match tool.request(&services::fdl_status(address))? {
+pub fn probe(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
+    let station = match session.request(&services::fdl_status(address))? {
         Reply::Answer { station, .. } => station,
         Reply::NoAnswer(Failure::Silence | Failure::Impossible) => return Ok(None),
         // A station is present: repeat the request.
-        Reply::NoAnswer(_) => match tool.request(&services::fdl_status(address))? {
+        Reply::NoAnswer(_) => match session.request(&services::fdl_status(address))? {
             Reply::Answer { station, .. } => station,
             Reply::NoAnswer(_) => return Ok(None),
         },
     };
-    let slave = if station == StationType::Slave { read_diagnosis(tool, address)? } else { None };
+    let slave = if station == StationType::Slave { read_diagnosis(session, address)? } else { None };
     Ok(Some(FoundStation { address, station_type: station, slave }))
 }
 
 /// Slave_Diag, at most twice: the first request to a slave is not repeated at link level.
-fn read_diagnosis(tool: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {
+fn read_diagnosis(session: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {
     for _ in 0..2 {
-        if let Reply::Answer { du, .. } = tool.request(&services::slave_diag(address))? {
+        if let Reply::Answer { du, .. } = session.request(&services::slave_diag(address))? {
             return Ok(SlaveStatus::parse(&du));
         }
     }
@@ -106,16 +106,16 @@ mod tests {
             ([0x00, 0x0C, 0x00, 0x02, 0x08, 0xE6], "exchanges data", Some(2)),
             ([0x08, 0x0C, 0x00, 0x02, 0x08, 0xE6], "reports a fault", Some(2)),
         ] {
-            let seen = SlaveStatus::parse(&du).unwrap();
-            assert_eq!((seen.state_text().as_str(), seen.owner, seen.ident), (state, owner, 0x08E6), "{du:02X?}");
+            let status = SlaveStatus::parse(&du).unwrap();
+            assert_eq!((status.state_text().as_str(), status.owner, status.ident), (state, owner, 0x08E6), "{du:02X?}");
         }
         assert_eq!(SlaveStatus::parse(&[0x02, 0x05]), None);
     }
 
     #[test]
     fn an_ident_number_names_its_devices() {
-        let seen = |ident| SlaveStatus { ident, status: StationStatus::empty(), owner: None };
-        assert_eq!(seen(0x08E6).device_names(), ["bcg450"]);
-        assert!(seen(0xFFFF).device_names().is_empty());
+        let with_ident = |ident| SlaveStatus { ident, status: StationStatus::empty(), owner: None };
+        assert_eq!(with_ident(0x08E6).device_names(), ["bcg450"]);
+        assert!(with_ident(0xFFFF).device_names().is_empty());
     }
 }

@@ -140,8 +140,8 @@ impl<C: Stations> Segment<C> {
     /// [`PortError::Lost`] when the port is gone; [`PortError::System`].
     pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let due = self.line.wake_at().map_or(at_most, |wake_at| self.clock.time_until(wake_at).min(at_most));
-        let watched: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
-        let mut readable = wait(&watched, due).map_err(|error| PortError::system(self.port.name(), error))?;
+        let sources: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
+        let mut readable = wait(&sources, due).map_err(|error| PortError::system(self.port.name(), error))?;
         readable.truncate(others.len());
         self.receive()?;
         self.out.clear();
@@ -265,7 +265,7 @@ mod tests {
                 segment.serve(&[], Duration::from_millis(100)).unwrap();
             }
             let Times { handed_over: Some(heard), sent: Some(sent) } = *times.lock().unwrap() else {
-                panic!("nothing")
+                panic!("the answer was not sent")
             };
             let window = crate::clock::duration_of(baud, min_tsdr);
             assert!(sent - heard >= window, "{:?} of {window:?} at {baud}", sent - heard);

@@ -189,21 +189,13 @@ impl BusSession {
     ///
     /// # Errors
     /// [`SessionError::Parameters`] when `bus` is out of range.
-    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, SessionError> {
+    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, timeout: Duration) -> Result<Self, SessionError> {
         bus.check().map_err(SessionError::Parameters)?;
         let entry = entry_time(&bus, baud);
         let mut station = BoxedStation::new(bus, baud);
         station.0.delay_gap_scan();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self {
-            segment,
-            baud,
-            timeout: patience,
-            line_timeout: patience,
-            entry,
-            background: None,
-            unrestored: BTreeMap::new(),
-        })
+        Ok(Self { segment, baud, timeout, line_timeout: timeout, entry, background: None, unrestored: BTreeMap::new() })
     }
 
     /// The same session with a timeout for the line that is at least the time a ring of such masters takes to admit it.
@@ -426,17 +418,17 @@ mod tests {
         let baud = Baud::B19200;
         for (address, begins_ms) in [(1, 1_500), (1, 9_000), (60, 9_000), (125, 1_500), (125, 5_500), (125, 12_000)] {
             let mut bus = Segment::new(baud);
-            let tool = |address, now| {
+            let master = |address, now| {
                 let mut station = BusMaster::on(bus_parameters(address, baud), Settings::new(baud), now);
                 station.delay_gap_scan();
                 station
             };
-            let first = bus.attach(tool(0, BitTime(0)));
+            let first = bus.attach(master(0, BitTime(0)));
             bus.run_until(BitTime(baud.tbit_of_ms(begins_ms))).unwrap();
             let now = bus.now();
-            let second = bus.attach(tool(address, now));
-            let patience = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
-            while bus.now() < now + patience && bus.station(second).ring_state() != RingState::InRing {
+            let second = bus.attach(master(address, now));
+            let timeout = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
+            while bus.now() < now + timeout && bus.station(second).ring_state() != RingState::InRing {
                 // Address 90 is empty: each request costs a slot time.
                 let _ = bus.station_mut(first).user.submit_request(&services::slave_diag(90));
                 bus.station_mut(first).user.take_confirmation();
@@ -453,15 +445,15 @@ mod tests {
         let (ours, _theirs) = UnixStream::pair().unwrap();
         let lost = Arc::new(AtomicU32::new(0));
         let port = Quiet(ours, Arc::clone(&lost));
-        let (baud, patience) = (Baud::B19200, Duration::from_secs(30));
-        let mut tool = BusSession::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
+        let (baud, timeout) = (Baud::B19200, Duration::from_secs(30));
+        let mut session = BusSession::new(Box::new(port), baud, bus_parameters(2, baud), timeout).unwrap();
         for _ in 0..2 {
-            while !tool.station().has_token() {
-                tool.serve(&[], patience).unwrap();
+            while !session.station().has_token() {
+                session.serve(&[], timeout).unwrap();
             }
             lost.fetch_add(1, Ordering::Relaxed);
-            tool.serve(&[], Duration::ZERO).unwrap();
-            assert!(!tool.station().has_token());
+            session.serve(&[], Duration::ZERO).unwrap();
+            assert!(!session.station().has_token());
         }
     }
 }

@@ -9,8 +9,8 @@
 //! state = "gauges"                                # their nonvolatile memory, in this folder beside the file
 //! ```
 //!
-//! Only `devices` has to be there. The devices live in a thread and in real time, at the other end of a socket, so that whoever
-//! has the port treats it like any other; they end with the port.
+//! Only `devices` is required. The devices run in a thread and in real time, at the other end of a socket, so the port
+//! behaves like any other; they end with the port.
 
 use crate::device::{GasConditions, VirtualDevice};
 use crate::device_spec::{DeviceSpec, SpecError, check_addresses};
@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 
-/// What the file says.
+/// The contents of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Description {
@@ -42,7 +42,7 @@ struct Description {
 }
 
 impl Description {
-    /// The devices, each with its place in the text.
+    /// The devices, each with its position in the text.
     fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, Positioned> {
         let mut specs = Vec::new();
         for text in self.devices.get_ref() {
@@ -52,7 +52,7 @@ impl Description {
         Ok(self.devices.get_ref().iter().map(Spanned::span).zip(specs).collect())
     }
 
-    /// The same conditions as `simulate` has unless it is told otherwise.
+    /// The environment, with the defaults of `simulate`.
     fn environment(&self) -> GasConditions {
         let or =
             |given: &Option<Parsed<Pressure>>, mbar| given.as_ref().map_or(Pressure::from_mbar(mbar), |given| given.0);
@@ -94,13 +94,13 @@ pub enum SegmentFileError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EntryError {
-    /// The text is no TOML, or has other keys or values.
+    /// The text is no TOML, or has unknown keys or invalid values.
     #[error("{0}")]
     Toml(String),
-    /// A device.
+    /// A device spec is invalid.
     #[error(transparent)]
     Device(#[from] SpecError),
-    /// The folder of the nonvolatile memory.
+    /// The folder of the nonvolatile memory cannot be used.
     #[error("{0}")]
     Store(#[from] std::io::Error),
 }
@@ -111,7 +111,7 @@ impl From<SegmentFileError> for PortError {
     }
 }
 
-/// An error with the octet of the text at which it is.
+/// An error with its position in the text, in octets.
 struct Positioned {
     at: usize,
     error: EntryError,
@@ -132,20 +132,20 @@ pub struct SegmentFile {
 }
 
 impl SegmentFile {
-    /// Reads the file at `path` and makes its devices.
+    /// Reads the file at `path` and builds its devices.
     ///
     /// # Errors
-    /// [`PortError::File`] with the place in the file, and what was expected there.
+    /// [`SegmentFileError`] with the position in the file.
     pub fn read(path: &Path) -> Result<Self, SegmentFileError> {
         let name = path.display().to_string();
         let text = text_file::read(path).map_err(|source| SegmentFileError::Read { name, source })?;
         Self::parse(&text, path)
     }
 
-    /// Makes the devices `text` describes, as if it stood at `path`.
+    /// Builds the devices that `text` describes. `path` is used for messages and for the folder of the nonvolatile memory.
     ///
     /// # Errors
-    /// [`PortError::File`] with the place in the file, and what was expected there.
+    /// [`SegmentFileError::Text`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SegmentFileError> {
         Self::make(text, path).map_err(|Positioned { at, error }| {
             let (line, column) = line_and_column(text, at);
@@ -167,7 +167,7 @@ impl SegmentFile {
         Ok(file)
     }
 
-    /// The memory of a device: as it was left in the folder, or as from the box.
+    /// The nonvolatile memory of a device: from its file in the folder, or empty.
     fn memory(
         &mut self,
         described: &Description,
@@ -186,10 +186,10 @@ impl SegmentFile {
         Ok(opened.memory)
     }
 
-    /// Lets the devices live until the port is dropped.
+    /// Starts the devices. They run until the port is dropped.
     ///
     /// # Errors
-    /// [`PortError::System`] when the system gives neither a socket nor a thread.
+    /// [`PortError::System`] when the system has no socket or thread left.
     pub fn run(self) -> Result<Stream<UnixStream>, PortError> {
         let Self { name, baud, devices, notices } = self;
         let failed = |source| PortError::System { name: name.clone(), source };
@@ -199,7 +199,7 @@ impl SegmentFile {
         }
         let mut segment = Segment::new(Box::new(Stream::new(name.clone(), theirs, Vec::new())), baud, false, devices);
         let live = move || while segment.serve(&[], Duration::MAX).is_ok() {};
-        // A thread may have any name without zeros.
+        // The name of a thread must not contain a zero.
         std::thread::Builder::new().name(name.replace('\0', "")).spawn(live).map_err(failed)?;
         Ok(Stream::new(name, ours, notices))
     }
@@ -221,16 +221,16 @@ baud = 93750
 ";
 
     fn parse(text: &str) -> Result<SegmentFile, SegmentFileError> {
-        SegmentFile::parse(text, Path::new("bench.toml"))
+        SegmentFile::parse(text, Path::new("segment.toml"))
     }
 
     #[test]
-    fn a_file_describes_what_a_command_line_does() {
+    fn a_file_describes_the_same_devices_as_a_command_line() {
         let file = parse(FILE).unwrap();
         let devices: Vec<_> =
             file.devices.iter().map(|device| (device.instrument().name(), device.switch_address())).collect();
         assert_eq!((devices.as_slice(), file.baud), (&[("bcg450", 5), ("pcg550", 6)][..], Baud::B93750));
-        assert_eq!(file.name, "sim:bench.toml");
+        assert_eq!(file.name, "sim:segment.toml");
         let usual = toml::from_str::<Description>("devices = []").unwrap();
         assert_eq!((usual.baud, usual.environment().pressure.mbar()), (Baud::B19200, 1e-3));
         let described = toml::from_str::<Description>(FILE).unwrap().environment();
@@ -238,21 +238,27 @@ baud = 93750
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_place() {
+    fn an_invalid_file_is_an_error_with_its_position() {
         for (text, sentence) in [
-            ("devices = [", "bench.toml:1:12: "),
+            ("devices = [", "segment.toml:1:12: "),
             ("gas = \"n2\"", "missing field `devices`"),
-            ("devices = []\nbaud = 115200", "bench.toml:2:8: expected a PROFIBUS rate out of 9600, "),
-            ("devices = []\nbaud = \"fast\"", "bench.toml:2:8: invalid type: string \"fast\", expected u32"),
-            ("devices = []\n\npressure = \"1 psi\"", "bench.toml:3:12: expected a unit out of mbar, "),
-            ("devices = []\ngas = \"beer\"", "bench.toml:2:7: "),
-            ("devices = []\ncolour = 1", "bench.toml:2:1: unknown field `colour`, expected one of `devices`, `baud`, "),
+            ("devices = []\nbaud = 115200", "segment.toml:2:8: expected a PROFIBUS rate out of 9600, "),
+            ("devices = []\nbaud = \"fast\"", "segment.toml:2:8: invalid type: string \"fast\", expected u32"),
+            ("devices = []\n\npressure = \"1 psi\"", "segment.toml:3:12: expected a unit out of mbar, "),
+            ("devices = []\ngas = \"beer\"", "segment.toml:2:7: "),
+            (
+                "devices = []\ncolour = 1",
+                "segment.toml:2:1: unknown field `colour`, expected one of `devices`, `baud`, ",
+            ),
             (
                 "devices = [\n  \"bcg450@5\",\n  \"bcg451@6\",\n]",
-                "bench.toml:3:3: unknown device \"bcg451\"; there are ",
+                "segment.toml:3:3: unknown device \"bcg451\"; there are ",
             ),
-            ("devices = [\"bcg450@5\", \"pcg550@6:atm=x\"]", "bench.toml:1:24: pcg550: expected atm=on|off, got \"x\""),
-            ("devices = [\"bcg450@5\", \"pcg550@5\"]", "bench.toml:1:11: two devices at address 5"),
+            (
+                "devices = [\"bcg450@5\", \"pcg550@6:atm=x\"]",
+                "segment.toml:1:24: pcg550: expected atm=on|off, got \"x\"",
+            ),
+            ("devices = [\"bcg450@5\", \"pcg550@5\"]", "segment.toml:1:11: two devices at address 5"),
         ] {
             let Err(error) = parse(text) else { panic!("{text}") };
             assert!(error.to_string().contains(sentence), "{text}: {error}");
@@ -263,14 +269,14 @@ baud = 93750
     fn a_master_finds_the_devices() {
         let port = parse(FILE).unwrap().run().unwrap();
         let bus = bus_parameters(2, Baud::B19200);
-        let patience = Duration::from_secs(30);
-        let mut tool = BusSession::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
-        let mut seen =
-            |address| probe(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
-        assert_eq!((seen(5), seen(6)), (Some(0x08E6), Some(0x0C85)));
+        let timeout = Duration::from_secs(30);
+        let mut session = BusSession::new(Box::new(port), Baud::B19200, bus, timeout).unwrap();
+        let mut ident =
+            |address| probe(&mut session, address).unwrap().and_then(|station| station.slave).map(|slave| slave.ident);
+        assert_eq!((ident(5), ident(6)), (Some(0x08E6), Some(0x0C85)));
     }
 
-    /// How many threads have this name.
+    /// The number of threads with this name.
     fn threads(name: &str) -> usize {
         let tasks = fs::read_dir("/proc/self/task").unwrap();
         let names = tasks.filter_map(|task| fs::read_to_string(task.ok()?.path().join("comm")).ok());
@@ -283,20 +289,20 @@ baud = 93750
         let port = file.run().unwrap();
         let deadline = Instant::now() + Duration::from_secs(30);
         while threads("sim:ends.toml") == 0 {
-            assert!(Instant::now() < deadline, "nobody began");
+            assert!(Instant::now() < deadline, "the thread did not start");
             std::thread::yield_now();
         }
         drop(port);
         while threads("sim:ends.toml") > 0 {
-            assert!(Instant::now() < deadline, "somebody goes on");
+            assert!(Instant::now() < deadline, "the thread did not end");
             std::thread::yield_now();
         }
     }
 
     #[test]
-    fn values_are_kept_in_a_folder_beside_the_file() {
+    fn values_are_stored_in_a_folder_beside_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("bench.toml");
+        let path = folder.path().join("segment.toml");
         fs::write(&path, "devices = [\"bcg450@5\"]\nstate = \"gauges\"").unwrap();
         drop(SegmentFile::read(&path).unwrap());
         assert!(folder.path().join("gauges").is_dir());

@@ -1,4 +1,4 @@
-//! A slave to be watched: what it is, how its inputs are laid out, and what they say.
+//! The cyclic data of a slave: the layout of its inputs, and the values in them.
 
 mod principles;
 
@@ -12,23 +12,23 @@ use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::link::Baud;
 use profivac_dp::master::SlaveParameters;
 
-/// What is known of a slave before it is taken.
+/// What a class 1 master needs to exchange data with a slave.
 #[derive(Clone, Copy, Debug)]
 pub struct CyclicSlave {
-    /// Its address.
+    /// The address.
     pub address: u8,
-    /// What it is.
+    /// The model.
     pub model: &'static Model,
-    /// How data are exchanged.
+    /// The configuration.
     pub configuration: &'static Configuration,
-    /// The unit it shows.
+    /// The unit of its pressures.
     pub unit: &'static Unit,
-    /// What it told of the gauges on its channels.
+    /// The principles of its channels as the device reports them.
     pub principles: ChannelPrinciples,
 }
 
 impl CyclicSlave {
-    /// The parameters that leave the slave as it is, at this rate: what its GSD file says, and the unit it shows.
+    /// The parameters that preserve the state of the slave at this baud rate: those of its GSD file with the present unit.
     #[must_use]
     pub fn parameters(&self, baud: Baud) -> SlaveParameters<'static> {
         let prm = self.model.user_prm.iter().find(|prm| prm.unit_code() == self.unit.code);
@@ -40,13 +40,14 @@ impl CyclicSlave {
         }
     }
 
-    /// How an instance or channel senses; nothing where neither the tables nor the device tell it, see [`Fitted`].
+    /// The measuring principle of an instance or channel. `None` where neither the tables nor the device tell it, see
+    /// [`ChannelPrinciples`].
     #[must_use]
     pub fn principle(&self, instance: u8) -> Option<Principle> {
         self.principles.principle(self.model, instance)
     }
 
-    /// What its inputs say.
+    /// Decodes inputs.
     #[must_use]
     pub fn decode_inputs(&self, inputs: &[u8]) -> CyclicValues {
         let fields = Fields { configuration: self.configuration, inputs };
@@ -60,7 +61,7 @@ impl CyclicSlave {
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
-            // What does not travel says nothing against the value.
+            // A configuration without a status declares all values valid.
             let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
             let valid = !status.contains(StatusExtension::INVALID);
             Some(ChannelValue { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
@@ -70,7 +71,7 @@ impl CyclicSlave {
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
         let facts = self.model.parts.iter().find(|facts| facts.part.instance == instance);
-        // A controller that leaves the ranges to its gauges knows no COUNTS either.
+        // A controller without ranges in its tables has no COUNTS either.
         let counts = match facts {
             Some(facts) => facts.counts,
             None if self.model.parts.is_empty() => Counts::Linear { per_mbar: 1.0 },
@@ -80,7 +81,7 @@ impl CyclicSlave {
     }
 }
 
-/// Inputs, field by field.
+/// Inputs with their layout.
 struct Fields<'a> {
     configuration: &'static Configuration,
     inputs: &'a [u8],
@@ -101,8 +102,8 @@ impl<'a> Fields<'a> {
         self.octets(wanted)?.first().copied()
     }
 
-    /// The status extension of a channel: half an octet, BG 5530 4.4.1; or what a measurement status means, i9973ber/a
-    /// 3.2.4.1: ok, underrange, overrange, and what gives no value.
+    /// The status extension of a channel: half an octet, BG 5530 4.4.1; or the equivalent of a measurement status,
+    /// i9973ber/a 3.2.4.1: ok, underrange, overrange; all others give no value.
     fn channel_status(&self, channel: u8) -> Option<u8> {
         if let Some(status) = self.octet(Field::MeasurementStatus(channel)) {
             let status = match status {
@@ -118,27 +119,27 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What inputs say.
+/// The values in the inputs of a slave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CyclicValues {
-    /// The pressures, one for each channel that travels.
+    /// The pressures, one for each channel of the configuration.
     pub values: Vec<ChannelValue>,
     /// Exception Status.
     pub exception: ExceptionStatus,
 }
 
-/// A pressure.
+/// The pressure of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelValue {
-    /// The instance or channel it is from, 0 if the inputs do not tell.
+    /// The instance or channel, 0 if the inputs do not contain it.
     pub instance: u8,
-    /// In Pa; nothing unless it is valid.
+    /// In Pa. `None` unless it is valid.
     pub pa: Option<f64>,
-    /// Where it lies, and whether it is valid.
+    /// The status extension: validity and range.
     pub status: StatusExtension,
 }
 
-/// Bits of Exception Status and of the status extension, in words.
+/// The names of the bits of Exception Status and of the status extension.
 const EXCEPTIONS: [(ExceptionStatus, &str); 6] = [
     (ExceptionStatus::ALARM_COMMON, "common alarm"),
     (ExceptionStatus::ALARM_DEVICE, "device alarm"),
@@ -161,34 +162,34 @@ impl ChannelValue {
         self.pa.map(Pressure::from_pa)
     }
 
-    /// The status, in words.
+    /// The set bits of the status by name.
     #[must_use]
     pub fn status_texts(&self) -> Vec<&'static str> {
         extension_texts(self.status)
     }
 }
 
-/// A status extension, in words.
+/// The set bits of a status extension by name.
 #[must_use]
 pub fn extension_texts(status: StatusExtension) -> Vec<&'static str> {
     EXTENSIONS.into_iter().filter(|(bit, _)| status.contains(*bit)).map(|(_, word)| word).collect()
 }
 
-/// An Exception Status, in words.
+/// The set bits of an Exception Status by name.
 #[must_use]
 pub fn exception_texts(exception: ExceptionStatus) -> Vec<&'static str> {
     EXCEPTIONS.into_iter().filter(|(bit, _)| exception.contains(*bit)).map(|(_, word)| word).collect()
 }
 
 impl Default for CyclicValues {
-    /// Nothing was said.
+    /// No values.
     fn default() -> Self {
         Self { values: Vec::new(), exception: ExceptionStatus::empty() }
     }
 }
 
 impl CyclicValues {
-    /// The exceptions, in words.
+    /// The set bits of the Exception Status by name.
     #[must_use]
     pub fn exceptions(&self) -> Vec<&'static str> {
         exception_texts(self.exception)
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn inputs_are_read_in_every_layout_and_unit() {
+    fn inputs_are_decoded_in_every_layout_and_unit() {
         let float = |value: f32| value.to_be_bytes().to_vec();
         for (configuration, unit, value, pa) in [
             (1, "mbar", float(1e-3), 0.1),
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_valid_has_no_pressure_but_reasons() {
+    fn an_invalid_value_has_no_pressure_but_a_status() {
         let reading = slave(1, "mbar").decode_inputs(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
         let [value] = &reading.values[..] else { panic!("{reading:?}") };
         assert_eq!((value.instance, value.pa, value.status_texts()), (2, None, vec!["invalid", "overrange"]));
@@ -259,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_status_tells_whether_a_channel_is_valid() {
+    fn a_measurement_status_declares_the_validity_of_a_channel() {
         let model = &profivac_devices::tpg::table::TPG300;
         let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
         let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
@@ -281,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parameters_keep_the_unit_and_the_configuration() {
+    fn the_parameters_preserve_the_unit_and_the_configuration() {
         for (prm, unit) in MODEL.user_prm.iter().zip(MODEL.units) {
             let slave = slave(1, unit.name);
             let parameters = slave.parameters(Baud::B19200);

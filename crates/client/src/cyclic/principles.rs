@@ -1,9 +1,10 @@
-//! Which gauges stand on the channels of a controller, as far as the bus tells it.
+//! The measuring principles of the channels of a controller, as far as the bus reports them.
 //!
-//! A gauge is what its tables say. A controller takes one gauge or another: the IMG 400 has the transducer block of the gauge it
-//! found in slots 3 and 4, and its Block Type can be read (BG 5530 4.4.5 and 4.4.6). A TPG300 or TPG500 knows its measuring
-//! boards and tells nobody: no row of i9973ber/a 3.2 names a gauge, and the switches of Sensor On_Off are there for a Pirani
-//! gauge and a cold cathode gauge alike. Its channels have no principle, then, and nothing is corrected for a gas.
+//! The principle of a gauge is in its tables. A controller accepts different gauges: the IMG 400 shows the transducer block
+//! of the connected gauge in slots 3 and 4, and its Block Type can be read (BG 5530 4.4.5 and 4.4.6). A TPG300 or TPG500
+//! does not report its measuring boards: no row of i9973ber/a 3.2 names a gauge, and Sensor On_Off exists for a Pirani
+//! gauge and for a cold cathode gauge alike. Its channels therefore have no principle, and their values are not corrected
+//! for a gas.
 
 use profivac_devices::Principle;
 use profivac_devices::model::Model;
@@ -15,7 +16,7 @@ const TRANSDUCERS: [(u16, Principle); 3] =
 /// No controller has more channels that its tables leave open.
 const MAX_CHANNELS: usize = 4;
 
-/// What a device told of its channels where its tables leave it open.
+/// The principles that the tables leave open and the device reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelPrinciples([Option<(u8, Principle)>; MAX_CHANNELS]);
 
@@ -30,7 +31,7 @@ impl ChannelPrinciples {
         known
     }
 
-    /// How an instance or channel senses.
+    /// The principle of an instance or channel.
     pub(super) fn principle(&self, model: &Model, instance: u8) -> Option<Principle> {
         let from_device =
             || self.0.iter().flatten().find(|(known, _)| *known == instance).map(|(_, principle)| *principle);
@@ -38,7 +39,7 @@ impl ChannelPrinciples {
     }
 }
 
-/// How an instance senses, if its tables know only one way.
+/// The principle of an instance, if the tables allow only one.
 fn in_tables(model: &Model, instance: u8) -> Option<Principle> {
     let mut all = model.parts.iter().filter(|spec| spec.part.instance == instance).map(|spec| spec.part.principle);
     let first = all.next()?;
@@ -54,7 +55,7 @@ pub fn open_instances(model: &Model) -> Vec<u8> {
     open
 }
 
-/// A number as a word, then two zeros: errata-bpg-bcg-tpg 31.
+/// Block Type is a number as a word, then two zeros: errata-bpg-bcg-tpg 31.
 fn principle(block_type: &[u8]) -> Option<Principle> {
     let [high, low, ..] = *block_type else { return None };
     let number = u16::from_be_bytes([high, low]);
@@ -67,7 +68,7 @@ mod tests {
     use profivac_devices::{bcg450, img400, tpg};
 
     #[test]
-    fn tables_tell_what_has_no_choice() {
+    fn the_tables_determine_a_principle_without_alternatives() {
         let none = ChannelPrinciples::default();
         let of = |model, instance| none.principle(model, instance);
         assert_eq!(of(&bcg450::table::MODEL, 1), Some(Principle::Pirani));
@@ -77,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_tells_the_rest() {
+    fn the_block_type_determines_the_other_principles() {
         let known = ChannelPrinciples([Some((3, principle(&[0, 14, 0, 0]).unwrap())), None, None, None]);
         assert_eq!(known.principle(&img400::table::MODEL, 3), Some(Principle::Diaphragm));
         assert_eq!(known.principle(&img400::table::MODEL, 4), None);

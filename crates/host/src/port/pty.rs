@@ -70,13 +70,13 @@ impl Pty {
     fn update_open(&mut self) -> Result<(), Errno> {
         let mut events = [PollFd::new(&self.master, PollFlags::IN)];
         poll(&mut events, Some(&Timespec::default()))?;
-        let seen = events.first().map_or(PollFlags::empty(), PollFd::revents);
+        let flags = events.first().map_or(PollFlags::empty(), PollFd::revents);
         // Octets that were written before the slave side was closed must still be read.
-        let present = seen.contains(PollFlags::IN) || !seen.contains(PollFlags::HUP);
-        if self.is_open && !present {
+        let is_open = flags.contains(PollFlags::IN) || !flags.contains(PollFlags::HUP);
+        if self.is_open && !is_open {
             reset(&self.slave_path)?;
         }
-        self.is_open = present;
+        self.is_open = is_open;
         Ok(())
     }
 }
