@@ -36,6 +36,7 @@ pub mod ms2;
 pub mod names;
 pub mod pressure;
 pub mod records;
+#[cfg(feature = "settings")]
 pub mod settings;
 pub mod values;
 

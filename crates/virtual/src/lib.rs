@@ -1,4 +1,6 @@
-//! Virtual PROFIBUS gauges: slaves with their devices, segments in memory, and scenarios.
+#![doc = include_str!("../README.md")]
+//!
+//! # Modules
 //!
 //! | Module | Holds |
 //! |---|---|
