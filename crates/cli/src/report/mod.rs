@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A station's database, or its file, which also has devices and levels
-    #[arg(value_name = "RECORD.db|STATION.toml")]
+    #[arg(value_name = "DATABASE.db|STATION.toml")]
     source: PathBuf,
     /// A gauge; may be repeated. Default: the gauges whose pressure changed most, at most eight
     #[arg(long, value_name = "NAME")]
