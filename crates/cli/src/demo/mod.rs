@@ -144,9 +144,9 @@ impl Demo {
         let run = scenario.start(MasterPresence::Present);
         let Arguments { listen, headless, .. } = *arguments;
         let record = arguments.record.as_deref();
-        let wanted = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
-        let is_wanted = wanted.is_served || record.is_some();
-        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, &wanted)).transpose()?;
+        let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
+        let is_wanted = options.is_served || record.is_some();
+        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, &options)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;
