@@ -1,14 +1,14 @@
 //! Builds the dashboard with Node, so that the program can embed it.
 //!
-//! Everything happens in a copy below the build folder: the source tree stays as it is. Where there is no Node, or nothing can be
-//! fetched, the program is built all the same, and its page says what is missing; the tests of `web` find that out.
+//! The build runs in a copy of the sources below the build folder, so that the source tree stays unchanged. Without Node, or
+//! without access to the packages, the program is built with a page that says so; a test of `web` detects that page.
 
 use std::fs;
 use std::io::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the dashboard is made of.
+/// The sources of the dashboard.
 const SOURCES: [&str; 6] =
     ["index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src"];
 
@@ -27,8 +27,8 @@ fn main() -> Result<()> {
     }
     let installed = unchanged && copy.join("node_modules").is_dir();
     if let Err(error) = build(&copy, installed) {
-        println!("cargo::warning=the dashboard is not built: {}", error.to_string().replace('\n', " "));
-        // There is no such file, so the next build tries again.
+        println!("cargo::warning=the dashboard was not built: {}", error.to_string().replace('\n', " "));
+        // This file does not exist, so the next build tries again.
         println!("cargo::rerun-if-changed={}", web.join("no-node").display());
         println!("cargo::warning=it needs Node 18 or newer, on Debian the packages nodejs and npm");
         fs::create_dir_all(copy.join("dist"))?;
@@ -39,7 +39,7 @@ fn main() -> Result<()> {
 
 /// The page of a program that was built without Node.
 const MISSING: &str = "<!doctype html><title>profivac</title><p>This program was built without its dashboard, because Node \
-    18 or newer was missing or could not fetch what it needs (on Debian: the packages nodejs and npm). Build it again with \
+    18 or newer was missing or could not fetch its packages (on Debian: the packages nodejs and npm). Build it again with \
     Node. The API is at <a href=\"/api/openapi.json\">/api/openapi.json</a>.";
 
 fn build(folder: &Path, installed: bool) -> Result<()> {
@@ -74,6 +74,6 @@ fn npm(folder: &Path, arguments: &[&str]) -> Result<()> {
     if output.status.success() {
         return Ok(());
     }
-    let told = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    Err(Error::other(format!("npm {}:\n{told}", arguments.join(" "))))
+    let output = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    Err(Error::other(format!("npm {}:\n{output}", arguments.join(" "))))
 }

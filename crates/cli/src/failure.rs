@@ -5,7 +5,7 @@ use profivac_client::cyclic::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
 use profivac_station::auth::file_permissions::PermissionError;
-use profivac_station::auth::users::UsersError;
+use profivac_station::auth::users::{AccountError, UsersError};
 use profivac_station::config::ConfigError;
 use profivac_station::server::ServerError;
 use profivac_station::station::StationError;
@@ -112,6 +112,12 @@ impl From<PortError> for Failure {
     }
 }
 
+impl From<AccountError> for Failure {
+    fn from(error: AccountError) -> Self {
+        Self::usage(error.to_string())
+    }
+}
+
 impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
         Self { kind: Kind::Usage, sentence: error.to_string() }
@@ -149,12 +155,8 @@ impl From<ScenarioError> for Failure {
 impl From<ServerError> for Failure {
     fn from(error: ServerError) -> Self {
         let kind = match error {
-            ServerError::NoTls(_)
-            | ServerError::NoUsers(_)
-            | ServerError::Proxy(_)
-            | ServerError::Users(_)
-            | ServerError::Tls(_) => Kind::Usage,
             ServerError::Listen { .. } => Kind::Port,
+            _ => Kind::Usage,
         };
         Self { kind, sentence: error.to_string() }
     }

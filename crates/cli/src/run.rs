@@ -48,7 +48,7 @@ const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
 /// Runs until SIGINT or SIGTERM.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
-    config.hints().iter().for_each(notice);
+    config.notices().iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
@@ -107,7 +107,7 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
 
 /// Applies a changed configuration, and prints a notice for each change that needs a restart.
 fn apply_config(station: &mut Station, started_with: &Config, config: Config) -> Result<(), Failure> {
-    let hints = started_with.needs_restart(&config).into_iter().chain(config.hints());
-    hints.for_each(|hint| notice(&hint));
+    started_with.needs_restart(&config).iter().for_each(notice);
+    config.notices().iter().for_each(notice);
     Ok(station.reconfigure(config)?)
 }

@@ -123,10 +123,10 @@ fn a_change_that_needs_a_restart_is_reported_and_a_dead_port_does_not_delay_the_
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     assert!(station.complaint().contains("has no [[segment.gauge]]"));
     station.ready();
-    fs::write(&file, format!("[station]\nrecord = \"other.db\"\n{text}")).unwrap();
+    fs::write(&file, format!("[station]\ndatabase = \"other.db\"\n{text}")).unwrap();
     station.hang_up();
     let complaint = station.complaint();
-    assert!(complaint.contains("until the station is started again, then "), "{complaint}");
+    assert!(complaint.contains("until the station is restarted, then it becomes "), "{complaint}");
     let second = run(&["run", &file, "--listen", "127.0.0.1:0", "--check"]);
     assert_eq!(second.status.code(), Some(0), "another record");
     fs::write(&file, &text).unwrap();
@@ -151,7 +151,7 @@ fn other_computers_reach_a_station_only_with_tls_and_users() {
         let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
         assert_eq!(
             complaint.lines().last().unwrap_or_default(),
-            "profivac: 0.0.0.0:0 can be reached from other computers: that needs TLS, [tls] with certificate and key in \
+            "profivac: listening beyond loopback on 0.0.0.0:0 needs TLS: add [tls] with certificate and key to \
              the station's file"
         );
     }

@@ -64,7 +64,7 @@ fn a_refused_change_is_explained_and_changes_nothing() {
     let (folder, file) = memory_segment();
     let users = folder.path("plant.users.toml");
     for (name, role, password, sentence) in [
-        ("ada", "engineer", "short", "expected a password of at least 8 characters, better 15, got 5"),
+        ("ada", "engineer", "short", "expected a password of at least 8 characters, better 15, found 5"),
         ("ada", "engineer", "password1", "this password is easily guessed: this is a very common password"),
         ("lovelace", "engineer", "lovelace", "this password is easily guessed"),
         ("ada", "boss", PASSWORD, "expected viewer, operator or engineer"),
@@ -72,7 +72,7 @@ fn a_refused_change_is_explained_and_changes_nothing() {
             "a b",
             "viewer",
             PASSWORD,
-            "expected a name of 1 to 32 letters, digits, dots, dashes and underscores (a to z), got \"a b\"",
+            "expected a name of 1 to 32 letters (a to z), digits, dots, dashes and underscores, found \"a b\"",
         ),
     ] {
         let refused = add(name, role, &file, password);

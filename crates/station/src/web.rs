@@ -1,4 +1,4 @@
-//! The dashboard, as it was built, embedded in the program.
+//! The built dashboard, embedded in the program.
 
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{StatusCode, Uri};
@@ -7,29 +7,29 @@ use include_dir::{Dir, include_dir};
 
 static DASHBOARD: Dir<'_> = include_dir!("$OUT_DIR/web/dist");
 
-/// The page, for every path that the dashboard knows and for those it does not.
+/// The page, which is the answer to every path without a file.
 const PAGE: &str = "index.html";
 
-/// Names below this carry a hash of what they hold: they never change.
+/// Names in this folder contain a hash of the contents, so browsers may cache them for ever.
 const HASHED: &str = "assets/";
 
-/// A file of the dashboard, or its page.
+/// A file of the dashboard; the page if there is no such file.
 pub async fn file(uri: Uri) -> Response {
     let name = uri.path().trim_start_matches('/');
     let file = DASHBOARD.get_file(name);
     if file.is_none() && name.starts_with(HASHED) {
         return StatusCode::NOT_FOUND.into_response();
     }
-    let (name, kept) = match file {
+    let (name, cache_control) = match file {
         Some(_) if name.starts_with(HASHED) => (name, "public, max-age=31536000, immutable"),
         Some(_) => (name, "no-cache"),
         None => (PAGE, "no-cache"),
     };
     let contents = DASHBOARD.get_file(name).map_or(&[][..], |file| file.contents());
-    ([(CONTENT_TYPE, kind(name)), (CACHE_CONTROL, kept)], contents).into_response()
+    ([(CONTENT_TYPE, content_type(name)), (CACHE_CONTROL, cache_control)], contents).into_response()
 }
 
-fn kind(name: &str) -> &'static str {
+fn content_type(name: &str) -> &'static str {
     match name.rsplit('.').next() {
         Some("html") => "text/html; charset=utf-8",
         Some("js") => "text/javascript; charset=utf-8",
@@ -51,7 +51,7 @@ mod tests {
         let assets: Vec<_> =
             DASHBOARD.get_dir("assets").unwrap().files().map(|file| file.path().to_str().unwrap()).collect();
         assert!(
-            assets.iter().any(|name| kind(name).starts_with("text/javascript") && page.contains(name)),
+            assets.iter().any(|name| content_type(name).starts_with("text/javascript") && page.contains(name)),
             "{assets:?}"
         );
     }

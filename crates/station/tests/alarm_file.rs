@@ -1,4 +1,4 @@
-//! Alarms and webhooks in the file: what stands there, what there is by itself, and what is wrong, with its place.
+//! Alarms and webhooks in the configuration file: settings, default alarms, errors with positions.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -63,7 +63,7 @@ fn names(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn alarms_of_the_file_are_as_it_says() {
+fn an_alarm_has_the_settings_of_the_file() {
     let all = rules(FILE);
     let high = rule(&all, "too high");
     assert_eq!(high.subject, Subject::Series { gauge: "chamber".to_owned(), series: "chamber".to_owned() });
@@ -83,7 +83,7 @@ fn alarms_of_the_file_are_as_it_says() {
 }
 
 #[test]
-fn every_gauge_and_segment_has_alarms_by_itself() {
+fn every_gauge_and_segment_has_default_alarms() {
     assert_eq!(
         names(FILE),
         [
@@ -108,10 +108,10 @@ fn every_gauge_and_segment_has_alarms_by_itself() {
 }
 
 #[test]
-fn what_there_is_by_itself_can_be_changed_and_switched_off() {
+fn a_default_alarm_can_be_changed_and_switched_off() {
     let file = FILE.to_owned()
         + "[alarms]\nfault = { priority = 'high', delay = '7 s' }\nstale = { except = ['tpg'] }\nsegment = { priority = 'off' }\n\
-           damage = { limit = 100, off-delay = '9 s' }\nblind = { priority = 'off' }\nrecord = { priority = 'off' }\n";
+           damage = { limit = 100, off-delay = '9 s' }\nnot-measurable = { priority = 'off' }\ndatabase = { priority = 'off' }\n";
     let all = rules(&file);
     assert_eq!(names(&file)[3..], ["segment hall: damage", "chamber: fault", "chamber: no data", "tpg: fault"]);
     assert_eq!(
@@ -121,7 +121,7 @@ fn what_there_is_by_itself_can_be_changed_and_switched_off() {
     assert_eq!(
         rule(&all, "chamber: no data").condition,
         Condition::Stale { behind_segment: None },
-        "nobody else tells it"
+        "the alarm of the segment is off"
     );
     let damage = rule(&all, "segment hall: damage");
     assert_eq!(
@@ -131,15 +131,18 @@ fn what_there_is_by_itself_can_be_changed_and_switched_off() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_place() {
+fn an_error_names_its_position_and_what_was_expected() {
     let defaults = |line: &str| FILE.to_owned() + "[alarms]\n" + line + "\n";
     let altered = |from: &str, to: &str| FILE.replacen(from, to, 1);
     for (file, sentence) in [
-        (altered("\"too high\"", "\"leak\""), "hall.toml:31:8: the alarm \"leak\" stands twice"),
-        (altered("\"too high\"", "\"\""), "hall.toml:15:8: expected the name of an alarm, got nothing"),
+        (
+            altered("\"too high\"", "\"leak\""),
+            "hall.toml:31:8: the alarm \"leak\" is defined twice; choose another name",
+        ),
+        (altered("\"too high\"", "\"\""), "hall.toml:15:8: expected a name for the alarm, found an empty string"),
         (
             altered("\"too high\"", "\"chamber: fault\""),
-            "15:8: there is an alarm \"chamber: fault\" by itself; [alarms] says how it is",
+            "15:8: \"chamber: fault\" is the name of a default alarm; choose another name, or change",
         ),
         (altered("\"tpg.2\"", "\"tgp.2\""), "hall.toml:26:9: there is no gauge \"tgp.2\"; did you mean \"tpg\"?"),
         (altered("\"tpg.2\"", "\"tpg.x\""), "there is no gauge \"tpg.x\""),
@@ -148,7 +151,10 @@ fn what_is_wrong_is_told_with_its_place() {
             "hall.toml:16:9: there is no gauge \"Chambre\"; did you mean \"chamber\"?",
         ),
         (altered("above = \"1e-3 mbar\"", "above = \"1e-3\""), "hall.toml:17:9: expected a unit out of mbar"),
-        (altered("above = \"1e-3 mbar\"", "above = \"0 mbar\""), "hall.toml:17:9: expected a pressure above nothing"),
+        (
+            altered("above = \"1e-3 mbar\"", "above = \"0 mbar\""),
+            "hall.toml:17:9: expected a pressure above 0, found 0",
+        ),
         (
             altered("above = \"1e-3 mbar\"", ""),
             "hall.toml:15:8: expected one of above, below and rise for the alarm \"too high\"",
@@ -156,45 +162,51 @@ fn what_is_wrong_is_told_with_its_place() {
         (altered("hysteresis = 0.5", "below = \"1 mbar\""), "expected one of above, below and rise"),
         (
             altered("hysteresis = 0.5", "hysteresis = -0.5"),
-            "hall.toml:18:14: expected a hysteresis in decades from 0 to 10, got -0.5",
+            "hall.toml:18:14: expected a hysteresis in decades from 0 to 10, found -0.5",
         ),
         (altered("hysteresis = 0.5", "hysteresis = nan"), "hall.toml:18:14: expected a hysteresis"),
         (
             altered("hysteresis = 0.5", "reset = \"2e-3 mbar\""),
-            "hall.toml:18:9: an alarm cannot be over above its limit: expected not above 1e-3 mbar, got 2e-3 mbar",
+            "hall.toml:18:9: expected a reset not above the limit 1e-3 mbar, found 2e-3 mbar",
         ),
-        (altered("\"2 mbar\"", "\"0.5 mbar\""), "hall.toml:28:9: an alarm cannot be over below its limit"),
+        (
+            altered("\"2 mbar\"", "\"0.5 mbar\""),
+            "hall.toml:28:9: expected a reset not below the limit 1e0 mbar, found 5e-1 mbar",
+        ),
         (
             altered("reset = \"2 mbar\"", "reset = \"2 mbar\"\nhysteresis = 1.0"),
-            "hall.toml:28:9: expected reset or hysteresis, got both",
+            "hall.toml:28:9: expected reset or hysteresis, found both",
         ),
-        (altered("delay = \"2 s\"", "delay = \"2 h\""), "hall.toml:19:9: expected a time up to 1h, got 2h"),
+        (altered("delay = \"2 s\"", "delay = \"2 h\""), "hall.toml:19:9: expected a delay of at most 1h, found 2h"),
         (
             altered("\"high\"\nmessage", "\"urgent\"\nmessage"),
-            "hall.toml:21:12: expected a priority out of high, medium, low, got \"urgent\"",
+            "hall.toml:21:12: expected a priority out of high, medium, low, found \"urgent\"",
         ),
-        (altered("rise = 0.5", "rise = 0.0"), "hall.toml:33:8: expected decades per minute above 0 to 10, got 0"),
-        (altered("\"20 s\"", "\"1 s\""), "hall.toml:34:10: expected a window from 5s to 10m, got 1s"),
-        (altered("message =", "window = \"20 s\"\nmessage ="), "hall.toml:22:10: a window belongs to rise alone"),
-        (altered("window =", "reset = \"1 mbar\"\nwindow ="), "hall.toml:34:9: a rise has no reset"),
+        (altered("rise = 0.5", "rise = 0.0"), "hall.toml:33:8: expected decades per minute above 0 to 10, found 0"),
+        (altered("\"20 s\"", "\"1 s\""), "hall.toml:34:10: expected a window from 5s to 10m, found 1s"),
+        (altered("message =", "window = \"20 s\"\nmessage ="), "hall.toml:22:10: window applies to rise only"),
+        (altered("window =", "reset = \"1 mbar\"\nwindow ="), "hall.toml:34:9: reset does not apply to rise"),
         (altered("message =", "massage ="), "hall.toml:22:1: unknown field `massage`"),
-        (defaults("fault = { priority = 'loud' }"), "expected a priority out of high, medium, low, off, got \"loud\""),
+        (
+            defaults("fault = { priority = 'loud' }"),
+            "expected a priority out of high, medium, low, off, found \"loud\"",
+        ),
         (
             defaults("stale = { except = ['chambre'] }"),
             "hall.toml:36:21: there is no gauge \"chambre\"; did you mean \"chamber\"?",
         ),
         (defaults("segment = { except = ['hal'] }"), "there is no segment \"hal\"; did you mean \"hall\"?"),
         (defaults("fault = { limit = 3 }"), "hall.toml:36:19: only damage has a limit"),
-        (defaults("damage = { limit = 0.5 }"), "expected from 1 to 1000000 telegrams per minute, got 0.5"),
+        (defaults("damage = { limit = 0.5 }"), "expected telegrams per minute from 1 to 1000000, found 0.5"),
         (defaults("stall = {}"), "unknown field `stall`"),
     ] {
-        let told = parse(&file).unwrap_err().to_string();
-        assert!(told.contains(sentence), "expected {sentence}\ngot {told}");
+        let error = parse(&file).unwrap_err().to_string();
+        assert!(error.contains(sentence), "expected {sentence}\nfound {error}");
     }
 }
 
 #[test]
-fn a_webhook_is_as_the_file_says_and_keeps_its_secret() {
+fn a_webhook_has_the_settings_of_the_file_and_hides_its_secret() {
     let folder = tempfile::tempdir().unwrap();
     let token = folder.path().join("ops.token");
     file_permissions::write(&token, "s3cret\n").unwrap();
@@ -212,34 +224,43 @@ fn a_webhook_is_as_the_file_says_and_keeps_its_secret() {
     let shown = format!("{config:?}");
     assert!(!shown.contains("s3cret") && !shown.contains("hook/abc"), "{shown}");
     fs::set_permissions(&token, fs::Permissions::from_mode(0o640)).unwrap();
-    let told = Config::parse(&file, &path).unwrap_err().to_string();
+    let error = Config::parse(&file, &path).unwrap_err().to_string();
     let wanted = format!("is open to others (mode 640): chmod 600 {}", token.display());
-    assert!(told.contains("hall.toml:37:14: ") && told.ends_with(&wanted), "{told}");
+    assert!(error.contains("hall.toml:37:14: ") && error.ends_with(&wanted), "{error}");
 }
 
 #[test]
-fn a_webhook_that_cannot_be_is_told_with_its_place() {
+fn an_error_in_a_webhook_names_its_position_and_no_secret() {
     for (lines, sentence) in [
-        ("url = 'ftp://host/x'", "hall.toml:36:7: expected an address like https://host/path, got another scheme"),
-        ("url = '/x'", "36:7: expected an address like https://host/path, got one without a host"),
+        ("url = 'ftp://host/x'", "hall.toml:36:7: expected a URL like https://host/path, found another scheme"),
+        ("url = '/x'", "36:7: expected a URL like https://host/path, found a URL without a host"),
         ("url = 'https://a b/'", "hall.toml:36:7: "),
-        ("url = 'https://me:s3cret@host/'", "got one with a password: token and token-file are for that"),
-        ("url = 'http://host/'\ntoken = 's3cret'", "got http with a token, which everybody on the way could read"),
-        ("url = 'https://host/'\ntoken = 's3 cret'", "37:9: expected a token of visible ASCII without spaces"),
+        ("url = 'https://me:s3cret@host/'", "found a URL with a password; use token or token-file instead"),
+        (
+            "url = 'http://host/'\ntoken = 's3cret'",
+            "found http with a token, which would travel unencrypted; use https",
+        ),
+        (
+            "url = 'https://host/'\ntoken = 's3 cret'",
+            "37:9: expected a token of visible ASCII characters without spaces",
+        ),
         ("url = 'https://host/'\ntoken = 3535", "37:9: expected a token in quotes"),
-        ("url = 'https://host/'\ntoken = 's3cret'\ntoken-file = 'x'", "38:14: expected token or token-file, got both"),
+        (
+            "url = 'https://host/'\ntoken = 's3cret'\ntoken-file = 'x'",
+            "38:14: expected token or token-file, found both",
+        ),
         ("url = 'https://host/'\ntoken-file = 'no/such'", "37:14: no/such cannot be read: "),
         ("url = 'https://host/'\nca-file = 'no/such'", "37:11: no/such holds no certificates: "),
-        ("url = 'https://host/'\npriority = 'off'", "expected a priority out of high, medium, low, got \"off\""),
+        ("url = 'https://host/'\npriority = 'off'", "expected a priority out of high, medium, low, found \"off\""),
         (
             "url = 'https://host/'\n[[webhook]]\nurl = 'https://host/other'",
-            "38:7: the webhook \"host\" stands twice: name tells them apart",
+            "38:7: the webhook \"host\" is defined twice; give each a name of its own",
         ),
-        ("name = ' '\nurl = 'https://host/'", "36:8: expected the name of a webhook, got nothing"),
+        ("name = ' '\nurl = 'https://host/'", "36:8: expected a name for the webhook, found an empty string"),
     ] {
-        let told =
+        let error =
             Config::parse(&format!("{FILE}[[webhook]]\n{lines}\n"), Path::new("hall.toml")).unwrap_err().to_string();
-        assert!(told.contains(sentence), "expected {sentence}\ngot {told}");
-        assert!(!told.contains("s3") && !told.contains("3535"), "{told}");
+        assert!(error.contains(sentence), "expected {sentence}\nfound {error}");
+        assert!(!error.contains("s3") && !error.contains("3535"), "{error}");
     }
 }

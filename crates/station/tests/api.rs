@@ -1,4 +1,4 @@
-//! What the API answers, and how it refuses.
+//! Answers and refusals of the API.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -38,7 +38,7 @@ impl Desk {
         Self { folder, plant }
     }
 
-    /// The status, the type and the text of an answer.
+    /// Status, content type and body of an answer.
     fn get(&self, path: &str) -> (u16, String, String) {
         let (response, text) = self.ask(path);
         let kind = response.headers().get("content-type").map_or("", |kind| kind.to_str().unwrap()).to_owned();
@@ -66,7 +66,7 @@ impl Desk {
         serde_json::from_str(&text).unwrap()
     }
 
-    /// What is wrong with a request.
+    /// Status and detail of a problem document.
     fn problem(&self, path: &str) -> (u16, String) {
         let (status, kind, text) = self.get(path);
         assert_eq!(kind, "application/json", "{path}: {text}");
@@ -118,18 +118,18 @@ fn scenery() -> SegmentSnapshot {
 }
 
 #[test]
-fn what_is_seen_is_told() {
+fn the_api_serves_the_published_snapshot() {
     let desk = Desk::new();
     assert_eq!(desk.json("/api/station")["name"], "Target hall");
     assert_eq!(desk.json("/api/segments")[0]["state"], "running");
     let gauge = desk.json("/api/gauges/chamber");
     assert_eq!(gauge, desk.json("/api/gauges")[0]);
     assert_eq!((&gauge["standing"], &gauge["readings"][0]["pa"]), (&"exchanging".into(), &1e-4.into()));
-    assert_eq!(desk.problem("/api/gauges/nobody"), (404, "there is no gauge \"nobody\"".to_owned()));
+    assert_eq!(desk.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
 }
 
 #[test]
-fn a_segment_that_is_gone_is_not_shown() {
+fn a_removed_segment_is_not_served() {
     let desk = Desk::new();
     desk.plant.forget("hall");
     assert_eq!(desk.json("/api/segments"), Value::Array(Vec::new()));
@@ -137,9 +137,9 @@ fn a_segment_that_is_gone_is_not_shown() {
 }
 
 #[test]
-fn blocks_are_asked_of_the_segment() {
+fn blocks_are_requested_from_the_segment() {
     let desk = Desk::new();
-    assert_eq!(desk.problem("/api/gauges/nobody/blocks").0, 404);
+    assert_eq!(desk.problem("/api/gauges/unknown/blocks").0, 404);
     let questions = desk.plant.accept_requests("hall");
     let answering = std::thread::spawn(move || {
         let SegmentRequest::Blocks(gauge, answer) = questions.recv().unwrap() else { panic!("blocks") };
@@ -154,7 +154,7 @@ fn blocks_are_asked_of_the_segment() {
 }
 
 #[test]
-fn a_trend_has_an_entry_for_every_pixel_with_something_in_it() {
+fn a_trend_has_an_entry_for_every_pixel_with_samples() {
     let desk = Desk::new();
     (0..100).for_each(|second| desk.record(second, if second < 50 { 1e-3 } else { 1e-5 }));
     assert!(desk.plant.recorder().flush());
@@ -166,15 +166,15 @@ fn a_trend_has_an_entry_for_every_pixel_with_something_in_it() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused_with_a_sentence() {
+fn a_wrong_parameter_is_refused_with_a_sentence() {
     let desk = Desk::new();
     for (path, sentence) in [
-        ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, got 2 and 1"),
-        ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, got 0"),
-        ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, got 99999"),
-        ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, got -1"),
+        ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, found 2 and 1"),
+        ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, found 0"),
+        ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, found 99999"),
+        ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, found -1"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 8 samples, got 0"),
-        ("/api/export.csv?from=2&to=1", "expected from to lie before to, got 2 and 1"),
+        ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),
     ] {
         assert_eq!(desk.problem(path), (400, sentence.to_owned()), "{path}");
     }
@@ -185,7 +185,7 @@ fn what_cannot_be_asked_is_refused_with_a_sentence() {
 }
 
 #[test]
-fn extreme_times_are_times() {
+fn extreme_times_are_accepted() {
     let desk = Desk::new();
     desk.record(0, 1.0);
     assert!(desk.plant.recorder().flush());
@@ -198,7 +198,7 @@ fn extreme_times_are_times() {
 }
 
 #[test]
-fn a_rise_is_told_apart() {
+fn a_rise_is_separated_into_leak_and_outgassing() {
     let desk = Desk::new();
     (0..300).for_each(|second| desk.record(second, 1e-4 + 1e-6 * second as f64));
     assert!(desk.plant.recorder().flush());
@@ -220,7 +220,7 @@ fn events_come_latest_first() {
 }
 
 #[test]
-fn an_export_is_a_table_to_be_saved() {
+fn an_export_is_a_csv_attachment() {
     let desk = Desk::new();
     desk.record(0, 1e-3);
     assert!(desk.plant.recorder().flush());
@@ -229,10 +229,9 @@ fn an_export_is_a_table_to_be_saved() {
     assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
 }
 
-/// What is deleted after the first piece was taken is not in the rest: nobody has read ahead far.
-/// A name may have a comma in it: `series` again for each name always means one; commas part what is no name.
+/// Names may contain commas: a repeated `series` names one series each, and only a value that is no name is split at its commas.
 #[test]
-fn an_export_has_the_series_that_were_asked_for() {
+fn an_export_has_the_requested_series() {
     let desk = Desk::new();
     for name in ["hall, north", "hall", "north & south", "annex", "=1+1"] {
         let at = Micros(NEW_YEAR_MS * 1000);
@@ -240,14 +239,14 @@ fn an_export_has_the_series_that_were_asked_for() {
     }
     assert!(desk.plant.recorder().flush());
     for (asked, expected) in [
-        // What would be a formula in a spreadsheet is text.
+        // An apostrophe keeps a spreadsheet from reading a name as a formula.
         ("", &["'=1+1", "annex", "hall", "hall, north", "north & south"][..]),
         ("&series=hall%2C%20north", &["hall, north"]),
         ("&series=hall%2C+north&series=annex", &["annex", "hall, north"]),
         ("&series=hall,annex", &["annex", "hall"]),
         ("&series=hall&series=hall,hall", &["hall"]),
         ("&series=north+%26+south&series=hall,annex", &["annex", "hall", "north & south"]),
-        ("&series=nobody", &[]),
+        ("&series=unknown", &[]),
     ] {
         let (status, _, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
         let mut names: Vec<_> = text.lines().skip(1).map(|row| name_of(row).to_owned()).collect();
@@ -256,14 +255,15 @@ fn an_export_has_the_series_that_were_asked_for() {
     }
 }
 
-/// What stands between the time and the pressure, without its quotes.
+/// The name between time and pressure, without its quotes.
 fn name_of(row: &str) -> &str {
     let (_, rest) = row.split_once(',').unwrap();
     rest.trim_end_matches(",valid").rsplit_once(',').unwrap().0.trim_matches('"')
 }
 
+/// Samples that are deleted after the first chunk are missing in the rest: the station has not read ahead far.
 #[test]
-fn an_export_is_read_as_it_is_taken() {
+fn an_export_is_read_while_the_client_reads() {
     let desk = Desk::new();
     (0..40_000).for_each(|second| desk.record(second, 1e-3));
     assert!(desk.plant.recorder().flush());
@@ -300,14 +300,14 @@ fn a_rise_of_very_many_samples_is_fitted_to_their_means() {
 }
 
 #[test]
-fn who_wants_to_change_something_is_refused() {
+fn a_method_that_a_path_does_not_have_is_refused() {
     let desk = Desk::new();
     for method in ["POST", "PUT", "DELETE", "OPTIONS", "PATCH"] {
         for path in ["/api/station", "/api/no/such/thing", "/"] {
             let (response, text) = desk.send(method, path);
             let allow = response.headers().get("allow").map(|value| value.to_str().unwrap());
             assert_eq!((response.status().as_u16(), allow), (405, Some("GET,HEAD")), "{method} {path}");
-            assert!(text.contains("there is no such method here"), "{text}");
+            assert!(text.contains("this method is not available here"), "{text}");
         }
     }
     let (response, text) = desk.send("HEAD", "/api/station");
@@ -315,7 +315,7 @@ fn who_wants_to_change_something_is_refused() {
 }
 
 #[test]
-fn every_answer_is_guarded() {
+fn every_answer_of_the_api_has_security_headers() {
     let desk = Desk::new();
     for path in ["/api/station", "/api/no/such/thing"] {
         let (response, _) = desk.ask(path);
@@ -336,7 +336,10 @@ fn the_description_names_every_path() {
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = desk.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());
-        assert!(operation.unwrap()["responses"]["429"].is_object(), "{path}: the gate may answer, too");
+        assert!(
+            operation.unwrap()["responses"]["429"].is_object(),
+            "{path}: the answers of the middleware are missing"
+        );
         let expected: &[u16] = if methods["get"].is_object() { &[200, 400] } else { &[405] };
         assert!(expected.contains(&status), "{path}: {status} {text}");
     }

@@ -1,5 +1,4 @@
-//! Passwords are tried on many threads, and the memory for it is that of one after the other. In a process of its own, since it looks at
-//! what the system says of it.
+//! Password checks on many threads reuse memory. The test has a process of its own, because it reads the memory of the process.
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
@@ -7,7 +6,7 @@ use profivac_station::auth::password::Hash;
 use std::fs;
 use std::sync::{Barrier, Mutex};
 
-/// What the process has in memory, in KiB.
+/// The resident memory of the process, in KiB.
 fn resident() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
@@ -15,7 +14,7 @@ fn resident() -> u64 {
 }
 
 #[test]
-fn who_guesses_on_many_threads_takes_the_memory_of_one() {
+fn password_checks_on_many_threads_use_the_memory_of_one() {
     const THREADS: usize = 24;
     let hash = Hash::of("tin whisker plateau").unwrap();
     let (turn, all) = (Mutex::new(()), Barrier::new(THREADS));
@@ -27,7 +26,7 @@ fn who_guesses_on_many_threads_takes_the_memory_of_one() {
                 let _turn = turn.lock().unwrap();
                 assert!(!hash.matches("tin whisker"));
             }
-            // Nobody has ended when it is counted.
+            // All threads still exist when the memory is read.
             all.wait();
             let now = resident();
             all.wait();
@@ -37,5 +36,5 @@ fn who_guesses_on_many_threads_takes_the_memory_of_one() {
         threads.into_iter().map(|thread| thread.join().unwrap()).max().unwrap()
     });
     let grown = after.saturating_sub(before) >> 10;
-    assert!(grown < 100, "{grown} MiB more than before");
+    assert!(grown < 100, "the process has grown by {grown} MiB");
 }

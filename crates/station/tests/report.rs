@@ -137,7 +137,7 @@ fn rounded(value: Value) -> Value {
 }
 
 #[test]
-fn a_record_becomes_a_page_and_its_numbers() {
+fn a_report_has_the_page_and_the_numbers_of_the_goldens() {
     // So coarse that a person can read the curves.
     let made = made(0.05, plant);
     let reader = Reader::open(&made.path).unwrap();
@@ -200,7 +200,7 @@ fn a_pump_down_that_began_days_ago_is_found_in_the_spans() {
 }
 
 #[test]
-fn names_from_a_record_are_never_markup() {
+fn names_from_a_database_are_never_markup() {
     let hostile = "<script>alert(1)</script>\" onload='x";
     let made = made(0.002, |recorder| {
         let gauge: Arc<str> = Arc::from(hostile);
@@ -229,7 +229,7 @@ fn names_from_a_record_are_never_markup() {
 }
 
 #[test]
-fn nothing_valid_is_a_page_too() {
+fn a_report_without_valid_pressures_is_complete() {
     let made = made(0.002, |recorder| {
         let gauge: Arc<str> = Arc::from("chamber");
         (0..100).map(f64::from).for_each(|s| recorder.push(&gauge, Sample::new(at(s), None, Quality::Invalid)));
@@ -244,7 +244,7 @@ fn nothing_valid_is_a_page_too() {
 }
 
 #[test]
-fn what_is_older_than_samples_are_kept_is_read_from_spans() {
+fn a_pump_down_older_than_the_samples_is_read_from_spans() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("old.db");
     let long_ago = |s: f64| at(s).before(Duration::from_secs(6 * 365 * 86_400));
@@ -274,7 +274,7 @@ fn what_is_older_than_samples_are_kept_is_read_from_spans() {
 }
 
 #[test]
-fn what_is_too_much_to_read_is_read_in_spans_and_that_is_told() {
+fn a_long_time_range_is_read_in_spans_and_the_report_says_so() {
     let second = 400_000 / 5;
     let made = made(0.0, |recorder| {
         let gauge: Arc<str> = Arc::from("chamber");
@@ -296,11 +296,11 @@ fn what_is_too_much_to_read_is_read_in_spans_and_that_is_told() {
     assert!((20_000..300_000).contains(&read.samples.len()), "{}", read.samples.len());
     // The beginning is as it was kept.
     assert_eq!(read.samples.partition_point(|sample| sample.at < at(3_000.0)), 15_000);
-    assert_eq!(known(&reader, &names(&["chamber", "nobody"])).unwrap().map(|known| known.start), Some(NOON));
+    assert_eq!(known(&reader, &names(&["chamber", "unknown"])).unwrap().map(|known| known.start), Some(NOON));
 }
 
 #[test]
-fn a_span_that_ends_at_the_end_of_time_is_read() {
+fn a_time_range_up_to_the_largest_time_is_read() {
     let made = made(0.0, |recorder| recorder.push(&Arc::from("chamber"), Sample::new(NOON, Some(1.0), Quality::Valid)));
     let reader = Reader::open(&made.path).unwrap();
     let all = TimeRange { start: Micros(i64::MIN), end: Micros(i64::MAX) };

@@ -1,4 +1,4 @@
-//! The server and those who ask it, not all of them friendly.
+//! The server with hostile and slow clients.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -36,12 +36,12 @@ impl Desk {
         stream
     }
 
-    /// The first line of what comes back for a request to this host; nothing if the connection is closed.
+    /// The status line of the answer to a request for this host; empty if the connection is closed.
     fn status(&self, host: &str) -> String {
         let mut stream = self.connect();
         let _sent = write!(stream, "GET /api/station HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
         let mut answer = Vec::new();
-        // A connection that is refused may be gone before anything was said, or before all was heard.
+        // A refused connection may close before the request is sent or before the answer is read.
         let _ended = stream.read_to_end(&mut answer);
         let answer = String::from_utf8_lossy(&answer).into_owned();
         answer.lines().next().unwrap_or_default().to_owned()
@@ -49,7 +49,7 @@ impl Desk {
 }
 
 #[test]
-fn on_this_computer_only_this_computer_is_meant() {
+fn a_server_on_loopback_accepts_only_loopback_hosts() {
     let desk = Desk::new("127.0.0.1:0", Limits::default());
     for host in ["localhost", "127.0.0.1:8080", "[::1]:9"] {
         assert_eq!(desk.status(host), "HTTP/1.1 200 OK", "{host}");
@@ -60,31 +60,31 @@ fn on_this_computer_only_this_computer_is_meant() {
 }
 
 #[test]
-fn the_loopback_address_of_ipv6_is_one() {
+fn the_loopback_address_of_ipv6_is_loopback() {
     let desk = Desk::new("[::1]:0", Limits::default());
     assert_eq!(desk.status("[::1]:8080"), "HTTP/1.1 200 OK");
     assert_eq!(desk.status("evil.example"), "HTTP/1.1 421 Misdirected Request");
 }
 
 #[test]
-fn who_never_ends_a_request_is_left() {
+fn an_unfinished_request_is_disconnected() {
     let desk = Desk::new("127.0.0.1:0", Limits { head: Duration::from_millis(50), ..Limits::default() });
     for begun in ["", "GET /api/station HTTP/1.1\r\nHost: localhost\r\nX-Slow: "] {
         let mut stream = desk.connect();
         stream.write_all(begun.as_bytes()).unwrap();
-        // The connection ends, whatever is said about it.
+        // The connection ends, with or without an answer.
         stream.read_to_end(&mut Vec::new()).unwrap();
     }
 }
 
 #[test]
-fn what_is_too_long_is_refused() {
+fn a_head_that_is_too_long_is_refused() {
     let desk = Desk::new("127.0.0.1:0", Limits::default());
     assert_eq!(desk.status(&"a".repeat(60_000)), "HTTP/1.1 431 Request Header Fields Too Large");
 }
 
 #[test]
-fn too_many_connections_are_closed_and_the_first_ones_stay() {
+fn connections_above_the_limit_are_closed_and_the_others_stay() {
     let desk = Desk::new("127.0.0.1:0", Limits { connections: 2, ..Limits::default() });
     let mut held: Vec<_> = (0..2).map(|_| desk.connect()).collect();
     for stream in &mut held {
@@ -92,11 +92,11 @@ fn too_many_connections_are_closed_and_the_first_ones_stay() {
         assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
     }
     assert_eq!(desk.status("localhost"), "");
-    assert!(held.iter_mut().all(|stream| stream.read(&mut [0; 100]).unwrap() > 0), "they are served");
+    assert!(held.iter_mut().all(|stream| stream.read(&mut [0; 100]).unwrap() > 0), "open connections are served");
     held.pop();
     let end = Instant::now() + PATIENCE;
     while desk.status("localhost") != "HTTP/1.1 200 OK" {
-        assert!(Instant::now() < end, "a place is never free again");
+        assert!(Instant::now() < end, "no connection is free again");
         std::thread::yield_now();
     }
 }

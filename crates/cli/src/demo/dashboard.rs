@@ -100,8 +100,8 @@ impl Dashboard {
 /// Serves the dashboard; every local user has the engineer role, because no gauge is real.
 fn serve(services: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerError> {
     // No rate limit for commands: the audit trail is deleted at the end.
-    let paces = RateLimits { acts: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
-    let limits = Limits { paces, ..Limits::default() };
+    let rate_limits = RateLimits { writes: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
+    let limits = Limits { rate_limits, ..Limits::default() };
     let setup = Setup { limits, ..Setup::new(listen, Access::anonymous("demo", Role::Engineer)) };
     Server::start(Arc::clone(services), setup)
 }

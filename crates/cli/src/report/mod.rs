@@ -14,7 +14,8 @@ use profivac_station::config::Config;
 use profivac_station::pumpdown::{PumpDown, TimeRange};
 use profivac_station::report::format::{duration, moment, timestamp, with_unit};
 use profivac_station::report::series::{known, moved, pump_downs};
-use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, likeliest, page::page};
+use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
+use profivac_station::suggestion::closest;
 use serde::Serialize;
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
@@ -309,7 +310,7 @@ fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<
             found = all.iter().filter(is_channel).collect();
         }
         if found.is_empty() {
-            let hint = match likeliest(name, all) {
+            let hint = match closest(name, all.iter().map(String::as_str)) {
                 Some(like) => format!("did you mean {like:?}?"),
                 None => format!("there are {}", all.join(", ")),
             };

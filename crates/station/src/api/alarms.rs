@@ -1,9 +1,9 @@
-//! Alarms: what stands, what happened, and what people do about it.
+//! Alarms: the present state, the history, acknowledging, taking out of service.
 
 use super::body::Body;
-use super::database::{DatabaseReaders, task_failed};
-use super::history::{checked_range, parsed_query, time_range};
-use super::problem::Problem;
+use super::database::DatabaseReaders;
+use super::problem::{Problem, task_failed};
+use super::query::{checked_range, parsed_query, time_range};
 use crate::alarm::view::{AlarmHistoryView, AlarmView};
 use crate::alarm::{AlarmError, AlarmServiceError};
 use crate::auth::Role;
@@ -18,76 +18,84 @@ use std::sync::Arc;
 use std::time::Duration;
 use utoipa::{IntoParams, ToSchema};
 
-/// More lines than anybody reads at once.
-const MOST_LINES: u32 = 10_000;
+/// The most entries of an answer.
+const MAX_ENTRIES: u32 = 10_000;
 
 /// The longest reason, in characters.
-const LONGEST_REASON: usize = 500;
+const MAX_REASON: usize = 500;
 
-/// The longest time out of service with an end, in minutes: a month.
-const LONGEST_MINUTES: u32 = 44_640;
+/// The longest time out of service with an end, in minutes: 31 days.
+const MAX_MINUTES: u32 = 44_640;
 
-/// So many can be acknowledged together.
-const MOST_TOGETHER: usize = 1_000;
+/// The most alarms that one request acknowledges.
+const MAX_ACKNOWLEDGED: usize = 1_000;
 
-/// Which time, and of which alarm.
+/// The time range and the alarm of a history.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct HistoryQuery {
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end.
+    /// The end, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
-    /// How many at most, 1 to 10000; 200 if nothing is said.
-    most: Option<u32>,
-    /// The name of an alarm; all if nothing is said.
+    /// The most entries of the answer, 1 to 10000.
+    #[serde(rename = "most")]
+    #[param(default = 200, minimum = 1, maximum = 10_000)]
+    limit: Option<u32>,
+    /// The name of an alarm; without it the history of all alarms.
     alarm: Option<String>,
 }
 
-/// What somebody has seen.
+/// The occurrence of an alarm that the user has seen.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Acknowledge {
-    /// Which time the alarm was raised, as it stands in what they have seen.
+    /// The number of the occurrence, as the alarm shows it.
+    #[schema(example = 3)]
     occurrence: i64,
 }
 
-/// An alarm that somebody has seen.
+/// An occurrence of an alarm that the user has seen.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeOne {
-    /// Its name.
+    /// The name of the alarm.
+    #[schema(example = "chamber: fault")]
     name: String,
-    /// Which time it was raised.
+    /// The number of the occurrence, as the alarm shows it.
+    #[schema(example = 3)]
     occurrence: i64,
 }
 
-/// Alarms that somebody has seen.
+/// The alarms that the user has seen.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeAll {
-    /// All of them, 1 to 1000.
+    /// 1 to 1000 alarms.
+    #[schema(min_items = 1, max_items = 1000)]
     alarms: Vec<AcknowledgeOne>,
 }
 
-/// Why, and for how long.
+/// Why an alarm is taken out of service, and for how long.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TakeOutOfService {
-    /// Why, in 1 to 500 characters.
+    /// The reason, in one line of 1 to 500 characters.
+    #[schema(min_length = 1, max_length = 500, example = "the gauge is being replaced")]
     reason: String,
-    /// For so many minutes, 1 to 44640; until somebody puts it back if nothing is said.
+    /// The time in minutes, 1 to 44640; without it until a user returns the alarm to service.
+    #[schema(minimum = 1, maximum = 44_640)]
     minutes: Option<u32>,
 }
 
-/// What came of acknowledging several alarms.
+/// The result of acknowledging several alarms.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct AcknowledgeAllResult {
-    /// Those that were acknowledged.
+    /// The names of the acknowledged alarms.
     acknowledged: Vec<String>,
-    /// Those that were not.
+    /// The alarms that were not acknowledged.
     refused: Vec<RefusedAlarm>,
 }
 
@@ -96,173 +104,195 @@ pub struct AcknowledgeAllResult {
 pub struct RefusedAlarm {
     /// Its name.
     name: String,
-    /// Why.
+    /// The reason, in a sentence.
     problem: String,
 }
 
-/// All alarms, in the order of the file, then those that there are by themselves.
+/// All alarms: those of the configuration file in its order, then the default alarms
 #[utoipa::path(get, path = "/api/alarms", responses((status = 200, body = [AlarmView])))]
-pub async fn alarms(State(plant): State<Arc<Services>>) -> Json<Vec<AlarmView>> {
-    Json(plant.alarms().all())
+pub async fn alarms(State(services): State<Arc<Services>>) -> Json<Vec<AlarmView>> {
+    Json(services.alarms().all())
 }
 
-/// What happened to alarms, the latest first.
-#[utoipa::path(get, path = "/api/alarms/history", params(HistoryQuery), responses((status = 200, body = [AlarmHistoryView]), (status = 400, body = Problem), (status = 503, body = Problem)))]
+/// The history of alarms, the latest change first
+#[utoipa::path(
+    get,
+    path = "/api/alarms/history",
+    params(HistoryQuery),
+    responses(
+        (status = 200, body = [AlarmHistoryView]),
+        (status = 400, body = Problem, description = "A parameter is missing or out of range"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn history(
-    State(archive): State<DatabaseReaders>,
-    past: Result<Query<HistoryQuery>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    query: Result<Query<HistoryQuery>, QueryRejection>,
 ) -> Result<Json<Vec<AlarmHistoryView>>, Problem> {
-    let past = parsed_query(past)?;
-    let (from, to) = time_range(past.from, past.to)?;
-    let most = checked_range("most", past.most.unwrap_or(200), MOST_LINES)?;
-    let read = archive.read(move |reader| {
-        let lines = reader.alarm_history(from, to, past.alarm.as_deref(), most)?;
-        Ok(Json(lines.into_iter().map(AlarmHistoryView::from).collect()))
+    let query = parsed_query(query)?;
+    let (from, to) = time_range(query.from, query.to)?;
+    let limit = checked_range("most", query.limit.unwrap_or(200), MAX_ENTRIES)?;
+    let read = readers.read(move |reader| {
+        let entries = reader.alarm_history(from, to, query.alarm.as_deref(), limit)?;
+        Ok(Json(entries.into_iter().map(AlarmHistoryView::from).collect()))
     });
     read.await
 }
 
-/// Somebody knows of an alarm: of the occurrence they have seen, and of no later one. It is on the disk when this is answered.
+/// Acknowledge an alarm
+///
+/// Acknowledges the occurrence that the user has seen, and no later one. The database has the change before the answer.
 #[utoipa::path(
     post,
     path = "/api/alarms/{name}/acknowledge",
-    params(("name" = String, Path, description = "The name of the alarm")),
+    params(("name" = String, Path, description = "The name of the alarm", example = "chamber: fault")),
     request_body = Acknowledge,
     responses(
         (status = 200, body = AlarmView),
-        (status = 400, body = Problem),
+        (status = 400, body = Problem, description = "The body is malformed"),
         (status = 403, body = Problem, description = "The role operator is needed"),
-        (status = 404, body = Problem),
-        (status = 409, body = Problem, description = "It was raised again since, or is acknowledged already"),
-        (status = 503, body = Problem, description = "It is done and could not be written to the disk")
+        (status = 404, body = Problem, description = "There is no alarm of this name"),
+        (status = 409, body = Problem, description = "The alarm was raised again since, or is acknowledged already"),
+        (status = 503, body = Problem, description = "The alarm is acknowledged, but the database cannot be written")
     )
 )]
 pub async fn acknowledge(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     actor: Actor,
     Path(name): Path<String>,
-    Body(seen): Body<Acknowledge>,
+    Body(Acknowledge { occurrence }): Body<Acknowledge>,
 ) -> Result<Json<AlarmView>, Problem> {
     actor.user.require(Role::Operator, "acknowledging an alarm")?;
-    let occurrence = seen.occurrence;
-    run_blocking(move || plant.alarms().acknowledge(plant.recorder(), &name, occurrence, &actor)).await
+    run_blocking(move || services.alarms().acknowledge(services.recorder(), &name, occurrence, &actor)).await
 }
 
-/// Somebody knows of several alarms that they have seen. Each is acknowledged or refused for itself.
+/// Acknowledge several alarms
+///
+/// Each alarm is acknowledged or refused on its own.
 #[utoipa::path(
     post,
     path = "/api/alarms/acknowledge",
     request_body = AcknowledgeAll,
     responses(
         (status = 200, body = AcknowledgeAllResult),
-        (status = 400, body = Problem),
+        (status = 400, body = Problem, description = "The body is malformed, or has no or too many alarms"),
         (status = 403, body = Problem, description = "The role operator is needed")
     )
 )]
 pub async fn acknowledge_all(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     actor: Actor,
-    Body(seen): Body<AcknowledgeAll>,
+    Body(AcknowledgeAll { alarms }): Body<AcknowledgeAll>,
 ) -> Result<Json<AcknowledgeAllResult>, Problem> {
     actor.user.require(Role::Operator, "acknowledging alarms")?;
-    let seen = seen.alarms;
-    if !(1..=MOST_TOGETHER).contains(&seen.len()) {
-        return Err(Problem::bad(format!("expected 1 to {MOST_TOGETHER} alarms, got {}", seen.len())));
+    if !(1..=MAX_ACKNOWLEDGED).contains(&alarms.len()) {
+        let detail = format!("expected 1 to {MAX_ACKNOWLEDGED} alarms, found {}", alarms.len());
+        return Err(Problem::bad_request(detail));
     }
-    let worked = tokio::task::spawn_blocking(move || {
-        let mut together = AcknowledgeAllResult { acknowledged: Vec::new(), refused: Vec::new() };
-        let seen = seen.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
-        for (name, done) in plant.alarms().acknowledge_all(plant.recorder(), seen, &actor) {
+    let task = tokio::task::spawn_blocking(move || {
+        let mut result = AcknowledgeAllResult { acknowledged: Vec::new(), refused: Vec::new() };
+        let seen = alarms.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
+        for (name, done) in services.alarms().acknowledge_all(services.recorder(), seen, &actor) {
             match done {
-                Ok(()) => together.acknowledged.push(name),
-                Err(error) => together.refused.push(RefusedAlarm { name, problem: error.to_string() }),
+                Ok(()) => result.acknowledged.push(name),
+                Err(error) => result.refused.push(RefusedAlarm { name, problem: error.to_string() }),
             }
         }
-        together
+        result
     });
-    worked.await.map(Json).map_err(|error| task_failed(&error))
+    task.await.map(Json).map_err(|error| task_failed(&error))
 }
 
-/// Takes an alarm out of service, with a reason, for a time or until somebody puts it back.
+/// Take an alarm out of service, with a reason, for a time or without an end
 #[utoipa::path(
     post,
     path = "/api/alarms/{name}/out-of-service",
-    params(("name" = String, Path, description = "The name of the alarm")),
+    params(("name" = String, Path, description = "The name of the alarm", example = "chamber: fault")),
     request_body = TakeOutOfService,
     responses(
         (status = 200, body = AlarmView),
-        (status = 400, body = Problem),
+        (status = 400, body = Problem, description = "The body is malformed, or the reason or the time is out of range"),
         (status = 403, body = Problem, description = "The role engineer is needed"),
-        (status = 404, body = Problem),
-        (status = 409, body = Problem, description = "It is out of service already"),
-        (status = 503, body = Problem, description = "It is done and could not be written to the disk")
+        (status = 404, body = Problem, description = "There is no alarm of this name"),
+        (status = 409, body = Problem, description = "The alarm is already out of service"),
+        (status = 503, body = Problem, description = "The alarm is out of service, but the database cannot be written")
     )
 )]
 pub async fn out_of_service(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     actor: Actor,
     Path(name): Path<String>,
-    Body(leave): Body<TakeOutOfService>,
+    Body(request): Body<TakeOutOfService>,
 ) -> Result<Json<AlarmView>, Problem> {
     actor.user.require(Role::Engineer, "taking an alarm out of service")?;
-    let reason = leave.reason.trim().to_owned();
+    let reason = request.reason.trim().to_owned();
     let length = reason.chars().count();
-    if !(1..=LONGEST_REASON).contains(&length) || reason.contains(char::is_control) {
-        return Err(Problem::bad(format!("expected a reason in one line of 1 to {LONGEST_REASON} characters")));
+    if !(1..=MAX_REASON).contains(&length) || reason.contains(char::is_control) {
+        let detail = format!("expected a reason in one line of 1 to {MAX_REASON} characters");
+        return Err(Problem::bad_request(detail));
     }
-    let minutes = leave.minutes.map(|minutes| checked_range("minutes", minutes, LONGEST_MINUTES)).transpose()?;
+    let minutes = request.minutes.map(|minutes| checked_range("minutes", minutes, MAX_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
-    run_blocking(move || plant.alarms().take_out_of_service(plant.recorder(), &name, &actor, &reason, time)).await
+    run_blocking(move || services.alarms().take_out_of_service(services.recorder(), &name, &actor, &reason, time)).await
 }
 
-/// Puts an alarm back into service. If its condition holds, it is raised at once.
+/// Return an alarm to service
+///
+/// If its condition holds, the alarm is raised at once.
 #[utoipa::path(
     post,
     path = "/api/alarms/{name}/return-to-service",
-    params(("name" = String, Path, description = "The name of the alarm")),
+    params(("name" = String, Path, description = "The name of the alarm", example = "chamber: fault")),
     responses(
         (status = 200, body = AlarmView),
         (status = 403, body = Problem, description = "The role engineer is needed"),
-        (status = 404, body = Problem),
-        (status = 409, body = Problem, description = "It is in service"),
-        (status = 503, body = Problem, description = "It is done and could not be written to the disk")
+        (status = 404, body = Problem, description = "There is no alarm of this name"),
+        (status = 409, body = Problem, description = "The alarm is in service"),
+        (status = 503, body = Problem, description = "The alarm is in service, but the database cannot be written")
     )
 )]
 pub async fn return_to_service(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     actor: Actor,
     Path(name): Path<String>,
 ) -> Result<Json<AlarmView>, Problem> {
-    actor.user.require(Role::Engineer, "putting an alarm back into service")?;
-    run_blocking(move || plant.alarms().return_to_service(plant.recorder(), &name, &actor)).await
+    actor.user.require(Role::Engineer, "returning an alarm to service")?;
+    run_blocking(move || services.alarms().return_to_service(services.recorder(), &name, &actor)).await
 }
 
-/// Who is told of alarms, and how that goes.
-#[utoipa::path(get, path = "/api/webhooks", responses((status = 200, body = [WebhookView]), (status = 503, body = Problem)))]
+/// The webhooks with the status of their deliveries
+#[utoipa::path(
+    get,
+    path = "/api/webhooks",
+    responses(
+        (status = 200, body = [WebhookView]),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn webhooks(
-    State(plant): State<Arc<Services>>,
-    State(archive): State<DatabaseReaders>,
+    State(services): State<Arc<Services>>,
+    State(readers): State<DatabaseReaders>,
 ) -> Result<Json<Vec<WebhookView>>, Problem> {
-    archive.read(move |reader| Ok(Json(plant.webhooks().views(&reader)?))).await
+    readers.read(move |reader| Ok(Json(services.webhooks().views(&reader)?))).await
 }
 
-/// Does something that waits for the disk.
+/// Runs `work` on a blocking thread, because it waits for the disk.
 async fn run_blocking(
-    act: impl FnOnce() -> Result<AlarmView, AlarmServiceError> + Send + 'static,
+    work: impl FnOnce() -> Result<AlarmView, AlarmServiceError> + Send + 'static,
 ) -> Result<Json<AlarmView>, Problem> {
-    let acted = tokio::task::spawn_blocking(act).await.map_err(|error| task_failed(&error))?;
-    acted.map(Json).map_err(Problem::from)
+    let done = tokio::task::spawn_blocking(work).await.map_err(|error| task_failed(&error))?;
+    done.map(Json).map_err(Problem::from)
 }
 
 impl From<AlarmServiceError> for Problem {
     fn from(error: AlarmServiceError) -> Self {
-        let sentence = error.to_string();
+        let detail = error.to_string();
         match error {
-            AlarmServiceError::Refused(AlarmError::Unknown(_)) => Self::unknown(sentence),
+            AlarmServiceError::Refused(AlarmError::Unknown(_)) => Self::not_found(detail),
             AlarmServiceError::Refused(AlarmError::OccurrenceChanged { .. } | AlarmError::NotApplicable { .. }) => {
-                Self::conflict(sentence)
+                Self::conflict(detail)
             }
-            AlarmServiceError::NotStored => Self::unavailable(sentence),
+            AlarmServiceError::NotStored => Self::unavailable(detail),
         }
     }
 }

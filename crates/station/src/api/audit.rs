@@ -1,88 +1,135 @@
 //! The audit trail.
 
 use super::database::DatabaseReaders;
-use super::history::{checked_range, parsed_query};
 use super::problem::Problem;
+use super::query::{checked_range, parsed_query};
+use crate::auth::Role;
 use crate::view::unix_ms;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
-use profivac_recorder::Micros;
 use profivac_recorder::audit::{AuditQuery, AuditRow};
 use profivac_recorder::export::iso;
+use profivac_recorder::{AuditAction, Micros};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// More rows than anybody reads at once.
-const MOST: u32 = 100_000;
+/// The most entries of an answer.
+const MAX_ENTRIES: u32 = 100_000;
 
-/// Which rows.
+/// The entries of an answer.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct AuditParameters {
-    /// The beginning, in milliseconds since 1970; everything if nothing is said.
+    /// The beginning, in milliseconds since 1970; without it from the first entry.
     #[param(example = 0)]
     from: Option<i64>,
-    /// The end.
+    /// The end, in milliseconds since 1970; without it to the last entry.
     #[param(example = 4_102_444_800_000_i64)]
     to: Option<i64>,
-    /// Of this gauge only.
+    /// Only entries about this gauge.
     gauge: Option<String>,
-    /// By this person only.
-    who: Option<String>,
-    /// How many at most, 1 to 100000; 200 if nothing is said, 100000 as CSV.
-    most: Option<u32>,
+    /// Only entries of this user.
+    #[serde(rename = "who")]
+    user: Option<String>,
+    /// The most entries of the answer, 1 to 100000. The default is 200, as CSV 100000.
+    #[serde(rename = "most")]
+    #[param(minimum = 1, maximum = 100_000)]
+    limit: Option<u32>,
 }
 
 impl AuditParameters {
-    fn wanted(self, most: u32) -> Result<AuditQuery, Problem> {
-        let most = checked_range("most", self.most.unwrap_or(most), MOST)?;
+    fn into_query(self, default_limit: u32) -> Result<AuditQuery, Problem> {
+        let limit = checked_range("most", self.limit.unwrap_or(default_limit), MAX_ENTRIES)?;
         let micros = |at: i64| Micros(at.saturating_mul(1000));
         let (from, to) = (self.from.map_or(Micros(0), micros), self.to.map_or(Micros(i64::MAX), micros));
         if from >= to {
-            return Err(Problem::bad("expected from to lie before to"));
+            return Err(Problem::bad_request("expected from to lie before to"));
         }
         let filled = |text: Option<String>| text.filter(|text| !text.is_empty());
-        Ok(AuditQuery { from, to, gauge: filled(self.gauge), who: filled(self.who), limit: most })
+        Ok(AuditQuery { from, to, gauge: filled(self.gauge), who: filled(self.user), limit })
     }
 }
 
-/// A row of the audit trail.
+/// An entry of the audit trail.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct AuditView {
-    /// Its number, rising.
+    /// The number of the entry. Later entries have higher numbers.
     id: i64,
-    /// When, in milliseconds since 1970.
+    /// The time, in milliseconds since 1970.
     at_ms: i64,
-    /// `fired` before it is sent, `outcome` after it, `refused` when a condition did not hold, `disarmed`, `mastership`; of an alarm
-    /// `acknowledged`, `taken-out-of-service`, `returned-to-service`.
-    what: &'static str,
-    /// The row whose outcome this is.
-    of: Option<i64>,
-    /// Who.
-    who: String,
-    /// Their role then.
+    /// The action.
+    #[serde(rename = "what")]
+    action: AuditActionView,
+    /// For an `outcome` or `disarmed`, the number of the entry that it belongs to.
+    #[serde(rename = "of")]
+    refers_to: Option<i64>,
+    /// The name of the user.
+    #[serde(rename = "who")]
+    user: String,
+    /// The role of the user at that time.
+    #[schema(value_type = Role)]
     role: String,
-    /// From which address.
+    /// The address of the user's computer.
     peer: Option<String>,
     /// The gauge.
     gauge: Option<String>,
-    /// Its segment.
+    /// The segment of the gauge.
     segment: Option<String>,
-    /// Its address on the bus.
+    /// The bus address of the gauge.
     address: Option<u8>,
-    /// The manual's name and numbers, or the alarm.
+    /// The manual's name and numbers of the parameter, or the name of the alarm.
     target: Option<String>,
-    /// What it was.
+    /// The value before the action.
     before: Option<String>,
-    /// What it was to be; of an outcome, what was read back.
+    /// The requested value; for an `outcome`, the value that was read back.
     after: Option<String>,
-    /// What came of it.
+    /// The result, in a sentence.
     outcome: Option<String>,
-    /// The order.
-    order: Option<String>,
+    /// The identifier of the armed command.
+    #[serde(rename = "order")]
+    command_id: Option<String>,
+}
+
+/// The action of an audit entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AuditActionView {
+    /// A command or a write is about to be sent.
+    #[serde(rename = "fired")]
+    Execute,
+    /// The result of a command or a write.
+    Outcome,
+    /// A command or a write was refused, because a condition is not met.
+    Refused,
+    /// An armed command was disarmed.
+    Disarmed,
+    /// Control authority changed.
+    #[serde(rename = "mastership")]
+    ControlAuthority,
+    /// An alarm was acknowledged.
+    Acknowledged,
+    /// An alarm was taken out of service.
+    TakenOutOfService,
+    /// An alarm was returned to service.
+    ReturnedToService,
+}
+
+impl From<AuditAction> for AuditActionView {
+    fn from(action: AuditAction) -> Self {
+        match action {
+            AuditAction::Execute => Self::Execute,
+            AuditAction::Outcome => Self::Outcome,
+            AuditAction::Refused => Self::Refused,
+            AuditAction::Disarmed => Self::Disarmed,
+            AuditAction::ControlAuthority => Self::ControlAuthority,
+            AuditAction::Acknowledged => Self::Acknowledged,
+            AuditAction::TakenOutOfService => Self::TakenOutOfService,
+            AuditAction::ReturnedToService => Self::ReturnedToService,
+        }
+    }
 }
 
 impl From<AuditRow> for AuditView {
@@ -90,9 +137,9 @@ impl From<AuditRow> for AuditView {
         Self {
             id,
             at_ms: unix_ms(entry.at),
-            what: entry.action.word(),
-            of: entry.refers_to,
-            who: entry.who,
+            action: entry.action.into(),
+            refers_to: entry.refers_to,
+            user: entry.who,
             role: entry.role,
             peer: entry.peer,
             gauge: entry.gauge,
@@ -102,39 +149,57 @@ impl From<AuditRow> for AuditView {
             before: entry.before,
             after: entry.after,
             outcome: entry.outcome,
-            order: entry.command_id,
+            command_id: entry.command_id,
         }
     }
 }
 
-/// Who did what, the latest first.
-#[utoipa::path(get, path = "/api/audit", params(AuditParameters), responses((status = 200, body = [AuditView]), (status = 400, body = Problem)))]
+/// The audit trail, the latest entry first
+#[utoipa::path(
+    get,
+    path = "/api/audit",
+    params(AuditParameters),
+    responses(
+        (status = 200, body = [AuditView]),
+        (status = 400, body = Problem, description = "A parameter is out of range"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn audit(
-    State(archive): State<DatabaseReaders>,
-    rows: Result<Query<AuditParameters>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<AuditParameters>, QueryRejection>,
 ) -> Result<Json<Vec<AuditView>>, Problem> {
-    let wanted = parsed_query(rows)?.wanted(200)?;
-    let read = archive.read(move |reader| Ok(reader.audit(&wanted)?));
-    Ok(Json(read.await?.into_iter().map(AuditView::from).collect()))
+    let query = parsed_query(parameters)?.into_query(200)?;
+    let rows = readers.read(move |reader| Ok(reader.audit(&query)?)).await?;
+    Ok(Json(rows.into_iter().map(AuditView::from).collect()))
 }
 
-/// The same as a table, the earliest first: times are ISO 8601 in UTC.
-#[utoipa::path(get, path = "/api/audit.csv", params(AuditParameters), responses((status = 200, content_type = "text/csv", body = String), (status = 400, body = Problem)))]
+/// The audit trail as CSV, the earliest entry first; times are ISO 8601 in UTC
+#[utoipa::path(
+    get,
+    path = "/api/audit.csv",
+    params(AuditParameters),
+    responses(
+        (status = 200, content_type = "text/csv", body = String),
+        (status = 400, body = Problem, description = "A parameter is out of range"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn csv(
-    State(archive): State<DatabaseReaders>,
-    rows: Result<Query<AuditParameters>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<AuditParameters>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
-    let wanted = parsed_query(rows)?.wanted(MOST)?;
-    let read = archive.read(move |reader| Ok(reader.audit(&wanted)?)).await?;
+    let query = parsed_query(parameters)?.into_query(MAX_ENTRIES)?;
+    let rows = readers.read(move |reader| Ok(reader.audit(&query)?)).await?;
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\"")];
-    let lines: String = read.iter().rev().map(line).collect();
-    Ok((headers, format!("{HEAD}{lines}")))
+    let lines: String = rows.iter().rev().map(csv_line).collect();
+    Ok((headers, format!("{CSV_HEAD}{lines}")))
 }
 
-const HEAD: &str = "id,time,what,of,who,role,peer,gauge,segment,address,target,before,after,outcome,order\n";
+const CSV_HEAD: &str = "id,time,what,of,who,role,peer,gauge,segment,address,target,before,after,outcome,order\n";
 
-fn line(row: &AuditRow) -> String {
+fn csv_line(row: &AuditRow) -> String {
     let AuditRow { id, entry } = row;
     let text = |text: &Option<String>| text.as_deref().map(quoted).unwrap_or_default();
     let number = |number: Option<i64>| number.map(|number| number.to_string()).unwrap_or_default();
@@ -158,7 +223,7 @@ fn line(row: &AuditRow) -> String {
     cells.join(",") + "\n"
 }
 
-/// A cell that a spreadsheet takes for text: what would begin a formula gets an apostrophe before it.
+/// A quoted cell. An apostrophe before `=`, `+`, `-`, `@` and blanks keeps a spreadsheet from reading the cell as a formula.
 fn quoted(text: &str) -> String {
     let guard = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
     format!("\"{guard}{}\"", text.replace('"', "\"\""))

@@ -1,10 +1,8 @@
-//! Acting on gauges: the list of commands, arming, firing, and who has the mastership.
+//! Control of gauges: commands, armed commands, control authority.
 
 use super::body::Body;
-use super::database::task_failed;
-use super::middleware::Peer;
-use super::problem::Problem;
-use crate::auth::{Role, User};
+use super::problem::{PROBLEM_JSON, Problem, task_failed};
+use crate::auth::Role;
 use crate::control::armed_commands::ArmedCommand;
 use crate::control::operation::OperationRequest;
 use crate::control::permissions::{self, Risk};
@@ -12,16 +10,15 @@ use crate::control::{self, Actor, AuthorityAction, ControlError, Executed};
 use crate::services::Services;
 use crate::view::{ControlAuthorityView, duration_ms};
 use axum::Json;
-use axum::extract::{FromRequestParts, Path, State};
+use axum::extract::{Path, State};
 use axum::http::StatusCode;
-use axum::http::request::Parts;
+use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use profivac_client::Condition;
 use profivac_client::conditions::required_texts;
 use profivac_client::names::{ParameterNames, command_name};
 use profivac_virtual::device_spec::entry;
 use serde::Serialize;
-use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Instant;
 use utoipa::ToSchema;
@@ -29,104 +26,112 @@ use utoipa::ToSchema;
 /// A command of a gauge.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Command {
-    /// By what it is armed: `ba.degas-on`.
+    /// The name by which it is armed.
+    #[schema(example = "ba.degas-on")]
     command: String,
-    /// The manual's name of the parameter by which it is sent.
+    /// The manual's name of the parameter that carries it.
     name: String,
-    /// Its slot and index.
+    /// Slot and index of that parameter.
     numbers: String,
-    /// What must be the case.
+    /// The conditions that must be met.
     conditions: Vec<String>,
-    /// What it risks.
+    /// The risk of executing it.
     risk: Risk,
-    /// Who may.
+    /// The lowest role that may execute it.
     role: Role,
-    /// Why nobody may from here.
-    barred: Option<String>,
+    /// Why it cannot be executed from the station; `null` if it can.
+    #[serde(rename = "barred")]
+    blocked_reason: Option<String>,
 }
 
-/// A condition, and whether it holds.
+/// A condition of a command, and whether it is met.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ConditionView {
-    /// What must be the case.
-    wanted: String,
-    /// What is the case.
+    /// The expected state.
+    #[serde(rename = "wanted")]
+    expected: String,
+    /// The state that was found.
     found: String,
-    /// Whether that is enough.
-    holds: bool,
+    /// Whether the condition is met.
+    #[serde(rename = "holds")]
+    is_met: bool,
 }
 
 impl ConditionView {
     fn of(conditions: &[Condition]) -> Vec<Self> {
-        let held = |condition: &Condition| Self {
-            wanted: condition.required.clone(),
+        let view = |condition: &Condition| Self {
+            expected: condition.required.clone(),
             found: condition.found.clone(),
-            holds: condition.unmet.is_none(),
+            is_met: condition.unmet.is_none(),
         };
-        conditions.iter().map(held).collect()
+        conditions.iter().map(view).collect()
     }
 }
 
-/// Something that is armed.
+/// An armed command or write.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ArmedCommandView {
-    /// By what it is fired.
-    order: String,
+    /// Its identifier.
+    #[serde(rename = "order")]
+    id: String,
     /// The gauge.
     gauge: String,
-    /// The command or the parameter.
+    /// The name of the command, or of the parameter.
     target: String,
-    /// The manual's name and numbers.
-    manual: String,
-    /// Whether it is a command.
+    /// The manual's name and numbers of the parameter.
+    #[serde(rename = "manual")]
+    manual_name: String,
+    /// Whether it is a command; otherwise it writes a parameter.
     is_command: bool,
-    /// What it is now; nothing if it cannot be read.
+    /// The present value with its unit; `null` if it cannot be read.
     before: Option<String>,
-    /// What it is to be.
+    /// The requested value with its unit.
     after: String,
-    /// The octets that are sent.
+    /// The octets that will be sent, in hex.
     octets: String,
-    /// What it risks.
+    /// The risk of executing it.
     risk: Risk,
-    /// All conditions; all hold.
+    /// The conditions, which are all met.
     conditions: Vec<ConditionView>,
-    /// How much longer it is armed, in milliseconds.
-    left_ms: u64,
+    /// The time until it is disarmed, in milliseconds.
+    #[serde(rename = "left_ms")]
+    expires_in_ms: u64,
 }
 
 impl From<ArmedCommand> for ArmedCommandView {
-    fn from(order: ArmedCommand) -> Self {
-        let ArmedCommand { id, gauge, operation: choice, preview: draft, expires_at: until, .. } = order;
+    fn from(armed: ArmedCommand) -> Self {
+        let ArmedCommand { id, gauge, operation, preview, expires_at, .. } = armed;
         Self {
-            order: id,
+            id,
             gauge,
-            target: choice.target(),
-            manual: choice.manual_name(),
-            is_command: choice.command.is_some(),
-            octets: draft.octets_as_hex(),
-            before: draft.before.map(|(text, _)| text),
-            after: draft.after,
-            risk: draft.risk,
-            conditions: ConditionView::of(&draft.conditions),
-            left_ms: duration_ms(until.saturating_duration_since(Instant::now())),
+            target: operation.target(),
+            manual_name: operation.manual_name(),
+            is_command: operation.command.is_some(),
+            octets: preview.octets_as_hex(),
+            before: preview.before.map(|(text, _)| text),
+            after: preview.after,
+            risk: preview.risk,
+            conditions: ConditionView::of(&preview.conditions),
+            expires_in_ms: duration_ms(expires_at.saturating_duration_since(Instant::now())),
         }
     }
 }
 
-/// Something that was fired and done.
+/// An executed command or write.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ExecutedView {
-    /// The order.
-    order: String,
+    /// The identifier of the armed command.
+    #[serde(rename = "order")]
+    id: String,
     /// The gauge.
     gauge: String,
-    /// The command or the parameter.
+    /// The name of the command, or of the parameter.
     target: String,
-    /// The octets that were sent.
+    /// The octets that were sent, in hex.
     octets: String,
-    /// What it was.
+    /// The value before, with its unit; `null` if it could not be read.
     before: Option<String>,
-    /// What it is now, as it was read back; nothing if it cannot be read.
+    /// The value that was read back, with its unit; `null` if it could not be read.
     after: Option<String>,
 }
 
@@ -134,46 +139,38 @@ impl From<Executed> for ExecutedView {
     fn from(Executed { order, done }: Executed) -> Self {
         let octets = order.preview.octets_as_hex();
         let target = order.operation.target();
-        Self { order: order.id, gauge: order.gauge, target, octets, before: done.before, after: done.after }
+        Self { id: order.id, gauge: order.gauge, target, octets, before: done.before, after: done.after }
     }
 }
 
-/// Why nothing was armed or done.
+/// A problem document with the conditions of a command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ConflictView {
-    /// In a sentence.
-    problem: String,
-    /// All conditions, if one of them is the reason.
+    /// The problem.
+    #[serde(flatten)]
+    problem: Problem,
+    /// All conditions of the command, if one of them is not met.
     conditions: Vec<ConditionView>,
 }
 
 impl IntoResponse for ControlError {
     fn into_response(self) -> Response {
-        let sentence = self.to_string();
+        let detail = self.to_string();
         match self {
-            Self::Unknown(_) => Problem::unknown(sentence).into_response(),
-            Self::Bad(_) => Problem::bad(sentence).into_response(),
-            Self::Forbidden(_) => Problem::forbidden(sentence).into_response(),
-            Self::Disk(_) => Problem::unavailable(sentence).into_response(),
+            Self::Unknown(_) => Problem::not_found(detail).into_response(),
+            Self::Bad(_) => Problem::bad_request(detail).into_response(),
+            Self::Forbidden(_) => Problem::forbidden(detail).into_response(),
+            Self::Disk(_) => Problem::unavailable(detail).into_response(),
             Self::Conflict(_, conditions) => {
-                let unmet = ConflictView { problem: sentence, conditions: ConditionView::of(&conditions) };
-                (StatusCode::CONFLICT, Json(unmet)).into_response()
+                let problem = Problem::conflict(detail);
+                let body = Json(ConflictView { problem, conditions: ConditionView::of(&conditions) });
+                (StatusCode::CONFLICT, [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response()
             }
         }
     }
 }
 
-impl<S: Send + Sync> FromRequestParts<S> for Actor {
-    type Rejection = Infallible;
-
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Infallible> {
-        let person = User::from_request_parts(parts, state).await?;
-        let peer = parts.extensions.get::<Peer>().map(|Peer(peer)| *peer);
-        Ok(Self { user: person, peer })
-    }
-}
-
-/// Something that waits, on a thread that may. It goes on when whoever asked has gone.
+/// Runs `work` on a blocking thread. It continues when the client disconnects.
 async fn run_blocking<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, ControlError> + Send + 'static,
 ) -> Result<T, Response> {
@@ -184,19 +181,24 @@ async fn run_blocking<T: Send + 'static>(
     }
 }
 
-/// The commands of a gauge with what they ask for and risk. The gauge is not asked.
+/// The commands of a gauge with their conditions and risks
+///
+/// The station answers from its tables, without a request to the gauge.
 #[utoipa::path(
     get,
     path = "/api/gauges/{name}/commands",
-    params(("name" = String, Path, description = "The name of the gauge")),
-    responses((status = 200, body = [Command]), (status = 404, body = Problem))
+    params(("name" = String, Path, description = "The name of the gauge", example = "chamber")),
+    responses(
+        (status = 200, body = [Command]),
+        (status = 404, body = Problem, description = "There is no gauge of this name")
+    )
 )]
 pub async fn commands(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     Path(name): Path<String>,
 ) -> Result<Json<Vec<Command>>, Problem> {
-    let unknown = || Problem::unknown(format!("there is no gauge {name:?}"));
-    let gauge = plant.gauge(&name).ok_or_else(unknown)?;
+    let unknown = || Problem::not_found(format!("there is no gauge {name:?}"));
+    let gauge = services.gauge(&name).ok_or_else(unknown)?;
     let names = entry(&gauge.device).ok().and_then(|entry| ParameterNames::of_catalog(entry.model));
     let Some(names) = names else { return Ok(Json(Vec::new())) };
     let command = |(named, code): (&profivac_client::names::NamedParameter, _)| {
@@ -208,118 +210,171 @@ pub async fn commands(
             conditions: required_texts(names, named, code),
             risk: permissions::risk(row, Some(code)),
             role: permissions::role(row, Some(code)),
-            barred: permissions::blocked_reason(row).map(str::to_owned),
+            blocked_reason: permissions::blocked_reason(row).map(str::to_owned),
         }
     };
     Ok(Json(names.commands().map(command).collect()))
 }
 
-/// The first step: the gauge is asked, and if all conditions hold it is armed for 30 seconds. Needs the mastership.
+/// Arm a command or a write
+///
+/// The first step. The station reads the conditions and the present value from the gauge. If all conditions are met, the command
+/// is armed for 30 seconds. Needs control authority.
 #[utoipa::path(
     post,
     path = "/api/gauges/{name}/arm",
-    params(("name" = String, Path, description = "The name of the gauge")),
+    params(("name" = String, Path, description = "The name of the gauge", example = "chamber")),
     request_body = OperationRequest,
     responses(
         (status = 200, body = ArmedCommandView),
-        (status = 400, body = Problem),
-        (status = 403, body = Problem),
-        (status = 404, body = Problem),
-        (status = 408, body = Problem, description = "The body did not come"),
-        (status = 409, body = ConflictView, description = "Not the mastership, a condition that does not hold, or a gauge that does not answer"),
-        (status = 413, body = Problem, description = "The body is too long"),
-        (status = 415, body = Problem, description = "The body is no JSON")
+        (status = 400, body = Problem, description = "The gauge has no such command or parameter, or does not accept the value"),
+        (status = 403, body = Problem, description = "The role of the user does not permit it"),
+        (status = 404, body = Problem, description = "There is no gauge of this name"),
+        (status = 409, body = ConflictView, description = "The user has no control authority, a condition is not met, or the gauge does not answer")
     )
 )]
 pub async fn arm(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     Path(name): Path<String>,
     actor: Actor,
-    Body(wish): Body<OperationRequest>,
+    Body(request): Body<OperationRequest>,
 ) -> Result<Json<ArmedCommandView>, Response> {
-    let order = run_blocking(move || control::arm(&plant, &actor, &name, &wish)).await?;
-    Ok(Json(order.into()))
+    let armed = run_blocking(move || control::arm(&services, &actor, &name, &request)).await?;
+    Ok(Json(armed.into()))
 }
 
-/// The second step: what was armed is done, once, if everything is as it was then. Needs the mastership.
+/// Execute an armed command
+///
+/// The second step. The station checks the conditions and the present value again, and sends the command once. Needs control
+/// authority.
 #[utoipa::path(
     post,
     path = "/api/orders/{id}/fire",
-    params(("id" = String, Path, description = "The order")),
+    params(("id" = String, Path, description = "The identifier of the armed command")),
     responses(
         (status = 200, body = ExecutedView),
-        (status = 403, body = Problem),
-        (status = 404, body = Problem),
-        (status = 409, body = ConflictView, description = "Not in time, not the mastership, not the same as it was, or the gauge refused"),
+        (status = 403, body = Problem, description = "The role of the user does not permit it"),
+        (status = 404, body = Problem, description = "There is no armed command with this identifier"),
+        (status = 409, body = ConflictView, description = "The command has expired, the user has no control authority, a condition or the value has changed, or the gauge refused"),
         (status = 503, body = Problem, description = "The audit trail cannot be written")
     )
 )]
 pub async fn execute(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     Path(id): Path<String>,
     actor: Actor,
 ) -> Result<Json<ExecutedView>, Response> {
-    let fired = run_blocking(move || control::execute(&plant, &actor, &id)).await?;
-    Ok(Json(fired.into()))
+    let executed = run_blocking(move || control::execute(&services, &actor, &id)).await?;
+    Ok(Json(executed.into()))
 }
 
-/// What was armed is not armed any more.
+/// Disarm an armed command
 #[utoipa::path(
     delete,
     path = "/api/orders/{id}",
-    params(("id" = String, Path, description = "The order")),
-    responses((status = 204), (status = 403, body = Problem), (status = 404, body = Problem), (status = 409, body = ConflictView))
+    params(("id" = String, Path, description = "The identifier of the armed command")),
+    responses(
+        (status = 204, description = "The command is disarmed"),
+        (status = 403, body = Problem, description = "Another user armed the command"),
+        (status = 404, body = Problem, description = "There is no armed command with this identifier"),
+        (status = 409, body = ConflictView, description = "The command is being executed or has expired")
+    )
 )]
 pub async fn disarm(
-    State(plant): State<Arc<Services>>,
+    State(services): State<Arc<Services>>,
     Path(id): Path<String>,
     actor: Actor,
 ) -> Result<StatusCode, Response> {
-    run_blocking(move || control::disarm(&plant, &actor, &id)).await?;
+    run_blocking(move || control::disarm(&services, &actor, &id)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Who may act now.
+/// The user with control authority
 #[utoipa::path(get, path = "/api/mastership", responses((status = 200, body = ControlAuthorityView)))]
-pub async fn authority(State(plant): State<Arc<Services>>) -> Json<ControlAuthorityView> {
-    Json(control::authority(&plant, Instant::now()))
+pub async fn authority(State(services): State<Arc<Services>>) -> Json<ControlAuthorityView> {
+    Json(control::authority(&services, Instant::now()))
 }
 
 async fn change_authority(
-    plant: Arc<Services>,
+    services: Arc<Services>,
     actor: Actor,
-    wanted: AuthorityAction,
+    action: AuthorityAction,
 ) -> Result<Json<ControlAuthorityView>, Response> {
-    let now = run_blocking(move || {
-        control::change_authority(&plant, &actor, wanted, Instant::now())?;
-        Ok(control::authority(&plant, Instant::now()))
+    let changed = run_blocking(move || {
+        control::change_authority(&services, &actor, action, Instant::now())?;
+        Ok(control::authority(&services, Instant::now()))
     });
-    Ok(Json(now.await?))
+    Ok(Json(changed.await?))
 }
 
-/// Somebody wants the mastership: if it is free they have it, else its holder is told.
-#[utoipa::path(post, path = "/api/mastership/ask", responses((status = 200, body = ControlAuthorityView), (status = 403, body = Problem), (status = 409, body = ConflictView)))]
-pub async fn request(State(plant): State<Arc<Services>>, actor: Actor) -> Result<Json<ControlAuthorityView>, Response> {
-    change_authority(plant, actor, AuthorityAction::Request).await
-}
-
-/// Its holder gives the mastership back.
-#[utoipa::path(post, path = "/api/mastership/release", responses((status = 200, body = ControlAuthorityView), (status = 403, body = Problem), (status = 409, body = ConflictView)))]
-pub async fn release(State(plant): State<Arc<Services>>, actor: Actor) -> Result<Json<ControlAuthorityView>, Response> {
-    change_authority(plant, actor, AuthorityAction::Release).await
-}
-
-/// Its holder gives the mastership to who asked.
-#[utoipa::path(post, path = "/api/mastership/grant", responses((status = 200, body = ControlAuthorityView), (status = 403, body = Problem), (status = 409, body = ConflictView)))]
-pub async fn grant(State(plant): State<Arc<Services>>, actor: Actor) -> Result<Json<ControlAuthorityView>, Response> {
-    change_authority(plant, actor, AuthorityAction::Grant).await
-}
-
-/// Somebody takes the mastership from its holder: an engineer at any time, an operator 60 s after asking without a reaction.
-#[utoipa::path(post, path = "/api/mastership/take-over", responses((status = 200, body = ControlAuthorityView), (status = 403, body = Problem), (status = 409, body = ConflictView)))]
-pub async fn take_over(
-    State(plant): State<Arc<Services>>,
+/// Request control authority
+///
+/// If control authority is free, the user gets it. Otherwise the holder sees the request.
+#[utoipa::path(
+    post,
+    path = "/api/mastership/ask",
+    responses(
+        (status = 200, body = ControlAuthorityView),
+        (status = 403, body = Problem, description = "The role operator is needed"),
+        (status = 409, body = ConflictView, description = "Another user has requested it already")
+    )
+)]
+pub async fn request(
+    State(services): State<Arc<Services>>,
     actor: Actor,
 ) -> Result<Json<ControlAuthorityView>, Response> {
-    change_authority(plant, actor, AuthorityAction::TakeOver).await
+    change_authority(services, actor, AuthorityAction::Request).await
+}
+
+/// Release control authority
+#[utoipa::path(
+    post,
+    path = "/api/mastership/release",
+    responses(
+        (status = 200, body = ControlAuthorityView),
+        (status = 403, body = Problem, description = "The role operator is needed"),
+        (status = 409, body = ConflictView, description = "The user does not have control authority")
+    )
+)]
+pub async fn release(
+    State(services): State<Arc<Services>>,
+    actor: Actor,
+) -> Result<Json<ControlAuthorityView>, Response> {
+    change_authority(services, actor, AuthorityAction::Release).await
+}
+
+/// Grant control authority to the user who requested it
+#[utoipa::path(
+    post,
+    path = "/api/mastership/grant",
+    responses(
+        (status = 200, body = ControlAuthorityView),
+        (status = 403, body = Problem, description = "The role operator is needed"),
+        (status = 409, body = ConflictView, description = "The user does not have control authority, or there is no request")
+    )
+)]
+pub async fn grant(
+    State(services): State<Arc<Services>>,
+    actor: Actor,
+) -> Result<Json<ControlAuthorityView>, Response> {
+    change_authority(services, actor, AuthorityAction::Grant).await
+}
+
+/// Take over control authority from its holder
+///
+/// An engineer may do so at any time, an operator 60 s after a request without an answer.
+#[utoipa::path(
+    post,
+    path = "/api/mastership/take-over",
+    responses(
+        (status = 200, body = ControlAuthorityView),
+        (status = 403, body = Problem, description = "The role operator is needed"),
+        (status = 409, body = ConflictView, description = "The holder still has time to answer the request")
+    )
+)]
+pub async fn take_over(
+    State(services): State<Arc<Services>>,
+    actor: Actor,
+) -> Result<Json<ControlAuthorityView>, Response> {
+    change_authority(services, actor, AuthorityAction::TakeOver).await
 }

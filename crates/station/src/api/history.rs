@@ -1,7 +1,8 @@
-//! What was recorded.
+//! Recorded pressures and events.
 
 use super::database::DatabaseReaders;
 use super::problem::Problem;
+use super::query::{checked_range, moment, parsed_query, time_range};
 use crate::rise::{self, Rise};
 use crate::view::{EventView, RiseView, Trend};
 use axum::Json;
@@ -14,73 +15,80 @@ use serde::Deserialize;
 use std::collections::HashSet;
 use utoipa::IntoParams;
 
-/// More pixels than any screen has.
-const MOST_PIXELS: u32 = 20_000;
+/// The most spans of a trend: more than a screen has pixels.
+const MAX_PIXELS: u32 = 20_000;
 
-/// More events than anybody reads at once.
-const MOST_EVENTS: u32 = 10_000;
+/// The most events of an answer.
+const MAX_EVENTS: u32 = 10_000;
 
-/// More samples than a rise needs.
-const MOST_FITTED: u32 = 20_000;
+/// The most points to which a rise is fitted.
+const MAX_FITTED: u32 = 20_000;
 
-/// Which series, and when.
+/// The series and the time range of a trend.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct TrendParameters {
-    /// The name of what was recorded.
+    /// The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+    #[param(example = "chamber")]
     series: String,
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end.
+    /// The end, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
-    /// How many pixels there are, 1 to 20000; 1000 if nothing is said.
+    /// The most entries of the trend, 1 to 20000.
+    #[param(default = 1000, minimum = 1, maximum = 20_000)]
     pixels: Option<u32>,
 }
 
-/// Which time.
+/// The time range of events.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct EventsParameters {
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end.
+    /// The end, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
-    /// How many at most, 1 to 10000; 200 if nothing is said.
-    most: Option<u32>,
+    /// The most events of the answer, 1 to 10000.
+    #[serde(rename = "most")]
+    #[param(default = 200, minimum = 1, maximum = 10_000)]
+    limit: Option<u32>,
 }
 
-/// Which rise, in what volume.
+/// The series, the time range and the volume of a rise.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct RiseParameters {
-    /// The name of what was recorded.
+    /// The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+    #[param(example = "chamber")]
     series: String,
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end.
+    /// The end, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
-    /// The volume in m³, for flows.
+    /// The volume in m³. With it the answer has flows in Pa m³/s.
+    #[param(example = 0.1)]
     volume_m3: Option<f64>,
 }
 
-/// What to export.
+/// The series and the time range of an export.
 #[derive(Debug, PartialEq, Eq, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(try_from = "Vec<(String, String)>")]
 pub struct ExportParameters {
-    /// Names, `series` again for each; everything if nothing is said. What is no name may be several, separated by commas.
+    /// The name of a series; `series` may be repeated. Without it the export has all series. A value that is not the name of a
+    /// series is split at its commas.
     #[serde(default)]
     series: Vec<String>,
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end.
+    /// The end, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
 }
@@ -88,148 +96,158 @@ pub struct ExportParameters {
 impl TryFrom<Vec<(String, String)>> for ExportParameters {
     type Error = String;
 
-    /// A name that comes again is what a struct does not take from a query.
+    /// A derived implementation does not accept repeated keys.
     fn try_from(pairs: Vec<(String, String)>) -> Result<Self, String> {
         let (mut series, mut from, mut to) = (Vec::new(), None, None);
         for (name, value) in pairs {
             match name.as_str() {
                 "series" => series.push(value),
-                "from" => from = Some(moment(&name, &value)?),
-                "to" => to = Some(moment(&name, &value)?),
+                "from" => from = Some(moment("from", &value)?),
+                "to" => to = Some(moment("to", &value)?),
                 _ => {}
             }
         }
-        let missing = |name| format!("expected {name} in milliseconds since 1970, got nothing");
+        let missing = |name| format!("expected {name} in milliseconds since 1970, found nothing");
         Ok(Self { series, from: from.ok_or_else(|| missing("from"))?, to: to.ok_or_else(|| missing("to"))? })
     }
 }
 
-fn moment(name: &str, value: &str) -> Result<i64, String> {
-    value.parse().map_err(|_| format!("expected {name} in milliseconds since 1970, got {value:?}"))
-}
-
-/// The series that were asked for, of those that there are. A name may have a comma in it: only what is no name is taken
-/// apart there.
-fn named(asked: &[String], there: Vec<String>) -> Vec<String> {
-    if asked.is_empty() {
-        return there;
+/// The requested series, each once. Names may contain commas, so only a value that is not a known name is split.
+fn selected(requested: &[String], known: Vec<String>) -> Vec<String> {
+    if requested.is_empty() {
+        return known;
     }
-    let names = asked.iter().flat_map(|text| match there.contains(text) {
+    let names = requested.iter().flat_map(|text| match known.contains(text) {
         true => vec![text.clone()],
         false => text.split(',').map(str::to_owned).collect(),
     });
-    // Who asks for the same a thousand times gets it once.
     let mut seen = HashSet::new();
     names.filter(|name| seen.insert(name.clone())).collect()
 }
 
-/// What was recorded of a series, drawn for so many pixels.
-#[utoipa::path(get, path = "/api/trend", params(TrendParameters), responses((status = 200, body = Trend), (status = 400, body = Problem)))]
+/// The trend of a series: minimum, maximum and mean of each pixel
+#[utoipa::path(
+    get,
+    path = "/api/trend",
+    params(TrendParameters),
+    responses(
+        (status = 200, body = Trend),
+        (status = 400, body = Problem, description = "A parameter is missing or out of range"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn trend(
-    State(archive): State<DatabaseReaders>,
-    window: Result<Query<TrendParameters>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<TrendParameters>, QueryRejection>,
 ) -> Result<Json<Trend>, Problem> {
-    let window = parsed_query(window)?;
-    let (from, to) = time_range(window.from, window.to)?;
-    let pixels = checked_range("pixels", window.pixels.unwrap_or(1000), MOST_PIXELS)?;
-    let read = archive.read(move |reader| {
-        let bins = reader.trend(&window.series, from, to, pixels)?;
-        Ok(Json(Trend::of(&window.series, &bins)))
+    let TrendParameters { series, from, to, pixels } = parsed_query(parameters)?;
+    let (from, to) = time_range(from, to)?;
+    let pixels = checked_range("pixels", pixels.unwrap_or(1000), MAX_PIXELS)?;
+    let read = readers.read(move |reader| {
+        let spans = reader.trend(&series, from, to, pixels)?;
+        Ok(Json(Trend::of(&series, &spans)))
     });
     read.await
 }
 
-/// What happened, the latest first.
-#[utoipa::path(get, path = "/api/events", params(EventsParameters), responses((status = 200, body = [EventView]), (status = 400, body = Problem)))]
+/// The events of a time range, the latest first
+#[utoipa::path(
+    get,
+    path = "/api/events",
+    params(EventsParameters),
+    responses(
+        (status = 200, body = [EventView]),
+        (status = 400, body = Problem, description = "A parameter is missing or out of range"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn events(
-    State(archive): State<DatabaseReaders>,
-    time: Result<Query<EventsParameters>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<EventsParameters>, QueryRejection>,
 ) -> Result<Json<Vec<EventView>>, Problem> {
-    let time = parsed_query(time)?;
-    let (from, to) = time_range(time.from, time.to)?;
-    let most = checked_range("most", time.most.unwrap_or(200), MOST_EVENTS)?;
-    let read = archive.read(move |reader| {
-        let events = reader.events(from, to, most)?;
+    let parameters = parsed_query(parameters)?;
+    let (from, to) = time_range(parameters.from, parameters.to)?;
+    let limit = checked_range("most", parameters.limit.unwrap_or(200), MAX_EVENTS)?;
+    let read = readers.read(move |reader| {
+        let events = reader.events(from, to, limit)?;
         Ok(Json(events.into_iter().map(EventView::from).collect()))
     });
     read.await
 }
 
-/// A rise of pressure after a valve was closed, told apart into a leak and outgassing.
-#[utoipa::path(get, path = "/api/rise", params(RiseParameters), responses((status = 200, body = RiseView), (status = 400, body = Problem)))]
+/// A rise of pressure after a valve was closed, separated into a leak and outgassing
+#[utoipa::path(
+    get,
+    path = "/api/rise",
+    params(RiseParameters),
+    responses(
+        (status = 200, body = RiseView),
+        (status = 400, body = Problem, description = "A parameter is out of range, or the time range has too few samples"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn rise(
-    State(archive): State<DatabaseReaders>,
-    rising: Result<Query<RiseParameters>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<RiseParameters>, QueryRejection>,
 ) -> Result<Json<RiseView>, Problem> {
-    let rising = parsed_query(rising)?;
-    let (from, to) = time_range(rising.from, rising.to)?;
-    let volume = rising.volume_m3;
-    if let Some(volume) = volume.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
-        return Err(Problem::bad(format!("expected a volume in m³ above 0, got {volume}")));
+    let RiseParameters { series, from, to, volume_m3 } = parsed_query(parameters)?;
+    let (from, to) = time_range(from, to)?;
+    if let Some(volume) = volume_m3.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
+        return Err(Problem::bad_request(format!("expected a volume in m³ above 0, found {volume}")));
     }
-    let samples = archive.read(move |reader| Ok(pressures(&reader, &rising.series, from, to)?)).await?;
-    let fitted = rise::fit(&samples).map_err(|error| Problem::bad(error.to_string()))?;
-    Ok(Json(seen(&fitted, volume, samples.len())))
+    let samples = readers.read(move |reader| Ok(pressures(&reader, &series, from, to)?)).await?;
+    let fitted = rise::fit(&samples).map_err(|error| Problem::bad_request(error.to_string()))?;
+    Ok(Json(rise_view(&fitted, volume_m3, samples.len())))
 }
 
-/// What was recorded, as a table: time (ISO 8601, UTC), series, pressure in Pa, quality.
-#[utoipa::path(get, path = "/api/export.csv", params(ExportParameters), responses((status = 200, content_type = "text/csv", body = String), (status = 400, body = Problem)))]
+/// The samples of a time range as CSV: time (ISO 8601, UTC), series, pressure in Pa, quality
+#[utoipa::path(
+    get,
+    path = "/api/export.csv",
+    params(ExportParameters),
+    responses(
+        (status = 200, content_type = "text/csv", body = String),
+        (status = 400, body = Problem, description = "A parameter is missing or malformed"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
 pub async fn export(
-    State(archive): State<DatabaseReaders>,
-    wanted: Result<Query<ExportParameters>, QueryRejection>,
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<ExportParameters>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
-    let wanted = parsed_query(wanted)?;
-    let (from, to) = time_range(wanted.from, wanted.to)?;
+    let parameters = parsed_query(parameters)?;
+    let (from, to) = time_range(parameters.from, parameters.to)?;
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
-    let export = archive.read(move |reader| {
-        let series = named(&wanted.series, reader.gauges()?);
+    let export = readers.read(move |reader| {
+        let series = selected(&parameters.series, reader.gauges()?);
         Ok(profivac_recorder::Export::new(reader, series, from, to))
     });
     let export = export.await?;
-    Ok((headers, archive.stream_export(export)))
+    Ok((headers, readers.stream_export(export)))
 }
 
-/// What is asked, or why it makes no sense.
-pub fn parsed_query<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
-    query.map(|Query(query)| query).map_err(|rejection| Problem::bad(rejection.body_text()))
-}
-
-/// A time that ends after it begins.
-pub fn time_range(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
-    if from >= to {
-        return Err(Problem::bad(format!("expected from to lie before to, got {from} and {to}")));
-    }
-    Ok((Micros(from.saturating_mul(1000)), Micros(to.saturating_mul(1000))))
-}
-
-/// A number from 1 to `most`.
-pub fn checked_range(name: &str, given: u32, most: u32) -> Result<u32, Problem> {
-    let fits = (1..=most).contains(&given);
-    if fits { Ok(given) } else { Err(Problem::bad(format!("expected {name} from 1 to {most}, got {given}"))) }
-}
-
-/// Seconds since `from` and pressures: all samples, or where there are very many, the mean of each of so many pieces.
+/// Seconds since `from` and pressures in Pa: all samples, or the means of [`MAX_FITTED`] intervals if there are more.
 fn pressures(reader: &Reader, series: &str, from: Micros, to: Micros) -> Result<Vec<(f64, f64)>, DatabaseError> {
     let seconds = |at: i64| at.saturating_sub(from.0) as f64 / Micros::SECOND as f64;
-    let samples = reader.page(series, from, to, MOST_FITTED.saturating_add(1))?;
-    if samples.len() <= MOST_FITTED as usize {
+    let samples = reader.page(series, from, to, MAX_FITTED.saturating_add(1))?;
+    if samples.len() <= MAX_FITTED as usize {
         return Ok(samples.iter().filter_map(|sample| Some((seconds(sample.at.0), sample.pa?))).collect());
     }
-    let half = to.0.saturating_sub(from.0) / i64::from(MOST_FITTED) / 2;
-    let bins = reader.trend(series, from, to, MOST_FITTED)?;
+    let half = to.0.saturating_sub(from.0) / i64::from(MAX_FITTED) / 2;
+    let spans = reader.trend(series, from, to, MAX_FITTED)?;
     let middle = |start: Micros| seconds(start.0.saturating_add(half));
-    Ok(bins.iter().filter_map(|bin| Some((middle(bin.start), bin.summary.mean()?))).collect())
+    Ok(spans.iter().filter_map(|span| Some((middle(span.start), span.summary.mean()?))).collect())
 }
 
-fn seen(rise: &Rise, volume: Option<f64>, samples: usize) -> RiseView {
+fn rise_view(rise: &Rise, volume_m3: Option<f64>, samples: usize) -> RiseView {
     RiseView {
         start_pa: rise.start_pa,
         steady_pa_per_s: rise.steady_pa_per_s,
-        leak_pa_m3_per_s: volume.map(|volume| volume * rise.steady_pa_per_s),
+        leak_pa_m3_per_s: volume_m3.map(|volume| volume * rise.steady_pa_per_s),
         bend_pa: rise.bend.map(|bend| bend.height_pa),
         tau_s: rise.bend.map(|bend| bend.tau_s),
-        outgassing_pa_m3_per_s: volume.zip(rise.bend).map(|(volume, bend)| volume * bend.initial_pa_per_s()),
+        outgassing_pa_m3_per_s: volume_m3.zip(rise.bend).map(|(volume, bend)| volume * bend.initial_pa_per_s()),
         explained: rise.explained,
         samples,
     }

@@ -1,4 +1,4 @@
-//! Gauges and segments as they change.
+//! The live stream: snapshots of the station as server-sent events.
 
 use super::middleware::RequestContext;
 use crate::alarm::view::AlarmOverview;
@@ -17,70 +17,83 @@ use tokio_stream::wrappers::IntervalStream;
 use tokio_stream::{Stream, StreamExt};
 use utoipa::ToSchema;
 
-/// How often. free choice: as quick as an eye follows a number.
+/// The interval between two snapshots. free choice: a reader cannot follow faster numbers.
 const PERIOD: Duration = Duration::from_millis(250);
 
-/// Everything that is seen at one moment.
+/// The state of the station at one moment.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct Snapshot {
+    /// The station.
     station: Station,
+    /// Its segments.
     segments: Vec<Segment>,
+    /// Its gauges with their readings.
     gauges: Vec<Gauge>,
-    mastership: ControlAuthorityView,
-    reading: Vec<ReadProgress>,
+    /// The user with control authority, and a request for it.
+    #[serde(rename = "mastership")]
+    control_authority: ControlAuthorityView,
+    /// The gauges whose parameters are being read.
+    #[serde(rename = "reading")]
+    read_progress: Vec<ReadProgress>,
+    /// The active alarms.
     alarms: AlarmOverview,
 }
 
-/// The present moment as JSON, made once for all who watch.
+/// The latest snapshot as JSON, shared by all clients.
 pub struct SnapshotSource {
-    plant: Arc<Services>,
+    services: Arc<Services>,
     latest: Mutex<Option<(Instant, Arc<str>)>>,
 }
 
 impl SnapshotSource {
-    /// The moments of a plant.
-    pub const fn of(plant: Arc<Services>) -> Self {
-        Self { plant, latest: Mutex::new(None) }
+    /// The snapshots of a station.
+    pub const fn of(services: Arc<Services>) -> Self {
+        Self { services, latest: Mutex::new(None) }
     }
 
-    /// What is seen at `now`, or was less than a period before.
+    /// A snapshot that is younger than [`PERIOD`] at `now`.
     fn at(&self, now: Instant) -> Arc<str> {
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         match &*latest {
-            Some((made, moment)) if now < *made + PERIOD => Arc::clone(moment),
+            Some((made, snapshot)) if now < *made + PERIOD => Arc::clone(snapshot),
             _ => {
-                let moment: Arc<str> = self.json().into();
-                *latest = Some((now, Arc::clone(&moment)));
-                moment
+                let snapshot: Arc<str> = self.json().into();
+                *latest = Some((now, Arc::clone(&snapshot)));
+                snapshot
             }
         }
     }
 
     fn json(&self) -> String {
-        let Self { plant, .. } = self;
-        let mastership = control::authority(plant, Instant::now());
-        let (station, segments, gauges) = (plant.station(), plant.segments(), plant.gauges());
-        let (reading, alarms) = (plant.read_progress(), plant.alarms().overview());
-        let moment = Snapshot { station, segments, gauges, mastership, reading, alarms };
+        let Self { services, .. } = self;
+        let snapshot = Snapshot {
+            station: services.station(),
+            segments: services.segments(),
+            gauges: services.gauges(),
+            control_authority: control::authority(services, Instant::now()),
+            read_progress: services.read_progress(),
+            alarms: services.alarms().overview(),
+        };
         // Numbers, texts and lists always have a JSON form.
-        serde_json::to_string(&moment).unwrap_or_default()
+        serde_json::to_string(&snapshot).unwrap_or_default()
     }
 }
 
-/// Gauges and segments four times a second, as server-sent events named `moment`. Whoever is slow misses moments. It ends with
-/// the session it was asked for in.
+/// Snapshots of the station, four a second
+///
+/// Server-sent events named `moment`. A slow client misses snapshots. The stream ends with the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Snapshot)))]
 pub async fn live(
-    State(moments): State<Arc<SnapshotSource>>,
+    State(source): State<Arc<SnapshotSource>>,
     extensions: Extensions,
 ) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
     let mut ticks = tokio::time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let visit = extensions.get::<RequestContext>().cloned();
-    let allowed = move |_: &_| visit.as_ref().is_none_or(RequestContext::is_still_authenticated);
-    let ticks = IntervalStream::new(ticks).take_while(allowed);
-    let moments = ticks.map(move |_| Ok(Event::default().event("moment").data(moments.at(Instant::now()))));
-    Sse::new(moments).keep_alive(KeepAlive::default())
+    let context = extensions.get::<RequestContext>().cloned();
+    let is_allowed = move |_: &_| context.as_ref().is_none_or(RequestContext::is_still_authenticated);
+    let ticks = IntervalStream::new(ticks).take_while(is_allowed);
+    let events = ticks.map(move |_| Ok(Event::default().event("moment").data(source.at(Instant::now()))));
+    Sse::new(events).keep_alive(KeepAlive::default())
 }
 
 #[cfg(test)]
@@ -89,15 +102,15 @@ mod tests {
     use profivac_recorder::{Recorder, Settings};
 
     #[test]
-    fn all_who_watch_share_a_moment() {
+    fn all_clients_share_a_snapshot_for_one_period() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let moments = SnapshotSource::of(Arc::new(Services::new("hall".to_owned(), file, recorder)));
+        let source = SnapshotSource::of(Arc::new(Services::new("hall".to_owned(), file, recorder)));
         let begin = Instant::now();
-        let first = moments.at(begin);
+        let first = source.at(begin);
         assert!(first.starts_with("{\"station\":{\"name\":\"hall\""), "{first}");
-        assert!(Arc::ptr_eq(&first, &moments.at(begin + PERIOD / 2)));
-        assert!(!Arc::ptr_eq(&first, &moments.at(begin + PERIOD)));
+        assert!(Arc::ptr_eq(&first, &source.at(begin + PERIOD / 2)));
+        assert!(!Arc::ptr_eq(&first, &source.at(begin + PERIOD)));
     }
 }

@@ -1,111 +1,116 @@
-//! What every request passes before anybody answers it: how often, for whom, from which page, by whom, and how much.
+//! The middleware before every handler: rate limit, host, origin, session, token and body of a request.
 //!
-//! | Asked for | Needs |
+//! | Request | Needs |
 //! |---|---|
-//! | the dashboard's own files | nothing |
-//! | `/api/session`, to be seen | a page of ours or none |
-//! | `/api/login` | that, and a body of JSON, which no page from elsewhere can send without asking first |
-//! | anything else below `/api/` | that, and a session |
-//! | … with any other method than GET and HEAD | that, and the session's token in `x-csrf-token` |
+//! | a file of the dashboard | nothing |
+//! | `GET /api/session` | an `Origin` of the station, or none |
+//! | `/api/login` | the same, and a JSON body, which a foreign page cannot send without a preflight |
+//! | any other path below `/api/` | the same, and a session |
+//! | … with another method than GET and HEAD | the same, and the token of the session in `x-csrf-token` |
 
+use super::authenticator::{AuthError, Authenticator};
 use super::headers::{self, Hosts};
 use super::problem::Problem;
-use crate::auth::authenticator::{AuthError, Authenticator};
+use crate::auth::User;
 use crate::auth::secret::Secret;
 use crate::auth::sessions::AuthenticatedUser;
+use crate::control::Actor;
+use crate::host_name::is_loopback;
 use axum::body::{Body, to_bytes};
-use axum::extract::{Request, State};
+use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::{CONTENT_TYPE, COOKIE, HeaderName, ORIGIN};
+use axum::http::request::Parts;
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderValue, Method, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use std::convert::Infallible;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The largest body, in octets: the names of a thousand alarms.
-const LARGEST_BODY: usize = 64 << 10;
+/// The largest body, in octets: enough for the names of a thousand alarms.
+const MAX_BODY: usize = 64 << 10;
 
-/// Where the page proves that it is ours.
+/// The header with the token of the session.
 const TOKEN: HeaderName = HeaderName::from_static("x-csrf-token");
 
-/// Where browsers say which page has made them ask.
+/// The header in which a browser says which page caused the request.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Who is at the other end of the connection.
+/// The address at the other end of the connection.
 #[derive(Clone, Copy, Debug)]
 pub struct Peer(pub IpAddr);
 
-/// The gate of one server.
+/// The guard of one server.
 pub struct RequestGuard {
-    /// Who comes in.
+    /// The authentication of the station.
     pub authenticator: Arc<Authenticator>,
-    /// What this computer is called.
+    /// The host names of this computer.
     pub hosts: Hosts,
-    /// Whether TLS is spoken.
+    /// Whether the server uses TLS.
     pub tls: bool,
-    /// The port, which stands in the name of the cookie: browsers give a computer's cookies to all its ports.
+    /// The port of the server. It is part of the cookie's name, because browsers share cookies between all ports of a computer.
     pub port: u16,
-    /// So long may a body take.
+    /// The longest time for a body to arrive.
     pub body_timeout: Duration,
 }
 
-/// A request that has been let in, for those who answer it.
+/// An authorised request, for its handler.
 #[derive(Clone)]
 pub struct RequestContext {
-    gate: Arc<RequestGuard>,
+    guard: Arc<RequestGuard>,
     session: Option<Secret>,
-    known: Option<AuthenticatedUser>,
+    authenticated: Option<AuthenticatedUser>,
     peer: IpAddr,
-    secure: bool,
+    is_secure: bool,
 }
 
 impl RequestContext {
-    /// The door it came through.
+    /// The authentication of the station.
     #[must_use]
     pub fn authenticator(&self) -> &Authenticator {
-        &self.gate.authenticator
+        &self.guard.authenticator
     }
 
-    /// By whom, if they have logged in.
+    /// The user and the token of the session; `None` before login.
     #[must_use]
-    pub const fn user(&self) -> Option<&AuthenticatedUser> {
-        self.known.as_ref()
+    pub const fn authenticated(&self) -> Option<&AuthenticatedUser> {
+        self.authenticated.as_ref()
     }
 
-    /// In which session.
+    /// The identifier of the session, as the cookie names it.
     #[must_use]
     pub const fn session(&self) -> Option<&Secret> {
         self.session.as_ref()
     }
 
-    /// From where.
+    /// The address of the client.
     #[must_use]
     pub const fn peer(&self) -> IpAddr {
         self.peer
     }
 
-    /// Whether whoever came may still be here.
+    /// Whether the session has not ended since the request.
     #[must_use]
     pub fn is_still_authenticated(&self) -> bool {
         self.authenticator().authenticate(self.session()).is_some()
     }
 
-    /// The cookie with this session, or without any.
+    /// The cookie that sets this session, or that deletes the session of the browser.
     #[must_use]
     pub fn cookie(&self, session: Option<&Secret>) -> HeaderValue {
-        let name = self.gate.cookie(self.secure);
-        let secure = if self.secure { "; Secure" } else { "" };
+        let name = self.guard.cookie_name(self.is_secure);
+        let secure = if self.is_secure { "; Secure" } else { "" };
         let (value, age) = session.map_or(("", "; Max-Age=0"), |session| (session.reveal(), ""));
         let text = format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict{secure}{age}");
         HeaderValue::from_str(&text).unwrap_or(HeaderValue::from_static(""))
     }
 }
 
-/// Lets requests in, or says why not.
-pub async fn authorise(State(gate): State<Arc<RequestGuard>>, request: Request, next: Next) -> Response {
-    match gate.authorised(request).await {
+/// Passes an authorised request on, and answers any other with a problem document.
+pub async fn authorise(State(guard): State<Arc<RequestGuard>>, request: Request, next: Next) -> Response {
+    match guard.authorised(request).await {
         Ok(request) => next.run(request).await,
         Err(problem) => problem.into_response(),
     }
@@ -114,67 +119,67 @@ pub async fn authorise(State(gate): State<Arc<RequestGuard>>, request: Request, 
 impl RequestGuard {
     async fn authorised(self: &Arc<Self>, request: Request) -> Result<Request, Problem> {
         let peer = request.extensions().get::<Peer>().map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.0);
-        self.authenticator.rates().request(peer).map_err(Problem::too_often)?;
-        let named = headers::named(request.headers(), request.uri());
-        if !self.hosts.accept(&named) {
-            return Err(Problem::host(&named));
+        let limiters = self.authenticator.limiters();
+        limiters.request(peer).map_err(Problem::too_many_requests)?;
+        let host = headers::requested_host(request.headers(), request.uri());
+        if !self.hosts.accept(&host) {
+            return Err(Problem::wrong_host(&host));
         }
         if !request.uri().path().starts_with("/api/") {
             return Ok(request);
         }
-        let visit = self.visit(&request, &named, peer);
-        let checked = self.check_page(&request, &named).and_then(|()| check_right(&visit, &request));
-        checked.inspect_err(|problem| self.record_refusal(&visit, &request, problem))?;
-        if let Some(known) = visit.known.as_ref().filter(|_| !is_safe(request.method())) {
-            self.authenticator.rates().write_request(&known.user.name).map_err(Problem::too_often)?;
+        let context = self.context(&request, &host, peer);
+        let checked = self.check_page(&request, &host).and_then(|()| check_session(&context, &request));
+        checked.inspect_err(|problem| self.record_refusal(&context, &request, problem))?;
+        if let Some(authenticated) = context.authenticated.as_ref().filter(|_| !is_safe(request.method())) {
+            limiters.write_request(&authenticated.user.name).map_err(Problem::too_many_requests)?;
         }
         let mut request = self.with_whole_body(request).await?;
-        if let Some(known) = &visit.known {
-            request.extensions_mut().insert(known.user.clone());
+        if let Some(authenticated) = &context.authenticated {
+            request.extensions_mut().insert(authenticated.user.clone());
         }
-        request.extensions_mut().insert(visit);
+        request.extensions_mut().insert(context);
         Ok(request)
     }
 
-    fn visit(self: &Arc<Self>, request: &Request, named: &str, peer: IpAddr) -> RequestContext {
-        let secure = self.tls || !headers::is_loopback(named);
-        let session = session(request.headers(), &self.cookie(secure));
-        let known = self.authenticator.authenticate(session.as_ref());
-        RequestContext { gate: Arc::clone(self), session, known, peer, secure }
+    fn context(self: &Arc<Self>, request: &Request, host: &str, peer: IpAddr) -> RequestContext {
+        // A name that is not local is that of a proxy, and the proxy uses TLS.
+        let is_secure = self.tls || !is_loopback(host);
+        let session = session(request.headers(), &self.cookie_name(is_secure));
+        let authenticated = self.authenticator.authenticate(session.as_ref());
+        RequestContext { guard: Arc::clone(self), session, authenticated, peer, is_secure }
     }
 
-    /// Over TLS a name that browsers take from nobody else. A name that is not of this computer alone is one of a proxy, which
-    /// speaks TLS.
-    fn cookie(&self, secure: bool) -> String {
-        format!("{}profivac-{}", if secure { "__Host-" } else { "" }, self.port)
+    /// The name of the cookie. Browsers accept the prefix `__Host-` only from this host over TLS.
+    fn cookie_name(&self, is_secure: bool) -> String {
+        format!("{}profivac-{}", if is_secure { "__Host-" } else { "" }, self.port)
     }
 
-    /// Nothing, if the request comes from a page of ours, or from no page at all.
-    fn check_page(&self, request: &Request, named: &str) -> Result<(), Problem> {
+    /// Checks that a page of the station, or no page, caused the request.
+    fn check_page(&self, request: &Request, host: &str) -> Result<(), Problem> {
         let site = request.headers().get(FETCH_SITE).map(HeaderValue::as_bytes);
-        let ours = match site {
+        let is_own_site = match site {
             None | Some(b"same-origin") => true,
-            // Typed by somebody.
+            // The user typed the address.
             Some(b"none") => is_safe(request.method()),
             Some(_) => false,
         };
-        let origin = request.headers().get(ORIGIN).map(|origin| self.is_our_origin(origin, named));
-        if ours && origin.unwrap_or(true) {
+        let is_own_origin = request.headers().get(ORIGIN).is_none_or(|origin| self.is_own_origin(origin, host));
+        if is_own_site && is_own_origin {
             Ok(())
         } else {
-            Err(Problem::forbidden("this comes from a page that is not ours"))
+            Err(Problem::forbidden("the request comes from a foreign page"))
         }
     }
 
-    fn is_our_origin(&self, origin: &HeaderValue, named: &str) -> bool {
+    fn is_own_origin(&self, origin: &HeaderValue, host: &str) -> bool {
         let uri = origin.to_str().ok().and_then(|text| text.parse::<Uri>().ok()).filter(|uri| uri.scheme().is_some());
         let authority = uri.as_ref().and_then(Uri::authority).map(Authority::as_str);
-        // A proxy may call us by another name than those who ask it.
-        authority
-            .is_some_and(|authority| authority.eq_ignore_ascii_case(named) || self.hosts.accept_configured(authority))
+        // A proxy may send another host than its clients.
+        authority.is_some_and(|origin| origin.eq_ignore_ascii_case(host) || self.hosts.accept_configured(origin))
     }
 
-    /// The request with all of its body: who answers it waits for nobody.
+    /// The request with its whole body in memory, so that no handler waits for a slow client. GET and HEAD have no body.
     async fn with_whole_body(&self, mut request: Request) -> Result<Request, Problem> {
         if is_safe(request.method()) {
             *request.body_mut() = Body::empty();
@@ -182,42 +187,42 @@ impl RequestGuard {
         }
         let is_json = is_json(request.headers());
         let (head, body) = request.into_parts();
-        let read = tokio::time::timeout(self.body_timeout, to_bytes(body, LARGEST_BODY)).await;
-        let body = read.map_err(|_| Problem::slow())?.map_err(|_| Problem::large(LARGEST_BODY))?;
+        let read = tokio::time::timeout(self.body_timeout, to_bytes(body, MAX_BODY)).await;
+        let body = read.map_err(|_| Problem::body_timeout())?.map_err(|_| Problem::body_too_large(MAX_BODY))?;
         if !body.is_empty() && !is_json {
-            return Err(Problem::kind());
+            return Err(Problem::not_json());
         }
         Ok(Request::from_parts(head, Body::from(body)))
     }
 
-    /// Whoever has not logged in is no event; whoever has and is refused is.
-    fn record_refusal(&self, visit: &RequestContext, request: &Request, problem: &Problem) {
+    /// Records a refusal in the event log. A request without a session is no event.
+    fn record_refusal(&self, context: &RequestContext, request: &Request, problem: &Problem) {
         if problem.is_unauthorised() {
             return;
         }
-        let name = visit.known.as_ref().map_or("nobody", |known| &*known.user.name);
-        let (peer, path) = (visit.peer, request.uri().path());
+        let name = context.authenticated.as_ref().map_or("an unknown user", |authenticated| &*authenticated.user.name);
+        let (peer, path) = (context.peer, request.uri().path());
         let path: String = path.chars().take(64).collect();
         self.authenticator.record_refusal(&format!("refused for {name} at {peer}, {path:?}: {problem}"));
     }
 }
 
-/// Nothing, if whoever comes may ask this at all.
-fn check_right(visit: &RequestContext, request: &Request) -> Result<(), Problem> {
+/// Checks that the request has the session and the token that it needs.
+fn check_session(context: &RequestContext, request: &Request) -> Result<(), Problem> {
     match request.uri().path() {
         "/api/login" => Ok(()),
         "/api/session" if is_safe(request.method()) => Ok(()),
-        _ if visit.known.is_none() => Err(Problem::unauthorised("log in first")),
+        _ if context.authenticated.is_none() => Err(Problem::unauthorised("log in first")),
         _ if is_safe(request.method()) => Ok(()),
-        _ => check_token(visit, request.headers()),
+        _ => check_token(context, request.headers()),
     }
 }
 
-fn check_token(visit: &RequestContext, headers: &HeaderMap) -> Result<(), Problem> {
-    let told = headers.get(TOKEN).map(HeaderValue::as_bytes).unwrap_or_default();
-    let proven = visit.known.as_ref().is_some_and(|known| known.token.matches(told));
-    let why = "expected the header x-csrf-token with the token that /api/session gives";
-    if proven { Ok(()) } else { Err(Problem::forbidden(why)) }
+fn check_token(context: &RequestContext, headers: &HeaderMap) -> Result<(), Problem> {
+    let given = headers.get(TOKEN).map(HeaderValue::as_bytes).unwrap_or_default();
+    let is_right = context.authenticated.as_ref().is_some_and(|authenticated| authenticated.token.matches(given));
+    let problem = "expected the header x-csrf-token with the token that /api/session gives";
+    if is_right { Ok(()) } else { Err(Problem::forbidden(problem)) }
 }
 
 fn is_safe(method: &Method) -> bool {
@@ -225,11 +230,11 @@ fn is_safe(method: &Method) -> bool {
 }
 
 fn is_json(headers: &HeaderMap) -> bool {
-    let kind = headers.get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
-    kind.split(';').next().unwrap_or_default().trim().eq_ignore_ascii_case("application/json")
+    let content_type = headers.get(CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    content_type.split(';').next().unwrap_or_default().trim().eq_ignore_ascii_case("application/json")
 }
 
-/// The session in the cookie of this name; nothing, if there are two.
+/// The session in the cookie of this name; `None` if there are two such cookies.
 fn session(headers: &HeaderMap, name: &str) -> Option<Secret> {
     let all = headers.get_all(COOKIE).iter().filter_map(|line| line.to_str().ok()).flat_map(|line| line.split(';'));
     let mut values = all.filter_map(|cookie| cookie.trim().split_once('=')).filter(|(other, _)| *other == name);
@@ -239,16 +244,36 @@ fn session(headers: &HeaderMap, name: &str) -> Option<Secret> {
     }
 }
 
+/// The user of the session; an anonymous viewer if there is none.
+impl<S: Send + Sync> FromRequestParts<S> for User {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(parts.extensions.get::<Self>().cloned().unwrap_or_else(Self::anonymous))
+    }
+}
+
+/// The user of the session and the address of the client.
+impl<S: Send + Sync> FromRequestParts<S> for Actor {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Infallible> {
+        let user = User::from_request_parts(parts, state).await?;
+        let peer = parts.extensions.get::<Peer>().map(|Peer(peer)| *peer);
+        Ok(Self { user, peer })
+    }
+}
+
 impl From<AuthError> for Problem {
-    fn from(refusal: AuthError) -> Self {
-        let sentence = refusal.to_string();
-        match refusal {
-            AuthError::NoUsers => Self::unknown(sentence),
-            AuthError::Wrong => Self::unauthorised(sentence),
-            AuthError::NotYours => Self::forbidden(sentence),
-            AuthError::TooOften(wait) => Self::too_often(wait),
-            AuthError::Unfit(_) => Self::bad(sentence),
-            AuthError::Busy | AuthError::System(_) => Self::unavailable(sentence),
+    fn from(error: AuthError) -> Self {
+        let detail = error.to_string();
+        match error {
+            AuthError::NoUsers => Self::not_found(detail),
+            AuthError::WrongCredentials => Self::unauthorised(detail),
+            AuthError::WrongPassword => Self::forbidden(detail),
+            AuthError::TooOften(wait) => Self::too_many_requests(wait),
+            AuthError::NewPassword(_) => Self::bad_request(detail),
+            AuthError::Busy | AuthError::Users(_) | AuthError::Random(_) => Self::unavailable(detail),
         }
     }
 }
@@ -266,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_session_stands_in_one_cookie_of_its_name() {
+    fn a_session_is_taken_from_exactly_one_cookie_of_its_name() {
         let id = "ab".repeat(32);
         let cookie = format!("profivac-80={id}");
         let found = |lines: &[&str]| session(&headers(lines), "profivac-80").is_some();
@@ -285,8 +310,8 @@ mod tests {
     }
 
     #[test]
-    fn json_is_json() {
-        for (kind, is) in [
+    fn only_application_json_is_json() {
+        for (content_type, expected) in [
             ("application/json", true),
             ("Application/JSON; charset=utf-8", true),
             ("text/plain", false),
@@ -295,8 +320,8 @@ mod tests {
             ("application/jsonp", false),
             ("", false),
         ] {
-            let headers = HeaderMap::from_iter([(CONTENT_TYPE, HeaderValue::from_static(kind))]);
-            assert_eq!(is_json(&headers), is, "{kind}");
+            let headers = HeaderMap::from_iter([(CONTENT_TYPE, HeaderValue::from_static(content_type))]);
+            assert_eq!(is_json(&headers), expected, "{content_type}");
         }
     }
 }

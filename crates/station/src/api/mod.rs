@@ -1,32 +1,44 @@
-//! The API: what the dashboard uses, and anybody else.
+//! The HTTP API of the station, for the dashboard and for other programs.
 //!
-//! | Path | Gives |
+//! | Path | Content |
 //! |---|---|
 //! | `/api/station` | the station and its recorder |
-//! | `/api/segments` | segments, and who is on them |
-//! | `/api/gauges` | gauges and what they show |
-//! | `/api/gauges/{name}/blocks` | a gauge's blocks and parameters, read now |
-//! | `/api/gauges/{name}/commands` | its commands with what they ask for and risk |
-//! | `/api/gauges/{name}/arm` | the first step of a command or a write |
-//! | `/api/orders/{id}`, `/api/orders/{id}/fire` | the second step |
-//! | `/api/mastership` and below | who may act |
-//! | `/api/audit`, `/api/audit.csv` | who did what |
-//! | `/api/trend` | what was recorded, drawn for so many pixels |
-//! | `/api/events` | what happened |
-//! | `/api/rise` | a rise of pressure, told apart |
-//! | `/api/export.csv` | what was recorded, as a table |
-//! | `/api/alarms` | alarms, and where each stands |
-//! | `/api/alarms/history` | what happened to alarms |
-//! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | somebody knows |
-//! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | an alarm is taken away, and put back |
-//! | `/api/webhooks` | who is told of alarms, and how that goes |
-//! | `/api/session` | who asks, and what they may |
-//! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes a password |
-//! | `/api/live` | gauges and segments as they change, as server-sent events |
-//! | `/api/openapi.json` | this, for programs |
+//! | `/api/segments` | the segments with the stations on them |
+//! | `/api/gauges` | the gauges with their readings |
+//! | `/api/gauges/{name}/blocks` | the blocks and parameters of a gauge, read now |
+//! | `/api/gauges/{name}/commands` | the commands of a gauge with conditions and risks |
+//! | `/api/gauges/{name}/arm` | arms a command or a write |
+//! | `/api/orders/{id}`, `/api/orders/{id}/fire` | disarms and executes it |
+//! | `/api/mastership` and below | control authority |
+//! | `/api/audit`, `/api/audit.csv` | the audit trail |
+//! | `/api/trend` | the trend of a series |
+//! | `/api/events` | events |
+//! | `/api/rise` | a rise of pressure, separated into a leak and outgassing |
+//! | `/api/export.csv` | samples as CSV |
+//! | `/api/alarms` | the alarms with their states |
+//! | `/api/alarms/history` | the history of alarms |
+//! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | acknowledges alarms |
+//! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | takes an alarm out of service, and returns it |
+//! | `/api/webhooks` | the webhooks with the status of their deliveries |
+//! | `/api/session` | the user of the session |
+//! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes the password |
+//! | `/api/live` | snapshots of the station as server-sent events |
+//! | `/api/openapi.json` | the OpenAPI description |
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`middleware`] | the checks before every handler |
+//! | [`authenticator`] | logins and sessions |
+//! | [`headers`] | security headers, requested hosts |
+//! | `problem` | problem documents |
+//! | `openapi` | answers of the middleware in the description |
+//! | `body`, `query` | bodies and query parameters |
+//! | `database` | queries on blocking threads |
+//! | the others | the handlers |
 
 mod alarms;
 mod audit;
+pub mod authenticator;
 mod body;
 mod control;
 mod database;
@@ -36,6 +48,7 @@ mod live;
 pub mod middleware;
 mod openapi;
 mod problem;
+mod query;
 mod session;
 mod snapshot;
 
@@ -55,7 +68,7 @@ use utoipa::OpenApi;
 #[openapi(
     info(
         title = "profivac station",
-        description = "What a vacuum station sees and has recorded. Pressures in Pa, times in milliseconds since 1970."
+        description = "Readings, records, alarms and control of a vacuum station. Pressures are in Pa, times in milliseconds since 1970 (UTC)."
     ),
     modifiers(&CommonResponses),
     paths(
@@ -101,37 +114,37 @@ pub fn description() -> String {
     Description::openapi().to_pretty_json().unwrap_or_default()
 }
 
-/// What those who answer share.
+/// The state of all handlers.
 #[derive(Clone)]
 struct Shared {
-    plant: Arc<Services>,
-    archive: DatabaseReaders,
-    moments: Arc<SnapshotSource>,
+    services: Arc<Services>,
+    readers: DatabaseReaders,
+    snapshots: Arc<SnapshotSource>,
 }
 
 impl FromRef<Shared> for Arc<Services> {
     fn from_ref(shared: &Shared) -> Self {
-        Self::clone(&shared.plant)
+        Self::clone(&shared.services)
     }
 }
 
 impl FromRef<Shared> for DatabaseReaders {
     fn from_ref(shared: &Shared) -> Self {
-        shared.archive.clone()
+        shared.readers.clone()
     }
 }
 
 impl FromRef<Shared> for Arc<SnapshotSource> {
     fn from_ref(shared: &Shared) -> Self {
-        Self::clone(&shared.moments)
+        Self::clone(&shared.snapshots)
     }
 }
 
-async fn method() -> Problem {
-    Problem::method()
+async fn method_not_allowed() -> Problem {
+    Problem::method_not_allowed()
 }
 
-/// Everything that changes something.
+/// Commands and control authority.
 fn control_routes() -> Router<Shared> {
     Router::new()
         .route("/api/gauges/{name}/commands", get(control::commands))
@@ -156,10 +169,10 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/webhooks", get(alarms::webhooks))
 }
 
-/// The API of a plant, and the dashboard beside it.
-pub fn router(plant: Arc<Services>) -> Router {
-    let (archive, moments) =
-        (DatabaseReaders::of(Arc::clone(&plant)), Arc::new(SnapshotSource::of(Arc::clone(&plant))));
+/// The API of a station, and the dashboard.
+pub fn router(services: Arc<Services>) -> Router {
+    let readers = DatabaseReaders::of(Arc::clone(&services));
+    let snapshots = Arc::new(SnapshotSource::of(Arc::clone(&services)));
     Router::new()
         .route("/api/station", get(snapshot::station))
         .route("/api/segments", get(snapshot::segments))
@@ -182,11 +195,11 @@ pub fn router(plant: Arc<Services>) -> Router {
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
         .route(
             "/api/{*rest}",
-            get(async || Problem::unknown("there is no such thing in the API; /api/openapi.json says what there is")),
+            get(async || Problem::not_found("the API has no such path; /api/openapi.json lists all paths")),
         )
-        .fallback(get(crate::web::file).fallback(method))
-        .method_not_allowed_fallback(method)
+        .fallback(get(crate::web::file).fallback(method_not_allowed))
+        .method_not_allowed_fallback(method_not_allowed)
         .layer(axum::middleware::from_fn(headers::catch_panic))
         .layer(axum::middleware::from_fn(headers::headers))
-        .with_state(Shared { plant, archive, moments })
+        .with_state(Shared { services, readers, snapshots })
 }

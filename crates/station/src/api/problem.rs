@@ -1,117 +1,145 @@
-//! What went wrong, as JSON with one sentence.
+//! Problem documents: errors of the API as JSON.
 
+use crate::auth::Forbidden;
 use axum::Json;
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
 use axum::response::{AppendHeaders, IntoResponse, Response};
+use profivac_recorder::DatabaseError;
 use serde::Serialize;
 use std::fmt;
 use std::time::Duration;
+use tokio::task::JoinError;
 use utoipa::ToSchema;
 
-/// Why there is no answer.
+/// The content type of a problem document.
+pub const PROBLEM_JSON: &str = "application/json";
+
+/// Why a request was refused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Problem {
     #[serde(skip)]
     status: u16,
-    /// Seconds until it is worth asking again.
+    /// The value of the header `Retry-After`, in seconds.
     #[serde(skip)]
-    wait: Option<u64>,
-    /// What was expected and what came.
-    problem: String,
+    retry_after_s: Option<u64>,
+    /// A sentence: what was expected and what was found.
+    #[serde(rename = "problem")]
+    detail: String,
 }
 
 impl Problem {
-    /// The request makes no sense.
-    pub fn bad(problem: impl Into<String>) -> Self {
-        Self { status: 400, problem: problem.into(), wait: None }
+    fn new(status: StatusCode, detail: impl Into<String>) -> Self {
+        Self { status: status.as_u16(), detail: detail.into(), retry_after_s: None }
     }
 
-    /// There is no such thing.
-    pub fn unknown(problem: impl Into<String>) -> Self {
-        Self { status: 404, problem: problem.into(), wait: None }
+    /// 400: the request is malformed.
+    pub fn bad_request(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, detail)
     }
 
-    /// Whoever asks is not known.
-    pub fn unauthorised(problem: impl Into<String>) -> Self {
-        Self { status: 401, problem: problem.into(), wait: None }
+    /// 401: the user has not logged in.
+    pub fn unauthorised(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNAUTHORIZED, detail)
     }
 
-    /// Whether whoever asks is not known.
+    /// 403: the user or the page has no permission.
+    pub fn forbidden(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::FORBIDDEN, detail)
+    }
+
+    /// 404: the resource does not exist.
+    pub fn not_found(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::NOT_FOUND, detail)
+    }
+
+    /// 405: the resource does not have this method. The header `Allow` lists its methods.
+    pub fn method_not_allowed() -> Self {
+        Self::new(
+            StatusCode::METHOD_NOT_ALLOWED,
+            "this method is not available here; the header Allow lists those that are",
+        )
+    }
+
+    /// 408: the body arrives too slowly.
+    pub fn body_timeout() -> Self {
+        Self::new(StatusCode::REQUEST_TIMEOUT, "the body of the request did not arrive in time")
+    }
+
+    /// 409: the resource is in another state than the client assumes.
+    pub fn conflict(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::CONFLICT, detail)
+    }
+
+    /// 413: the body is longer than `max` octets.
+    pub fn body_too_large(max: usize) -> Self {
+        Self::new(StatusCode::PAYLOAD_TOO_LARGE, format!("expected a body of at most {max} octets"))
+    }
+
+    /// 415: the body is not JSON.
+    pub fn not_json() -> Self {
+        let detail = "expected a body with the content-type application/json";
+        Self::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, detail)
+    }
+
+    /// 421: the request is meant for another computer.
+    pub fn wrong_host(host: &str) -> Self {
+        let host: String = host.chars().take(64).collect();
+        let detail = format!("expected localhost or one of `hosts` as the host of the request, found {host:?}");
+        Self::new(StatusCode::MISDIRECTED_REQUEST, detail)
+    }
+
+    /// 429: the client is above a rate limit and may ask again after `wait`.
+    pub fn too_many_requests(wait: Duration) -> Self {
+        let seconds = wait.as_secs().saturating_add(1);
+        let detail = format!("too many requests; try again in {seconds} s");
+        Self { retry_after_s: Some(seconds), ..Self::new(StatusCode::TOO_MANY_REQUESTS, detail) }
+    }
+
+    /// 500: a handler panicked.
+    pub fn defect() -> Self {
+        Self::new(StatusCode::INTERNAL_SERVER_ERROR, "a defect of the program; the station continues to run")
+    }
+
+    /// 503: the station cannot do this at present.
+    pub fn unavailable(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, detail)
+    }
+
+    /// Whether the user has not logged in.
     #[must_use]
     pub const fn is_unauthorised(&self) -> bool {
-        self.status == 401
-    }
-
-    /// Whoever asks may not.
-    pub fn forbidden(problem: impl Into<String>) -> Self {
-        Self { status: 403, problem: problem.into(), wait: None }
-    }
-
-    /// It would do something else than what whoever asks expects.
-    pub fn conflict(problem: impl Into<String>) -> Self {
-        Self { status: 409, problem: problem.into(), wait: None }
-    }
-
-    /// It is not done this way; the header `Allow` says how.
-    pub fn method() -> Self {
-        Self {
-            status: 405,
-            problem: "there is no such method here: the header Allow says which there are".to_owned(),
-            wait: None,
-        }
-    }
-
-    /// Whoever asked took us for somebody else.
-    pub fn host(name: &str) -> Self {
-        let name: String = name.chars().take(64).collect();
-        let problem =
-            format!("expected a name of this computer as the host, localhost or one of `hosts`, got {name:?}");
-        Self { status: 421, problem, wait: None }
-    }
-
-    /// Too often; whoever asks again after this time is answered.
-    pub fn too_often(wait: Duration) -> Self {
-        let seconds = wait.as_secs().saturating_add(1);
-        Self { status: 429, problem: format!("too often: ask again in {seconds} s"), wait: Some(seconds) }
-    }
-
-    /// The body takes too long.
-    pub fn slow() -> Self {
-        Self { status: 408, problem: "the body of the request took too long".to_owned(), wait: None }
-    }
-
-    /// The body is too large.
-    pub fn large(most: usize) -> Self {
-        Self { status: 413, problem: format!("expected a body of at most {most} octets"), wait: None }
-    }
-
-    /// The body is of another kind.
-    pub fn kind() -> Self {
-        Self { status: 415, problem: "expected a body with the content-type application/json".to_owned(), wait: None }
-    }
-
-    /// We have made a mistake.
-    pub fn defect() -> Self {
-        Self { status: 500, problem: "a defect of the program: the station itself goes on".to_owned(), wait: None }
-    }
-
-    /// It cannot be had at present.
-    pub fn unavailable(problem: impl Into<String>) -> Self {
-        Self { status: 503, problem: problem.into(), wait: None }
+        self.status == StatusCode::UNAUTHORIZED.as_u16()
     }
 }
 
 impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.problem)
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.detail)
     }
 }
 
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-        let wait = self.wait.map(|seconds| (RETRY_AFTER, seconds.to_string()));
-        (status, AppendHeaders(wait), Json(self)).into_response()
+        let retry_after = self.retry_after_s.map(|seconds| (RETRY_AFTER, seconds.to_string()));
+        (status, AppendHeaders(retry_after), Json(self)).into_response()
+    }
+}
+
+/// The problem of a task on another thread that panicked or was cancelled.
+pub fn task_failed(error: &JoinError) -> Problem {
+    if error.is_panic() { Problem::defect() } else { Problem::unavailable("the station is stopping") }
+}
+
+impl From<DatabaseError> for Problem {
+    fn from(error: DatabaseError) -> Self {
+        Self::unavailable(error.to_string())
+    }
+}
+
+impl From<Forbidden> for Problem {
+    fn from(error: Forbidden) -> Self {
+        Self::forbidden(error.to_string())
     }
 }

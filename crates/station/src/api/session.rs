@@ -1,4 +1,4 @@
-//! Who asks, as they are seen from here, and how they come and go.
+//! The session of a user: login, logout, change of password.
 
 use super::body::Body;
 use super::middleware::RequestContext;
@@ -13,135 +13,149 @@ use axum::response::{AppendHeaders, IntoResponse};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// How one comes in here.
+/// Whether the user has to log in, and has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum LoginState {
-    /// Nobody logs in.
-    Open,
-    /// People log in, and whoever asks has.
-    In,
-    /// People log in, and whoever asks has not.
-    Out,
+    /// The station has no users and no login.
+    #[serde(rename = "open")]
+    NotRequired,
+    /// The user has logged in.
+    #[serde(rename = "in")]
+    LoggedIn,
+    /// The user has not logged in.
+    #[serde(rename = "out")]
+    LoggedOut,
 }
 
-/// Who asks.
+/// The session of a request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Session {
-    /// Their name.
+    /// The name of the user.
+    #[schema(example = "ada")]
     name: String,
-    /// What they may do.
+    /// The role of the user.
     role: Role,
-    /// What has to stand in `x-csrf-token` of everything that is not only looked at; empty before one has logged in.
+    /// The value of the header `x-csrf-token` that every request other than GET and HEAD needs; empty before login.
     token: String,
-    /// Whether one logs in here.
-    door: LoginState,
+    /// Whether the user has to log in, and has.
+    #[serde(rename = "door")]
+    login: LoginState,
 }
 
 impl Session {
-    fn of(known: &AuthenticatedUser, door: LoginState) -> Self {
-        let AuthenticatedUser { user: User { name, role }, token } = known;
-        Self { name: name.to_string(), role: *role, token: token.reveal().to_owned(), door }
+    fn new(authenticated: &AuthenticatedUser, login: LoginState) -> Self {
+        let AuthenticatedUser { user: User { name, role }, token } = authenticated;
+        Self { name: name.to_string(), role: *role, token: token.reveal().to_owned(), login }
     }
 }
 
-/// What is asked of whoever logs in.
+/// Name and password of a user.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Login {
-    /// Their name.
+    /// The name.
+    #[schema(example = "ada")]
     name: String,
-    /// Their password.
+    /// The password.
     password: String,
 }
 
-/// What is asked of whoever wants a new password.
+/// A change of the own password.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewPassword {
-    /// The one they have.
+    /// The current password.
     current: String,
-    /// The one they want.
+    /// The new password, 8 characters at least.
     new: String,
 }
 
-/// Who asks.
+/// The user of this session
 #[utoipa::path(get, path = "/api/session", responses((status = 200, body = Session)))]
-pub async fn session(person: User, extensions: Extensions) -> Json<Session> {
-    let visit = extensions.get::<RequestContext>();
-    let locked = visit.is_some_and(|visit| visit.authenticator().requires_login());
-    let door = if locked { LoginState::In } else { LoginState::Open };
-    Json(match visit.and_then(RequestContext::user) {
-        Some(known) => Session::of(known, door),
+pub async fn session(user: User, extensions: Extensions) -> Json<Session> {
+    let context = extensions.get::<RequestContext>();
+    let requires_login = context.is_some_and(|context| context.authenticator().requires_login());
+    Json(match context.and_then(RequestContext::authenticated) {
+        Some(authenticated) => {
+            Session::new(authenticated, if requires_login { LoginState::LoggedIn } else { LoginState::NotRequired })
+        }
         None => Session {
-            name: person.name.to_string(),
-            role: person.role,
+            name: user.name.to_string(),
+            role: user.role,
             token: String::new(),
-            door: if locked { LoginState::Out } else { LoginState::Open },
+            login: if requires_login { LoginState::LoggedOut } else { LoginState::NotRequired },
         },
     })
 }
 
-/// Begins a session. The same answer at the same time to a wrong password and to a name that there is not.
+/// Begin a session
+///
+/// A wrong password and an unknown name get the same answer after the same time.
 #[utoipa::path(
     post,
     path = "/api/login",
     request_body = Login,
     responses(
         (status = 200, body = Session),
-        (status = 400, body = Problem),
-        (status = 401, body = Problem),
+        (status = 400, body = Problem, description = "The body is malformed"),
+        (status = 401, body = Problem, description = "The name or the password is wrong"),
         (status = 404, body = Problem, description = "The station has no users"),
-        (status = 429, body = Problem)
+        (status = 503, body = Problem, description = "Too many logins at the same time")
     )
 )]
 pub async fn login(
     extensions: Extensions,
     Body(Login { name, password }): Body<Login>,
 ) -> Result<impl IntoResponse, Problem> {
-    let visit = visit(&extensions)?;
-    let begun = visit.authenticator().login(&name, password, visit.session(), visit.peer()).await?;
-    Ok(session_response(visit, &begun))
+    let context = context(&extensions)?;
+    let begun = context.authenticator().login(&name, password, context.session(), context.peer()).await?;
+    Ok(session_response(context, &begun))
 }
 
-/// Ends the session.
-#[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401, body = Problem)))]
+/// End the session
+#[utoipa::path(post, path = "/api/logout", responses((status = 204, description = "The session has ended")))]
 pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem> {
-    let visit = visit(&extensions)?;
-    visit.authenticator().logout(visit.session(), visit.peer());
-    Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, visit.cookie(None))])))
+    let context = context(&extensions)?;
+    context.authenticator().logout(context.session(), context.peer());
+    Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, context.cookie(None))])))
 }
 
-/// Changes the password of whoever asks; their other sessions end.
+/// Change the own password
+///
+/// All sessions of the user end, and the answer begins a new one.
 #[utoipa::path(
     post,
     path = "/api/password",
     request_body = NewPassword,
     responses(
         (status = 200, body = Session),
-        (status = 400, body = Problem),
-        (status = 403, body = Problem),
-        (status = 404, body = Problem, description = "The station has no users")
+        (status = 400, body = Problem, description = "The new password is refused"),
+        (status = 403, body = Problem, description = "The current password is wrong"),
+        (status = 404, body = Problem, description = "The station has no users"),
+        (status = 503, body = Problem, description = "The password cannot be stored")
     )
 )]
 pub async fn password(
-    person: User,
+    user: User,
     extensions: Extensions,
     Body(NewPassword { current, new }): Body<NewPassword>,
 ) -> Result<impl IntoResponse, Problem> {
-    let visit = visit(&extensions)?;
-    let door = visit.authenticator();
-    let begun = door.change_password(&person.name, (current, new), visit.session(), visit.peer()).await?;
-    Ok(session_response(visit, &begun))
+    let context = context(&extensions)?;
+    let passwords = (current, new);
+    let begun =
+        context.authenticator().change_password(&user.name, passwords, context.session(), context.peer()).await?;
+    Ok(session_response(context, &begun))
 }
 
 fn session_response(
-    visit: &RequestContext,
-    (session, known): &(Secret, AuthenticatedUser),
+    context: &RequestContext,
+    (session, authenticated): &(Secret, AuthenticatedUser),
 ) -> impl IntoResponse + use<> {
-    (AppendHeaders([(SET_COOKIE, visit.cookie(Some(session)))]), Json(Session::of(known, LoginState::In)))
+    let cookie = AppendHeaders([(SET_COOKIE, context.cookie(Some(session)))]);
+    (cookie, Json(Session::new(authenticated, LoginState::LoggedIn)))
 }
 
-fn visit(extensions: &Extensions) -> Result<&RequestContext, Problem> {
-    extensions.get().ok_or_else(|| Problem::unknown("nobody logs in here: the station has no users"))
+fn context(extensions: &Extensions) -> Result<&RequestContext, Problem> {
+    extensions.get().ok_or_else(|| Problem::from(super::authenticator::AuthError::NoUsers))
 }

@@ -1,26 +1,26 @@
-//! Whether people log in here, and where we may listen then.
+//! Whether users log in.
 
 use super::{Role, User};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Who is let in.
+/// How requests get a user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// Everybody who reaches the socket is this person: only where nobody but this computer reaches it.
+    /// Every request has this user. Permitted on loopback without a proxy only.
     Anonymous(User),
-    /// Those in this file, once they have logged in.
+    /// Users of this file log in.
     Users(PathBuf),
 }
 
 impl Access {
-    /// Everybody under this name, with this role.
+    /// Every request has a user of this name and role.
     #[must_use]
     pub fn anonymous(name: &str, role: Role) -> Self {
         Self::Anonymous(User { name: Arc::from(name), role })
     }
 
-    /// Nobody logs in, and everybody may look.
+    /// Every request has an anonymous viewer.
     #[must_use]
     pub fn anonymous_viewer() -> Self {
         Self::Anonymous(User::anonymous())

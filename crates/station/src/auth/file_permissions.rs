@@ -1,4 +1,4 @@
-//! Files that only their owner may read: users, keys, and the station's own file when it says where those are.
+//! Files that only their owner may read: the users' file, keys, and a configuration file that names them.
 
 use std::fs;
 use std::io::Write;
@@ -6,42 +6,42 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// What the group and all others may do with a file.
+/// The mode bits of the group and of others.
 const OTHERS: u32 = 0o077;
 
-/// Why a file is not private.
+/// Why a file cannot be used for secrets.
 #[derive(Debug, thiserror::Error)]
 pub enum PermissionError {
-    /// Others may read or write it.
+    /// The group or others have access; the second value is the mode.
     #[error("{file} holds secrets and is open to others (mode {mode:o}): chmod 600 {file}", file = .0.display(), mode = .1)]
     Open(PathBuf, u32),
-    /// It cannot be looked at.
+    /// The operating system refuses, or the path is not a regular file.
     #[error("{file}: {error}", file = .0.display(), error = .1)]
     System(PathBuf, std::io::Error),
 }
 
-/// Nothing, if only its owner may read or write this file.
+/// Checks that only its owner may access a file.
 ///
 /// # Errors
-/// [`NotPrivate`] says what to do.
+/// [`PermissionError`], which names the remedy.
 pub fn check(file: &Path) -> Result<(), PermissionError> {
-    let seen = fs::metadata(file).map_err(|error| PermissionError::System(file.to_owned(), error))?;
-    if !seen.is_file() {
-        // Whoever reads a pipe waits for ever.
-        let error = std::io::Error::other("expected a file, got something else");
+    let metadata = fs::metadata(file).map_err(|error| PermissionError::System(file.to_owned(), error))?;
+    if !metadata.is_file() {
+        // Reading a pipe could block for ever.
+        let error = std::io::Error::other("expected a regular file");
         return Err(PermissionError::System(file.to_owned(), error));
     }
-    let mode = seen.permissions().mode() & 0o7777;
+    let mode = metadata.permissions().mode() & 0o7777;
     if mode & OTHERS == 0 { Ok(()) } else { Err(PermissionError::Open(file.to_owned(), mode)) }
 }
 
-/// Writes a file that only its owner may read, completely or not at all.
+/// Writes a file that only its owner may access. The file is replaced as a whole or not at all.
 ///
 /// # Errors
-/// What the system says.
+/// The error of the operating system.
 pub fn write(file: &Path, text: &str) -> std::io::Result<()> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // Such a file is its owner's alone from its first moment.
+    // A temporary file is created with mode 600.
     let mut new = NamedTempFile::new_in(folder)?;
     new.write_all(text.as_bytes())?;
     new.as_file().sync_all()?;
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_private_and_what_is_open_is_told() {
+    fn a_written_file_is_private_and_an_open_file_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("users.toml");
         fs::write(&file, "old").unwrap();
@@ -69,11 +69,11 @@ mod tests {
         assert_eq!(fs::read_to_string(&file).unwrap(), "new");
         for mode in [0o640, 0o604, 0o620, 0o602] {
             set_mode(&file, mode);
-            let told = check(&file).unwrap_err().to_string();
-            assert!(told.contains(&format!("(mode {mode:o}): chmod 600 ")), "{told}");
+            let error = check(&file).unwrap_err().to_string();
+            assert!(error.contains(&format!("(mode {mode:o}): chmod 600 ")), "{error}");
         }
         assert!(matches!(check(&folder.path().join("none")), Err(PermissionError::System(..))));
         set_mode(folder.path(), 0o700);
-        assert!(matches!(check(folder.path()), Err(PermissionError::System(..))), "no file");
+        assert!(matches!(check(folder.path()), Err(PermissionError::System(..))), "a folder is no regular file");
     }
 }

@@ -1,24 +1,24 @@
-//! Who asks, and what they may.
+//! Authentication: users and roles, passwords, sessions, rate limits.
 //!
-//! | Role | May |
+//! | Role | Permissions |
 //! |---|---|
-//! | viewer | look |
-//! | operator | look, acknowledge alarms, carry out commands of a gauge |
-//! | engineer | all of that, write parameters, take alarms out of service, take the mastership from others |
+//! | viewer | read everything |
+//! | operator | as viewer; acknowledge alarms, execute commands of a gauge |
+//! | engineer | as operator; write parameters, take alarms out of service, take over control authority |
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`access`] | whether people log in here, and where we may listen then |
-//! | [`door`] | who comes in |
-//! | [`password`] | what a password must be, and how it is kept |
-//! | [`private`] | files that only their owner may read |
-//! | [`rates`] | how often somebody may ask |
-//! | [`secret`] | numbers nobody can guess |
-//! | [`sessions`] | who has logged in |
-//! | [`users`] | the file with names, roles and passwords |
+//! | [`access`] | whether users log in |
+//! | [`file_permissions`] | files that only their owner may read |
+//! | [`password`] | rules for passwords, and their hashes |
+//! | [`rate_limit`] | limits on requests and logins |
+//! | [`secret`] | random numbers for sessions and tokens |
+//! | [`sessions`] | sessions in memory |
+//! | [`users`] | the users' file |
+//!
+//! The API combines these parts in `api::authenticator`.
 
 pub mod access;
-pub mod authenticator;
 pub mod file_permissions;
 pub mod password;
 pub mod rate_limit;
@@ -28,32 +28,28 @@ pub mod users;
 
 pub use access::Access;
 
-use crate::api::Problem;
-use axum::extract::FromRequestParts;
-use axum::http::request::Parts;
 use serde::{Deserialize, Serialize};
-use std::convert::Infallible;
 use std::fmt;
 use std::sync::Arc;
 use utoipa::ToSchema;
 
-/// What somebody may do. Who may more may all that those may who may less.
+/// The role of a user. A role includes the permissions of all lower roles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// Looks.
+    /// Reads.
     Viewer,
-    /// Runs the plant.
+    /// Operates the plant: acknowledges alarms, executes commands.
     Operator,
-    /// Changes the plant.
+    /// Changes the plant: writes parameters, takes alarms out of service.
     Engineer,
 }
 
 impl Role {
-    /// All, from the least to the most.
+    /// All roles, from the lowest to the highest.
     pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Engineer];
 
-    /// As it is written.
+    /// The word for the role in files and in the API.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -70,40 +66,43 @@ impl fmt::Display for Role {
     }
 }
 
-/// Somebody who asks, as the guard at the door has found out.
+/// The user of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct User {
-    /// The name they have logged in with.
+    /// The name of the account.
     pub name: Arc<str>,
-    /// What they may do.
+    /// The role.
     pub role: Role,
 }
 
+/// A user lacks the role for an action.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{action} needs the role {needed}, {} has {}", user.name, user.role)]
+pub struct Forbidden {
+    /// The action, as the beginning of a sentence: `writing a parameter`.
+    pub action: String,
+    /// The lowest role that may do it.
+    pub needed: Role,
+    /// The user.
+    pub user: User,
+}
+
 impl User {
-    /// Somebody nobody has vouched for: they may look.
+    /// The user of a request without a session.
     #[must_use]
     pub fn anonymous() -> Self {
-        Self { name: Arc::from("anybody"), role: Role::Viewer }
+        Self { name: Arc::from("anonymous"), role: Role::Viewer }
     }
 
-    /// Nothing, if they have this role or one that may more.
+    /// Checks that the user has the role `needed` or a higher one.
     ///
     /// # Errors
-    /// [`Problem`] 403 says which role is needed for `what`.
-    pub fn require(&self, needed: Role, what: &str) -> Result<(), Problem> {
+    /// [`Forbidden`] names `action` and the role that it needs.
+    pub fn require(&self, needed: Role, action: &str) -> Result<(), Forbidden> {
         if self.role >= needed {
             return Ok(());
         }
-        let Self { name, role } = self;
-        Err(Problem::forbidden(format!("{what} needs the role {needed}, {name} has {role}")))
-    }
-}
-
-impl<S: Send + Sync> FromRequestParts<S> for User {
-    type Rejection = Infallible;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
-        Ok(parts.extensions.get::<Self>().cloned().unwrap_or_else(Self::anonymous))
+        Err(Forbidden { action: action.to_owned(), needed, user: self.clone() })
     }
 }
 
@@ -112,14 +111,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_may_more_may_all_that_others_may() {
-        for (place, role) in Role::ALL.into_iter().enumerate() {
-            let person = User { name: Arc::from("Ada"), role };
-            for (needed, wanted) in Role::ALL.into_iter().enumerate() {
-                assert_eq!(person.require(wanted, "it").is_ok(), place >= needed, "{role} for {wanted}");
+    fn a_role_has_the_permissions_of_all_lower_roles() {
+        for (rank, role) in Role::ALL.into_iter().enumerate() {
+            let user = User { name: Arc::from("ada"), role };
+            for (needed_rank, needed) in Role::ALL.into_iter().enumerate() {
+                assert_eq!(user.require(needed, "it").is_ok(), rank >= needed_rank, "{role} for {needed}");
             }
         }
         let refused = User::anonymous().require(Role::Engineer, "writing a parameter").unwrap_err();
-        assert_eq!(refused.to_string(), "writing a parameter needs the role engineer, anybody has viewer");
+        assert_eq!(refused.to_string(), "writing a parameter needs the role engineer, anonymous has viewer");
     }
 }

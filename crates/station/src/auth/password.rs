@@ -1,7 +1,7 @@
-//! What a password must be, and how it is kept: argon2id, with a salt of its own.
+//! Rules for passwords, and password hashes by argon2id with a salt for each.
 //!
-//! What it must be follows OWASP ASVS 5.0, 6.2: eight characters at least, no rules about which, and nothing that is easily
-//! guessed. How easily is estimated by zxcvbn, which knows the usual passwords, names, words, dates, and patterns on keyboards.
+//! The rules follow OWASP ASVS 5.0, 6.2: at least eight characters, no rules about their kinds, and no password that is easily
+//! guessed. zxcvbn estimates the number of guesses; it knows common passwords, names, words, dates and keyboard patterns.
 
 use argon2::password_hash::PasswordHasher;
 use argon2::password_hash::phc::{Output, PasswordHash};
@@ -13,49 +13,57 @@ use zxcvbn::{Score, zxcvbn};
 /// The fewest characters.
 pub const SHORTEST: usize = 8;
 
-/// From so many characters on nobody is advised to take more.
+/// The advised number of characters.
 pub const ADVISED: usize = 15;
 
-/// The most octets. free choice: what nobody types, and what is hashed at once.
+/// The most octets. free choice: longer than a typed password, short enough to hash at once.
 pub const LONGEST: usize = 512;
 
-/// Memory in KiB, passes and lanes. free choice: the first of those that OWASP's cheat sheet on storing passwords gives for argon2id.
+/// Memory in KiB, passes and lanes. free choice: the first set for argon2id in OWASP's password storage cheat sheet.
 const COST: (u32, u32, u32) = (19 << 10, 2, 1);
 
-/// Words that anybody tries first here.
+/// The most expensive hash that the station verifies: memory in KiB and passes. A hash in the users' file must not use up
+/// memory or processor.
+const MAX_COST: (u32, u32) = (1 << 20, 64);
+
+/// Words that an attacker tries first at this program.
 const OUR_WORDS: [&str; 6] = ["profivac", "profibus", "vacuum", "gauge", "station", "engineer"];
 
 /// Octets of salt.
 const SALT: usize = 16;
 
-/// Memory in which passwords were tried, to be used again. Each thread that gets its own from the system keeps it for good, and
-/// many have their turn: whoever guesses would make the station grow by a gigabyte.
-static ROOM: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
+/// Memory blocks of earlier hashes, for reuse. The allocator keeps 19 MiB for each thread that ever hashed a password, and the
+/// thread pool has many threads: without reuse, guesses would make the station grow by a gigabyte.
+static BLOCKS: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
 
-/// So many passwords are usually tried at once; memory for more is given back. free choice.
-const KEPT: usize = 2;
+/// The number of memory blocks that are kept: as many as hashes run at once. free choice.
+const MAX_KEPT: usize = 2;
 
-/// What is wrong with a password.
+/// Why a password is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PasswordError {
     /// Too few characters.
-    #[error("expected a password of at least {SHORTEST} characters, better {ADVISED}, got {0}")]
+    #[error("expected a password of at least {SHORTEST} characters, better {ADVISED}, found {0}")]
     Short(usize),
-    /// Too many.
-    #[error("expected a password of at most {LONGEST} octets, got {0}")]
+    /// Too many octets.
+    #[error("expected a password of at most {LONGEST} octets, found {0}")]
     Long(usize),
-    /// Others have it, or it can be guessed.
-    #[error("this password is easily guessed: {0}")]
-    Guessed(String),
-    /// It cannot be hashed.
+    /// Too few guesses find the password; the advice of zxcvbn, if it has any.
+    #[error("this password is easily guessed: {}", .0.as_deref().unwrap_or("use some words that do not belong together"))]
+    Guessed(Option<String>),
+    /// The operating system supplies no random numbers.
+    #[error("the password cannot be hashed: no random numbers: {0}")]
+    Random(getrandom::Error),
+    /// argon2 refuses the password.
     #[error("the password cannot be hashed: {0}")]
-    System(String),
+    Hash(String),
 }
 
-/// Nothing, if this may become the password of whoever has this name.
+/// Checks a new password for the user `name`.
 ///
 /// # Errors
-/// [`Unfit`] says what is wrong with it.
+/// [`PasswordError`] says why it is refused.
 pub fn check(password: &str, name: &str) -> Result<(), PasswordError> {
     let length = password.chars().count();
     if length < SHORTEST {
@@ -65,95 +73,91 @@ pub fn check(password: &str, name: &str) -> Result<(), PasswordError> {
         return Err(PasswordError::Long(password.len()));
     }
     let words: Vec<&str> = OUR_WORDS.into_iter().chain([name]).collect();
-    let guessed = zxcvbn(password, &words);
-    if guessed.score() >= Score::Three {
+    let estimate = zxcvbn(password, &words);
+    if estimate.score() >= Score::Three {
         return Ok(());
     }
-    let warning = guessed.feedback().and_then(|feedback| feedback.warning());
-    let usual = || "take some words that do not belong together".to_owned();
-    Err(PasswordError::Guessed(
-        warning.map_or_else(usual, |warning| warning.to_string().trim_end_matches('.').to_lowercase()),
-    ))
+    let warning = estimate.feedback().and_then(|feedback| feedback.warning());
+    Err(PasswordError::Guessed(warning.map(|warning| warning.to_string().trim_end_matches('.').to_lowercase())))
 }
 
-/// A password as it is kept.
+/// A password hash in PHC string format.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Hash(Arc<str>);
 
 impl Hash {
-    /// Of a new password.
+    /// The hash of a new password, with a new salt.
     ///
     /// # Errors
-    /// [`Unfit::System`].
+    /// [`PasswordError::Random`] and [`PasswordError::Hash`].
     pub fn of(password: &str) -> Result<Self, PasswordError> {
+        let failed = |error: &dyn fmt::Display| PasswordError::Hash(error.to_string());
         let mut salt = [0; SALT];
-        getrandom::fill(&mut salt).map_err(|error| PasswordError::System(error.to_string()))?;
+        getrandom::fill(&mut salt).map_err(PasswordError::Random)?;
         let (memory, passes, lanes) = COST;
-        let params =
-            Params::new(memory, passes, lanes, None).map_err(|error| PasswordError::System(error.to_string()))?;
+        let params = Params::new(memory, passes, lanes, None).map_err(|error| failed(&error))?;
         let argon2 = Argon2::new(Algorithm::Argon2id, Version::V0x13, params);
         let hash = argon2.hash_password_with_salt(password.as_bytes(), &salt);
-        hash.map(|hash| Self(Arc::from(hash.to_string()))).map_err(|error| PasswordError::System(error.to_string()))
+        hash.map(|hash| Self(Arc::from(hash.to_string()))).map_err(|error| failed(&error))
     }
 
-    /// As it stands in a file; nothing, if this is no hash that argon2id makes.
+    /// Parses a hash by argon2id; `None` for other algorithms, incomplete hashes and hashes above the maximum cost.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let hash = PasswordHash::new(text).ok()?;
         let params = Params::try_from(&hash).ok()?;
-        // What stands in a file must not take a day and all memory.
-        let bearable = params.m_cost() <= 1 << 20 && params.t_cost() <= 64;
-        let whole = hash.algorithm.as_str() == "argon2id" && hash.salt.is_some() && hash.hash.is_some();
-        (bearable && whole).then(|| Self(Arc::from(text)))
+        let is_affordable = params.m_cost() <= MAX_COST.0 && params.t_cost() <= MAX_COST.1;
+        let is_complete = hash.algorithm.as_str() == "argon2id" && hash.salt.is_some() && hash.hash.is_some();
+        (is_affordable && is_complete).then(|| Self(Arc::from(text)))
     }
 
-    /// As it stands in the file.
+    /// The hash in PHC string format.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// Whether this is the password. Takes some ten milliseconds of a processor and 19 MiB.
+    /// Whether `password` has this hash. Takes some ten milliseconds of a processor and 19 MiB.
     #[must_use]
     pub fn matches(&self, password: &str) -> bool {
-        password.len() <= LONGEST && self.tried(password).unwrap_or(false)
+        password.len() <= LONGEST && self.verify(password).unwrap_or(false)
     }
 
-    /// Nothing, if this is no hash, which [`parse`](Self::parse) has made sure of.
-    fn tried(&self, password: &str) -> Option<bool> {
+    /// `None` if the text is not a complete hash, which [`parse`](Self::parse) excludes.
+    fn verify(&self, password: &str) -> Option<bool> {
         let hash = PasswordHash::new(&self.0).ok()?;
-        let (salt, wanted) = (hash.salt?, hash.hash?);
+        let (salt, expected) = (hash.salt?, hash.hash?);
         let params = Params::try_from(&hash).ok()?;
         let version = hash.version.map_or(Ok(Version::V0x13), Version::try_from).ok()?;
-        let blocks = params.block_count();
+        let block_count = params.block_count();
         let argon2 = Argon2::new(Algorithm::Argon2id, version, params);
-        let mut made = vec![0; wanted.len()];
-        let done = in_room(blocks, |room| {
-            argon2.hash_password_into_with_memory(password.as_bytes(), salt.as_ref(), &mut made, room)
+        let mut computed = vec![0; expected.len()];
+        let hashed = with_blocks(block_count, |blocks| {
+            argon2.hash_password_into_with_memory(password.as_bytes(), salt.as_ref(), &mut computed, blocks)
         });
-        done.ok()?;
-        // Compared in the same time wherever they differ.
-        Some(Output::new(&made).ok()? == wanted)
+        hashed.ok()?;
+        // `Output` compares in constant time.
+        Some(Output::new(&computed).ok()? == expected)
     }
 }
 
-/// Does something with so many blocks of memory, that of somebody before if there is some.
-fn in_room<T>(blocks: usize, work: impl FnOnce(&mut [Block]) -> T) -> T {
-    let rooms = || ROOM.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut room = rooms().pop().unwrap_or_default();
-    let usual = COST.0 as usize;
-    room.resize(blocks.max(usual), Block::default());
-    let done = work(room.get_mut(..blocks).unwrap_or_default());
-    room.truncate(usual);
-    room.shrink_to_fit();
-    let mut rooms = rooms();
-    if rooms.len() < KEPT {
-        rooms.push(room);
+/// Runs `work` with `count` memory blocks, from an earlier hash if there are some.
+fn with_blocks<T>(count: usize, work: impl FnOnce(&mut [Block]) -> T) -> T {
+    let kept = || BLOCKS.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut blocks = kept().pop().unwrap_or_default();
+    let default_count = COST.0 as usize;
+    blocks.resize(count.max(default_count), Block::default());
+    let result = work(blocks.get_mut(..count).unwrap_or_default());
+    blocks.truncate(default_count);
+    blocks.shrink_to_fit();
+    let mut kept = kept();
+    if kept.len() < MAX_KEPT {
+        kept.push(blocks);
     }
-    done
+    result
 }
 
-/// Never in a log.
+/// Hides the hash, so that no log contains it.
 impl fmt::Debug for Hash {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("Hash")
@@ -165,21 +169,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_password_is_kept_as_argon2id_with_a_salt_of_its_own() {
+    fn a_password_is_stored_as_argon2id_with_its_own_salt() {
         let (one, other) = (Hash::of("tin whisker plateau").unwrap(), Hash::of("tin whisker plateau").unwrap());
         assert!(one.as_str().starts_with("$argon2id$v=19$m=19456,t=2,p=1$"), "{}", one.as_str());
         assert_ne!(one, other);
-        assert!(
-            one.matches("tin whisker plateau")
-                && !one.matches("Tin whisker plateau")
-                && !one.matches("tin whisker plateau ")
-        );
+        assert!(one.matches("tin whisker plateau"));
+        assert!(!one.matches("Tin whisker plateau") && !one.matches("tin whisker plateau "));
         assert_eq!(Hash::parse(one.as_str()), Some(one.clone()));
         assert_eq!(format!("{one:?}"), "Hash");
     }
 
     #[test]
-    fn what_is_no_hash_of_ours_is_none() {
+    fn other_algorithms_and_expensive_or_incomplete_hashes_are_refused() {
         let hash = Hash::of("tin whisker plateau").unwrap();
         let text = hash.as_str();
         for wrong in [
@@ -195,8 +196,8 @@ mod tests {
     }
 
     #[test]
-    fn what_others_have_or_can_guess_is_refused() {
-        for usual in [
+    fn a_common_or_guessable_password_is_refused() {
+        for common in [
             "password",
             "12345678",
             "qwertyuiop",
@@ -209,22 +210,22 @@ mod tests {
             "1q2w3e4r5t",
             "vacuumgauge",
         ] {
-            assert!(matches!(check(usual, "adalovelace"), Err(PasswordError::Guessed(_))), "{usual}");
+            assert!(matches!(check(common, "adalovelace"), Err(PasswordError::Guessed(_))), "{common}");
         }
         assert_eq!(check("k8%xQz!", "ada"), Err(PasswordError::Short(7)));
         assert_eq!(check(&"ä".repeat(300), "ada"), Err(PasswordError::Long(600)));
     }
 
     #[test]
-    fn any_characters_and_any_length_that_somebody_types_will_do() {
-        for fit in [
+    fn a_password_may_have_any_characters_and_any_typed_length() {
+        for accepted in [
             "kqzvhwtmrb",
             "tin whisker plateau",
             "Flöße treiben südwärts",
             "气压计阀门真空泵房间",
             &"tin whisker plateau ".repeat(6),
         ] {
-            assert_eq!(check(fit, "ada"), Ok(()), "{fit}");
+            assert_eq!(check(accepted, "ada"), Ok(()), "{accepted}");
         }
     }
 }

@@ -1,18 +1,19 @@
-//! How often somebody may ask: who asks too much waits, and costs the others nothing.
+//! Limits on requests and logins. A client above its limit waits; other clients are not affected.
 //!
-//! | For | At once | Then |
+//! | Limit on | Burst | Then |
 //! |---|---|---|
-//! | everything, from one address | 5000 | 500 a second |
-//! | logging in, from one address | 20 | 10 a minute |
-//! | logging in, under one name | 60 | 60 a minute |
-//! | lines in the record about what was refused | 60 | 6 a minute |
+//! | all requests from one address | 5000 | 500 a second |
+//! | logins from one address | 20 | 10 a minute |
+//! | logins under one name | 60 | 60 a minute |
+//! | changes by one user | 600 | 60 a minute |
+//! | event-log entries about refused requests | 60 | 6 a minute |
 //!
-//! free choice, all of it: a dozen people behind one proxy do not notice. Who guesses passwords has 14 400 tries a day, and everybody
-//! who guesses under one name has 86 400, where a password takes more than a hundred million. No name is ever locked: whoever guesses
-//! from one address, or from five, keeps nobody else from logging in.
+//! free choice, all of it: a dozen users behind one proxy stay below the limits. An attacker at one address has 14 400 guesses a
+//! day, all attackers together 86 400 under one name, where a password takes more than a hundred million. No name is ever
+//! locked: guesses from one address, or from five, do not keep its user from logging in.
 //!
-//! Addresses and names are counted in a limited number of places, chosen by a hash with a key of its own: memory is bounded, whatever
-//! comes, and nobody can choose to sit at the place of somebody else. Where a name has its place does not depend on whether anybody has it.
+//! Limiters count in a fixed number of buckets, selected by a hash with a random key. So memory is bounded, and an attacker
+//! cannot choose the bucket of another client. The bucket of a name does not depend on whether the name exists.
 
 use governor::clock::{Clock, DefaultClock};
 use governor::middleware::NoOpMiddleware;
@@ -27,20 +28,20 @@ use std::time::Duration;
 
 type Limiter<C> = RateLimiter<u16, HashMapStateStore<u16>, C, NoOpMiddleware<<C as Clock>::Instant>>;
 
-/// From so many places is known who has logged in there before. free choice: more than people have computers.
-const REMEMBERED: usize = 1024;
+/// The number of successful logins (address and name) that are remembered. free choice: more than a group has computers.
+const MAX_REMEMBERED: usize = 1024;
 
-/// So much at once, and then one every so often.
+/// A burst, and a sustained rate after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RateLimit {
-    /// At once.
+    /// The size of the burst.
     pub burst: NonZeroU32,
-    /// Then one in this time.
+    /// After the burst, one request in this time.
     pub period: Duration,
 }
 
 impl RateLimit {
-    /// So many at once, 1 at least, and then one in every `period`.
+    /// A burst of at least 1, then one in each `period`.
     #[must_use]
     pub const fn new(burst: u32, period: Duration) -> Self {
         let burst = match NonZeroU32::new(burst) {
@@ -55,19 +56,19 @@ impl RateLimit {
     }
 }
 
-/// How often what may be asked.
+/// The limits of a station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RateLimits {
-    /// Everything, from one address.
+    /// All requests from one address.
     pub requests: RateLimit,
-    /// Logging in, from one address.
+    /// Logins from one address.
     pub logins: RateLimit,
-    /// Logging in, under one name.
+    /// Logins under one name.
     pub names: RateLimit,
-    /// Changing something, by one person: what they do stays in the audit trail for ever.
-    pub acts: RateLimit,
-    /// Lines in the record about what was refused.
-    pub lines: RateLimit,
+    /// Changes by one user. The audit trail keeps an entry of each for ever.
+    pub writes: RateLimit,
+    /// Entries about refused requests in the event log.
+    pub log_entries: RateLimit,
 }
 
 impl Default for RateLimits {
@@ -76,97 +77,98 @@ impl Default for RateLimits {
             requests: RateLimit::new(5000, Duration::from_millis(2)),
             logins: RateLimit::new(20, Duration::from_secs(6)),
             names: RateLimit::new(60, Duration::from_secs(1)),
-            acts: RateLimit::new(600, Duration::from_secs(1)),
-            lines: RateLimit::new(60, Duration::from_secs(10)),
+            writes: RateLimit::new(600, Duration::from_secs(1)),
+            log_entries: RateLimit::new(60, Duration::from_secs(10)),
         }
     }
 }
 
-/// Who has asked how often.
+/// The limiters of a station.
 pub struct RateLimiters<C: Clock = DefaultClock> {
     clock: C,
-    places: RandomState,
+    hasher: RandomState,
     requests: Limiter<C>,
     logins: Limiter<C>,
     names: Limiter<C>,
-    acts: Limiter<C>,
-    lines: Limiter<C>,
-    came: Mutex<HashSet<(IpAddr, String)>>,
+    writes: Limiter<C>,
+    log_entries: Limiter<C>,
+    /// Addresses and names of successful logins.
+    remembered: Mutex<HashSet<(IpAddr, String)>>,
 }
 
 impl<C: Clock + Clone> RateLimiters<C> {
-    /// Nobody has asked anything yet.
-    pub fn new(paces: RateLimits, clock: C) -> Self {
-        let limiter = |pace: RateLimit| RateLimiter::new(pace.quota(), HashMapStateStore::default(), clock.clone());
-        let RateLimits { requests, logins, names, acts, lines } = paces;
+    /// Limiters without any requests so far.
+    pub fn new(limits: RateLimits, clock: C) -> Self {
+        let limiter = |limit: RateLimit| RateLimiter::new(limit.quota(), HashMapStateStore::default(), clock.clone());
+        let RateLimits { requests, logins, names, writes, log_entries } = limits;
         Self {
             requests: limiter(requests),
             logins: limiter(logins),
             names: limiter(names),
-            acts: limiter(acts),
-            lines: limiter(lines),
-            came: Mutex::default(),
-            places: RandomState::new(),
+            writes: limiter(writes),
+            log_entries: limiter(log_entries),
+            remembered: Mutex::default(),
+            hasher: RandomState::new(),
             clock: clock.clone(),
         }
     }
 
-    /// Anything is asked from this address.
+    /// Counts a request from this address.
     ///
     /// # Errors
-    /// How long to wait.
+    /// The time to wait.
     pub fn request(&self, peer: IpAddr) -> Result<(), Duration> {
         self.check(&self.requests, network(peer))
     }
 
-    /// Somebody logs in from this address under this name.
+    /// Counts a login from this address under this name.
     ///
     /// # Errors
-    /// How long to wait.
+    /// The time to wait.
     pub fn login(&self, peer: IpAddr, name: &str) -> Result<(), Duration> {
-        self.check(&self.logins, network(peer))?;
-        let (place, name) = (network(peer), name.to_ascii_lowercase());
-        // Many who guess from elsewhere keep nobody out who was here before.
-        if self.came().contains(&(place, name.clone())) {
+        let (network, name) = (network(peer), name.to_ascii_lowercase());
+        self.check(&self.logins, network)?;
+        // Guesses from elsewhere never keep out a user who has logged in from this address before.
+        if self.remembered().contains(&(network, name.clone())) {
             return Ok(());
         }
         self.check(&self.names, name)
     }
 
-    /// Somebody of this name has logged in from here.
+    /// Remembers a successful login: the limit on this name no longer applies to this address.
     pub fn remember_login(&self, peer: IpAddr, name: &str) {
-        let mut came = self.came();
-        if came.len() >= REMEMBERED {
-            came.clear();
+        let mut remembered = self.remembered();
+        if remembered.len() >= MAX_REMEMBERED {
+            remembered.clear();
         }
-        came.insert((network(peer), name.to_ascii_lowercase()));
+        remembered.insert((network(peer), name.to_ascii_lowercase()));
     }
 
-    fn came(&self) -> MutexGuard<'_, HashSet<(IpAddr, String)>> {
-        self.came.lock().unwrap_or_else(PoisonError::into_inner)
+    fn remembered(&self) -> MutexGuard<'_, HashSet<(IpAddr, String)>> {
+        self.remembered.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Somebody who has logged in changes something.
+    /// Counts a change by this user.
     ///
     /// # Errors
-    /// How long to wait.
+    /// The time to wait.
     pub fn write_request(&self, name: &str) -> Result<(), Duration> {
-        self.check(&self.acts, name.to_ascii_lowercase())
+        self.check(&self.writes, name.to_ascii_lowercase())
     }
 
-    /// Whether a line about something that was refused may go into the record.
+    /// Whether the event log may have another entry about a refused request.
     pub fn may_log(&self) -> bool {
-        self.check(&self.lines, ()).is_ok()
+        self.check(&self.log_entries, ()).is_ok()
     }
 
-    fn check(&self, limiter: &Limiter<C>, who: impl Hash) -> Result<(), Duration> {
-        // The lowest 16 bits: so many places there are.
-        let place = (self.places.hash_one(who) & 0xFFFF) as u16;
-        limiter.check_key(&place).map_err(|refused| refused.wait_time_from(self.clock.now()))
+    fn check(&self, limiter: &Limiter<C>, client: impl Hash) -> Result<(), Duration> {
+        // The lowest 16 bits of the hash select one of 65 536 buckets.
+        let bucket = (self.hasher.hash_one(client) & 0xFFFF) as u16;
+        limiter.check_key(&bucket).map_err(|refused| refused.wait_time_from(self.clock.now()))
     }
 }
 
-/// What one party has: an address of IPv4, or the first half of one of IPv6.
+/// The part of an address that identifies one client: an IPv4 address, or the first 64 bits of an IPv6 address.
 pub fn network(peer: IpAddr) -> IpAddr {
     match peer.to_canonical() {
         IpAddr::V6(address) => IpAddr::V6((address.to_bits() >> 64 << 64).into()),
@@ -179,53 +181,53 @@ mod tests {
     use super::*;
     use governor::clock::FakeRelativeClock;
 
-    const HOME: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
+    const LOCAL: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
 
-    fn rates() -> (RateLimiters<FakeRelativeClock>, FakeRelativeClock) {
+    fn limiters() -> (RateLimiters<FakeRelativeClock>, FakeRelativeClock) {
         let clock = FakeRelativeClock::default();
         (RateLimiters::new(RateLimits::default(), clock.clone()), clock)
     }
 
     #[test]
-    fn who_guesses_passwords_waits_and_keeps_nobody_else_out() {
-        let (rates, clock) = rates();
-        let allowed = (0..1000).filter(|number| rates.login(HOME, &number.to_string()).is_ok()).count();
+    fn an_address_that_guesses_passwords_waits_and_other_addresses_do_not() {
+        let (limiters, clock) = limiters();
+        let allowed = (0..1000).filter(|number| limiters.login(LOCAL, &number.to_string()).is_ok()).count();
         assert_eq!(allowed, 20);
-        assert_eq!(rates.login(HOME, "ada"), Err(Duration::from_secs(6)));
-        rates.login("10.0.0.1".parse().unwrap(), "ada").unwrap();
+        assert_eq!(limiters.login(LOCAL, "ada"), Err(Duration::from_secs(6)));
+        limiters.login("10.0.0.1".parse().unwrap(), "ada").unwrap();
         clock.advance(Duration::from_secs(6));
-        rates.login(HOME, "ada").unwrap();
-        rates.login(HOME, "ada").unwrap_err();
+        limiters.login(LOCAL, "ada").unwrap();
+        limiters.login(LOCAL, "ada").unwrap_err();
     }
 
     #[test]
-    fn many_who_guess_under_one_name_wait() {
-        let (rates, clock) = rates();
-        let everywhere = |number: u32| IpAddr::V4((0x0A00_0000 + number).into());
-        let allowed = (0..1000).filter(|number| rates.login(everywhere(*number), "ada").is_ok()).count();
+    fn many_addresses_that_guess_under_one_name_wait_and_its_user_does_not() {
+        let (limiters, clock) = limiters();
+        let address = |number: u32| IpAddr::V4((0x0A00_0000 + number).into());
+        let allowed = (0..1000).filter(|number| limiters.login(address(*number), "ada").is_ok()).count();
         assert_eq!(allowed, 60);
-        assert_eq!(rates.login(everywhere(5000), "ADA"), Err(Duration::from_secs(1)));
-        rates.login(everywhere(5000), "bob").unwrap();
-        rates.remember_login(everywhere(6000), "Ada");
-        rates.login(everywhere(6000), "ada").unwrap();
-        rates.login(everywhere(6001), "ada").unwrap_err();
+        assert_eq!(limiters.login(address(5000), "ADA"), Err(Duration::from_secs(1)));
+        limiters.login(address(5000), "bob").unwrap();
+        limiters.remember_login(address(6000), "Ada");
+        limiters.login(address(6000), "ada").unwrap();
+        limiters.login(address(6001), "ada").unwrap_err();
         clock.advance(Duration::from_secs(1));
-        rates.login(everywhere(5001), "ada").unwrap();
+        limiters.login(address(5001), "ada").unwrap();
     }
 
     #[test]
-    fn a_house_full_of_addresses_is_one() {
-        let (rates, _) = rates();
-        (0..5000).for_each(|number| rates.request(format!("2001:db8::{number:x}").parse().unwrap()).unwrap());
-        rates.request("2001:db8::ffff".parse().unwrap()).unwrap_err();
-        rates.request("2001:db8:0:1::1".parse().unwrap()).unwrap();
+    fn the_addresses_of_one_ipv6_network_count_as_one() {
+        let (limiters, _) = limiters();
+        (0..5000).for_each(|number| limiters.request(format!("2001:db8::{number:x}").parse().unwrap()).unwrap());
+        limiters.request("2001:db8::ffff".parse().unwrap()).unwrap_err();
+        limiters.request("2001:db8:0:1::1".parse().unwrap()).unwrap();
         assert_eq!(network("::ffff:10.0.0.1".parse().unwrap()), "10.0.0.1".parse::<IpAddr>().unwrap());
     }
 
     #[test]
-    fn memory_is_bounded_whoever_asks() {
-        let (rates, _) = rates();
-        (0..200_000_u32).for_each(|number| rates.request(IpAddr::V4(number.into())).unwrap_or_default());
-        assert!(rates.requests.len() <= 65_536);
+    fn memory_is_bounded_for_any_number_of_addresses() {
+        let (limiters, _) = limiters();
+        (0..200_000_u32).for_each(|number| limiters.request(IpAddr::V4(number.into())).unwrap_or_default());
+        assert!(limiters.requests.len() <= 65_536);
     }
 }

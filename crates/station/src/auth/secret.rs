@@ -1,4 +1,4 @@
-//! Numbers that nobody can guess, from the system.
+//! Random numbers of the operating system, for session identifiers and tokens.
 
 use std::fmt;
 use subtle::ConstantTimeEq;
@@ -6,42 +6,42 @@ use subtle::ConstantTimeEq;
 /// 256 bits.
 const OCTETS: usize = 32;
 
-/// A number that nobody can guess, as 64 hexadecimal digits: the name of a session, or the proof that a request comes from our page.
+/// A random number of 256 bits as 64 hexadecimal digits: a session identifier, or the token of a session.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct Secret(String);
 
 impl Secret {
-    /// A new one.
+    /// A new random number.
     ///
     /// # Errors
-    /// When the system gives no random numbers.
+    /// When the operating system supplies no random numbers.
     pub fn new() -> std::io::Result<Self> {
         let mut octets = [0; OCTETS];
         getrandom::fill(&mut octets).map_err(|error| std::io::Error::other(format!("no random numbers: {error}")))?;
         Ok(Self(octets.iter().map(|octet| format!("{octet:02x}")).collect()))
     }
 
-    /// What somebody says it is, if it can be one at all.
+    /// Parses 64 lower-case hexadecimal digits; `None` for any other text.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let digits = text.bytes().all(|octet| octet.is_ascii_digit() || (b'a'..=b'f').contains(&octet));
         (digits && text.len() == 2 * OCTETS).then(|| Self(text.to_owned()))
     }
 
-    /// Its digits, for whoever it belongs to.
+    /// The digits, for the owner of the session only.
     #[must_use]
     pub fn reveal(&self) -> &str {
         &self.0
     }
 
-    /// Whether this is it; how long that takes tells nothing.
+    /// Compares in constant time.
     #[must_use]
-    pub fn matches(&self, told: &[u8]) -> bool {
-        self.0.as_bytes().ct_eq(told).into()
+    pub fn matches(&self, given: &[u8]) -> bool {
+        self.0.as_bytes().ct_eq(given).into()
     }
 }
 
-/// Never in a log.
+/// Hides the digits, so that no log contains them.
 impl fmt::Debug for Secret {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("Secret")
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_are_never_the_same_and_none_is_shown() {
+    fn two_secrets_differ_and_debug_output_hides_them() {
         let (one, other) = (Secret::new().unwrap(), Secret::new().unwrap());
         assert_ne!(one.reveal(), other.reveal());
         assert!(one.matches(one.reveal().as_bytes()) && !one.matches(other.reveal().as_bytes()) && !one.matches(b""));
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_looks_like_one_can_be_one() {
+    fn only_64_lower_case_hexadecimal_digits_are_a_secret() {
         let secret = Secret::new().unwrap();
         assert_eq!(Secret::parse(secret.reveal()), Some(secret.clone()));
         for wrong in ["", "ab", &"g".repeat(64), &"A".repeat(64), &"a".repeat(65), &"ä".repeat(32)] {

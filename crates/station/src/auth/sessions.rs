@@ -1,7 +1,8 @@
-//! Who has logged in. In memory alone: after a restart everybody logs in again.
+//! Sessions, in memory only: after a restart of the station every user logs in again.
 //!
-//! A session ends when its person logs out, is removed or gets a new password; when it was not used for half an hour; and
-//! after some time in any case. An open page uses its session as long as it is heard: in a control room it stays for days.
+//! A session ends when its user logs out, when the user is removed or gets a new password, when it was not used for
+//! [`IDLE_TIMEOUT`], and at its maximum age. The event stream of an open page uses its session all the time, so a page in a
+//! control room stays logged in until the maximum age.
 
 use super::password::Hash;
 use super::secret::Secret;
@@ -11,26 +12,26 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Unused for so long, a session ends. free choice: a closed page is no open door; a lunch is longer than this.
+/// An unused session ends after this time. free choice: longer than a break, shorter than an absence.
 pub const IDLE_TIMEOUT: Duration = Duration::from_secs(30 * 60);
 
-/// Who may change something logs in once a shift. free choice.
+/// The maximum age of a session of an operator or engineer: one login per shift. free choice.
 pub const MAX_AGE_WRITER: Duration = Duration::from_secs(12 * 3600);
 
-/// Who only looks stays for a month: a screen on the wall of a control room. free choice.
+/// The maximum age of a session of a viewer: a wall display in a control room logs in once a month. free choice.
 pub const MAX_AGE_VIEWER: Duration = Duration::from_secs(30 * 24 * 3600);
 
-/// So many at once for each person; a further one ends the one that was unused for longest. free choice.
+/// The most sessions of one user. A further login ends the session that was unused for longest. free choice.
 pub const MAX_PER_USER: usize = 16;
 
-/// So many at once in all. free choice.
+/// The most sessions of all users. free choice.
 pub const MAX_SESSIONS: usize = 1024;
 
 /// A session.
 #[derive(Clone, Debug)]
 struct Session {
     name: Arc<str>,
-    /// The password it was begun with.
+    /// The password hash at login. A new password ends the session.
     password: Hash,
     token: Secret,
     begun: Instant,
@@ -38,79 +39,79 @@ struct Session {
 }
 
 impl Session {
-    /// Whose it is, unless it has ended.
-    fn user<'a>(&self, users: &'a Users, now: Instant) -> Option<&'a Account> {
-        let user = users.get(&self.name).filter(|user| user.password == self.password)?;
-        let longest = if user.role == Role::Viewer { MAX_AGE_VIEWER } else { MAX_AGE_WRITER };
-        let alive = now.saturating_duration_since(self.used) < IDLE_TIMEOUT
-            && now.saturating_duration_since(self.begun) < longest;
-        alive.then_some(user)
+    /// The account of the session; `None` if the session has ended.
+    fn account<'a>(&self, users: &'a Users, now: Instant) -> Option<&'a Account> {
+        let account = users.get(&self.name).filter(|account| account.password == self.password)?;
+        let max_age = if account.role == Role::Viewer { MAX_AGE_VIEWER } else { MAX_AGE_WRITER };
+        let is_alive = now.saturating_duration_since(self.used) < IDLE_TIMEOUT
+            && now.saturating_duration_since(self.begun) < max_age;
+        is_alive.then_some(account)
     }
 }
 
-/// Whoever a session belongs to.
+/// The user of a session, and the token of the session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AuthenticatedUser {
-    /// Who.
+    /// The user.
     pub user: User,
-    /// What their page proves with that it is ours.
+    /// The token that the page sends with every change (see `x-csrf-token`).
     pub token: Secret,
 }
 
-/// All sessions, by their secret names.
+/// All sessions by their identifiers.
 #[derive(Debug, Default)]
 pub struct Sessions(HashMap<Secret, Session>);
 
 impl Sessions {
-    /// Begins one; the names of the session and of its token are new. Those that have ended are forgotten.
+    /// Begins a session with a new identifier and a new token, and removes the sessions that have ended.
     ///
     /// # Errors
-    /// When the system gives no random numbers.
+    /// When the operating system supplies no random numbers.
     pub fn begin(
         &mut self,
-        user: &Account,
+        account: &Account,
         users: &Users,
         now: Instant,
     ) -> std::io::Result<(Secret, AuthenticatedUser)> {
-        self.0.retain(|_, session| session.user(users, now).is_some());
-        while self.0.values().filter(|session| session.name == user.name).count() >= MAX_PER_USER {
-            self.forget_oldest(|session| session.name == user.name);
+        self.0.retain(|_, session| session.account(users, now).is_some());
+        while self.0.values().filter(|session| session.name == account.name).count() >= MAX_PER_USER {
+            self.remove_oldest(|session| session.name == account.name);
         }
         while self.0.len() >= MAX_SESSIONS {
-            self.forget_oldest(|_| true);
+            self.remove_oldest(|_| true);
         }
         let (id, token) = (Secret::new()?, Secret::new()?);
-        let known = AuthenticatedUser { user: user.user(), token: token.clone() };
-        let session =
-            Session { name: Arc::clone(&user.name), password: user.password.clone(), token, begun: now, used: now };
-        self.0.insert(id.clone(), session);
-        Ok((id, known))
+        let authenticated = AuthenticatedUser { user: account.user(), token: token.clone() };
+        let (name, password) = (Arc::clone(&account.name), account.password.clone());
+        self.0.insert(id.clone(), Session { name, password, token, begun: now, used: now });
+        Ok((id, authenticated))
     }
 
-    /// Whose session this is; it has been used then.
+    /// The user of a session. Counts as a use of the session.
     pub fn resume(&mut self, id: &Secret, users: &Users, now: Instant) -> Option<AuthenticatedUser> {
         let session = self.0.get_mut(id)?;
-        let Some(user) = session.user(users, now) else {
+        let Some(account) = session.account(users, now) else {
             self.0.remove(id);
             return None;
         };
         session.used = now;
-        Some(AuthenticatedUser { user: user.user(), token: session.token.clone() })
+        Some(AuthenticatedUser { user: account.user(), token: session.token.clone() })
     }
 
-    /// Whether somebody has a session that has not ended.
+    /// Whether a user has a session that has not ended.
     #[must_use]
     pub fn has_session(&self, name: &str, users: &Users, now: Instant) -> bool {
-        self.0.values().any(|session| &*session.name == name && session.user(users, now).is_some())
+        self.0.values().any(|session| &*session.name == name && session.account(users, now).is_some())
     }
 
-    /// Ends one.
+    /// Ends a session.
     pub fn end(&mut self, id: &Secret) {
         self.0.remove(id);
     }
 
-    fn forget_oldest(&mut self, of: impl Fn(&Session) -> bool) {
-        let oldest = self.0.iter().filter(|(_, session)| of(session)).min_by_key(|(_, session)| session.used);
+    fn remove_oldest(&mut self, is_candidate: impl Fn(&Session) -> bool) {
+        let candidates = self.0.iter().filter(|(_, session)| is_candidate(session));
+        let oldest = candidates.min_by_key(|(_, session)| session.used);
         if let Some(id) = oldest.map(|(id, _)| id.clone()) {
             self.0.remove(&id);
         }
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_session_knows_its_person_until_it_is_ended() {
+    fn a_session_has_its_user_until_it_ends() {
         let (users, now) = (users(), Instant::now());
         let mut sessions = Sessions::default();
         let (id, begun) = sessions.begin(users.get("ada").unwrap(), &users, now).unwrap();
@@ -146,27 +147,25 @@ mod tests {
     }
 
     #[test]
-    fn unused_it_ends_and_used_it_lasts_a_shift_or_a_month() {
+    fn an_unused_session_ends_and_a_used_one_lasts_until_its_maximum_age() {
         let (users, start) = (users(), Instant::now());
-        for (name, longest) in [("ada", MAX_AGE_WRITER), ("bob", MAX_AGE_VIEWER)] {
+        for (name, max_age) in [("ada", MAX_AGE_WRITER), ("bob", MAX_AGE_VIEWER)] {
             let mut sessions = Sessions::default();
             let (used, unused) = (begin(&mut sessions, &users, name, start), begin(&mut sessions, &users, name, start));
-            assert!(
-                sessions.has_session(name, &users, start) && !sessions.has_session(name, &users, start + IDLE_TIMEOUT),
-                "{name}"
-            );
+            assert!(sessions.has_session(name, &users, start), "{name}");
+            assert!(!sessions.has_session(name, &users, start + IDLE_TIMEOUT), "{name}");
             assert_eq!(sessions.resume(&unused, &users, start + IDLE_TIMEOUT), None, "{name}");
             let mut now = start;
-            while now + IDLE_TIMEOUT / 2 < start + longest {
+            while now + IDLE_TIMEOUT / 2 < start + max_age {
                 now += IDLE_TIMEOUT / 2;
                 assert!(sessions.resume(&used, &users, now).is_some(), "{name} after {:?}", now - start);
             }
-            assert_eq!(sessions.resume(&used, &users, start + longest), None, "{name}");
+            assert_eq!(sessions.resume(&used, &users, start + max_age), None, "{name}");
         }
     }
 
     #[test]
-    fn whoever_is_removed_or_gets_a_new_password_is_out_and_a_new_role_holds_at_once() {
+    fn removal_or_a_new_password_ends_a_session_and_a_new_role_applies_at_once() {
         let (old, now) = (users(), Instant::now());
         let mut sessions = Sessions::default();
         let (ada, bob) = (begin(&mut sessions, &old, "ada", now), begin(&mut sessions, &old, "bob", now));
@@ -176,11 +175,11 @@ mod tests {
         new.get_mut("ada").unwrap().password = Hash::of("tin whisker plateau").unwrap();
         new.remove("bob").unwrap();
         assert_eq!((sessions.resume(&ada, &new, now), sessions.resume(&bob, &new, now)), (None, None));
-        assert_eq!(sessions.resume(&ada, &old, now), None, "an ended session does not come back");
+        assert_eq!(sessions.resume(&ada, &old, now), None, "an ended session stays ended");
     }
 
     #[test]
-    fn there_are_never_too_many() {
+    fn the_number_of_sessions_is_limited() {
         let (users, start) = (users(), Instant::now());
         let mut sessions = Sessions::default();
         let bob = begin(&mut sessions, &users, "bob", start);
@@ -192,6 +191,6 @@ mod tests {
         assert_eq!(sessions.resume(&first, &users, start), None);
         assert!(sessions.resume(&bob, &users, start).is_some());
         begin(&mut sessions, &users, "bob", start + 2 * IDLE_TIMEOUT);
-        assert_eq!(sessions.0.len(), 1, "those that have ended are forgotten");
+        assert_eq!(sessions.0.len(), 1, "sessions that have ended are removed");
     }
 }

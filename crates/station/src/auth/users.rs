@@ -1,4 +1,4 @@
-//! The file with names, roles and passwords. `profivac user` writes it; a station that runs reads it again when it has changed.
+//! The users' file. `profivac user` writes it; a running station reads it again after each change.
 //!
 //! ```toml
 //! [[user]]
@@ -10,7 +10,6 @@
 use super::file_permissions::{self, PermissionError};
 use super::password::Hash;
 use super::{Role, User};
-use crate::config::ConfigError;
 use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::fmt::Write;
@@ -23,57 +22,96 @@ use toml::Spanned;
 /// The longest name.
 const MAX_NAME_LENGTH: usize = 32;
 
-/// More than any group has. free choice.
+/// The most users. free choice: far more than a vacuum group has.
 const MAX_USERS: usize = 1000;
 
-/// Somebody who may log in.
+/// An account: a user and the password hash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Account {
-    /// Their name.
+    /// The name.
     pub name: Arc<str>,
-    /// What they may do.
+    /// The role.
     pub role: Role,
-    /// Their password.
+    /// The password hash.
     pub password: Hash,
 }
 
 impl Account {
-    /// As others see them.
+    /// The user, without the password hash.
     #[must_use]
     pub fn user(&self) -> User {
         User { name: Arc::clone(&self.name), role: self.role }
     }
 }
 
-/// Why there are no users.
+/// An error in the text of the users' file, with its position.
 #[derive(Debug, thiserror::Error)]
-pub enum UsersError {
-    /// What stands in the file.
+#[error("{file}:{line}:{column}: {problem}", file = file.display())]
+pub struct UsersFileError {
+    /// The users' file.
+    pub file: PathBuf,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column, from 1.
+    pub column: usize,
+    /// What was expected and what was found.
+    pub problem: UsersFileProblem,
+}
+
+/// What is wrong in a users' file. A password or hash is never repeated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum UsersFileProblem {
+    /// The text is not TOML, or a key or role is unknown. Holds the message of the parser.
+    #[error("{0}")]
+    Syntax(String),
+    /// A password is not a hash by argon2id.
+    #[error("expected a password hash as `profivac user` writes it")]
+    Hash,
+    /// The account cannot be added.
     #[error(transparent)]
-    File(#[from] ConfigError),
-    /// There is none.
-    #[error("there is no {file}: `profivac user add NAME --role engineer FILE.toml` makes it", file = .0.display())]
-    NoFile(PathBuf),
-    /// Others may read it.
-    #[error(transparent)]
-    Private(#[from] PermissionError),
-    /// The system.
-    #[error("{file}: {error}", file = .0.display(), error = .1)]
-    System(PathBuf, std::io::Error),
-    /// Somebody cannot have this name.
+    Account(AccountError),
+}
+
+/// Why an account cannot be added, changed or removed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AccountError {
+    /// The name has a wrong length or contains other characters.
     #[error(
-        "expected a name of 1 to {MAX_NAME_LENGTH} letters, digits, dots, dashes and underscores (a to z), got {0:?}"
+        "expected a name of 1 to {MAX_NAME_LENGTH} letters (a to z), digits, dots, dashes and underscores, found {0:?}"
     )]
     Name(String),
-    /// The name is taken.
+    /// Another account has this name.
     #[error("there is already a user {0}")]
     Taken(String),
-    /// Nobody has this name.
+    /// No account has this name.
     #[error("there is no user {0:?}")]
     Unknown(String),
-    /// Too many.
-    #[error("there are {MAX_USERS} users already")]
+    /// The file has the maximum number of accounts.
+    #[error("expected at most {MAX_USERS} users")]
     TooMany,
+}
+
+/// Why the users' file cannot be read or changed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum UsersError {
+    /// The text of the file is wrong.
+    #[error(transparent)]
+    File(#[from] UsersFileError),
+    /// The file does not exist.
+    #[error("{file} does not exist: `profivac user add NAME --role engineer FILE.toml` creates it", file = .0.display())]
+    NoFile(PathBuf),
+    /// Others have access to the file.
+    #[error(transparent)]
+    Private(#[from] PermissionError),
+    /// The operating system refuses.
+    #[error("{file}: {error}", file = .0.display(), error = .1)]
+    System(PathBuf, std::io::Error),
+    /// The change is not possible.
+    #[error(transparent)]
+    Account(#[from] AccountError),
 }
 
 #[derive(Debug, Deserialize)]
@@ -91,15 +129,32 @@ struct AccountToml {
     password: Spanned<String>,
 }
 
-/// All who may log in.
+/// All accounts, in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Users(Vec<Account>);
 
+/// A difference between two versions of the users' file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UsersChange {
+    /// An account was removed.
+    #[error("the user {0} was removed")]
+    Removed(Arc<str>),
+    /// An account was added.
+    #[error("the user {0} was added as {1}")]
+    Added(Arc<str>, Role),
+    /// An account has a new role.
+    #[error("the user {0} is now {1}")]
+    NewRole(Arc<str>, Role),
+    /// An account has a new password.
+    #[error("the password of {0} was changed")]
+    NewPassword(Arc<str>),
+}
+
 impl Users {
-    /// Reads the file, which only its owner may read.
+    /// Reads the file. Only its owner may have access to it.
     ///
     /// # Errors
-    /// [`UsersError`] says what is wrong with it.
+    /// [`UsersError`].
     pub fn read(file: &Path) -> Result<Self, UsersError> {
         if !file.exists() {
             return Err(UsersError::NoFile(file.to_owned()));
@@ -109,36 +164,40 @@ impl Users {
         Ok(Self::parse(&text, file)?)
     }
 
-    /// What `text` says, as if it stood in `file`.
+    /// Parses `text` as the contents of `file`.
     ///
     /// # Errors
-    /// [`ConfigError`] with the place. What stands there as a password is never repeated.
-    pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
-        let at = |start, what: String| {
+    /// [`UsersFileError`] with the position.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, UsersFileError> {
+        let at = |start, problem| {
             let (line, column) = line_and_column(text, start);
-            ConfigError { file: file.to_owned(), line, column, what }
+            UsersFileError { file: file.to_owned(), line, column, problem }
         };
-        let written: UsersToml = toml::from_str(text)
-            .map_err(|error| at(error.span().unwrap_or_default().start, error.message().to_owned()))?;
+        let syntax = |error: toml::de::Error| {
+            let start = error.span().unwrap_or_default().start;
+            at(start, UsersFileProblem::Syntax(error.message().to_owned()))
+        };
+        let parsed: UsersToml = toml::from_str(text).map_err(syntax)?;
         let mut users = Self::default();
-        for AccountToml { name, role, password } in written.user {
-            let start = password.span().start;
+        for AccountToml { name, role, password } in parsed.user {
             let hash = Hash::parse(password.get_ref());
-            let password = hash.ok_or_else(|| at(start, "expected what `profivac user` writes here".to_owned()))?;
-            users.add(name.get_ref(), role, password).map_err(|error| at(name.span().start, error.to_string()))?;
+            let hash = hash.ok_or_else(|| at(password.span().start, UsersFileProblem::Hash))?;
+            let wrong = |error| at(name.span().start, UsersFileProblem::Account(error));
+            users.add(name.get_ref(), role, hash).map_err(wrong)?;
         }
         Ok(users)
     }
 
-    /// Changes the file, or makes it: as it is given to `change`, so it is written. Others who do so wait meanwhile.
+    /// Reads the file or starts with no users, applies `change`, and replaces the file. A lock file keeps other processes from
+    /// changing it at the same time.
     ///
     /// # Errors
-    /// [`UsersError`] of the file or of `change`; nothing is written then.
-    pub fn change<T>(file: &Path, change: impl FnOnce(&mut Self) -> Result<T, UsersError>) -> Result<T, UsersError> {
+    /// [`UsersError`] of the file, or the error of `change`. The file stays unchanged then.
+    pub fn change<T>(file: &Path, change: impl FnOnce(&mut Self) -> Result<T, AccountError>) -> Result<T, UsersError> {
         let system = |error| UsersError::System(file.to_owned(), error);
-        let beside = PathBuf::from(format!("{}-lock", file.display()));
-        // Whoever could open it could hold it, and nobody would ever change anything again.
-        let lock = File::options().create(true).append(true).mode(0o600).open(beside).map_err(system)?;
+        let lock_path = PathBuf::from(format!("{}-lock", file.display()));
+        // Another user who could open the lock file could hold the lock for ever.
+        let lock = File::options().create(true).append(true).mode(0o600).open(lock_path).map_err(system)?;
         lock.set_permissions(fs::Permissions::from_mode(0o600)).map_err(system)?;
         lock.lock().map_err(system)?;
         let mut users = if file.exists() { Self::read(file)? } else { Self::default() };
@@ -147,98 +206,97 @@ impl Users {
         Ok(changed)
     }
 
-    /// As the file says it.
+    /// The text of the file.
     #[must_use]
     pub fn text(&self) -> String {
-        let head =
-            "# Who may log in. `profivac user` changes this file; a station that runs reads it again by itself.\n";
+        let head = "# The users of a station. `profivac user` changes this file; a running station reads it again.\n";
         self.0.iter().fold(head.to_owned(), |mut text, Account { name, role, password }| {
             let password = password.as_str();
-            // Into memory: there is always room.
+            // Writing to a String cannot fail.
             let _ = write!(text, "\n[[user]]\nname = {name:?}\nrole = \"{role}\"\npassword = {password:?}\n");
             text
         })
     }
 
-    /// All, in the order of the file.
+    /// All accounts, in the order of the file.
     pub fn iter(&self) -> impl Iterator<Item = &Account> {
         self.0.iter()
     }
 
-    /// Whether there is nobody.
+    /// Whether there is no account.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Whoever has this name; capital letters are the same as small ones.
+    /// The account of this name. Upper and lower case are equal.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Account> {
-        self.0.iter().find(|user| user.name.eq_ignore_ascii_case(name))
+        self.0.iter().find(|account| account.name.eq_ignore_ascii_case(name))
     }
 
-    /// Nothing, if somebody can be added under this name.
+    /// Checks that an account can be added under this name.
     ///
     /// # Errors
-    /// [`UsersError`] when the name cannot be had.
-    pub fn can_add(&self, name: &str) -> Result<(), UsersError> {
-        let letter = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
-        if name.is_empty() || name.len() > MAX_NAME_LENGTH || !name.chars().all(letter) {
-            return Err(UsersError::Name(name.chars().take(MAX_NAME_LENGTH).collect()));
+    /// [`AccountError`] when the name is not permitted or taken, or when there are too many accounts.
+    pub fn can_add(&self, name: &str) -> Result<(), AccountError> {
+        let is_permitted = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
+        if name.is_empty() || name.len() > MAX_NAME_LENGTH || !name.chars().all(is_permitted) {
+            return Err(AccountError::Name(name.chars().take(MAX_NAME_LENGTH).collect()));
         }
         if self.get(name).is_some() {
-            return Err(UsersError::Taken(name.to_owned()));
+            return Err(AccountError::Taken(name.to_owned()));
         }
         if self.0.len() >= MAX_USERS {
-            return Err(UsersError::TooMany);
+            return Err(AccountError::TooMany);
         }
         Ok(())
     }
 
-    /// One more.
+    /// Adds an account.
     ///
     /// # Errors
     /// As [`Self::can_add`].
-    pub fn add(&mut self, name: &str, role: Role, password: Hash) -> Result<(), UsersError> {
+    pub fn add(&mut self, name: &str, role: Role, password: Hash) -> Result<(), AccountError> {
         self.can_add(name)?;
         self.0.push(Account { name: Arc::from(name), role, password });
         Ok(())
     }
 
-    /// One less.
+    /// Removes an account.
     ///
     /// # Errors
-    /// [`UsersError::Unknown`].
-    pub fn remove(&mut self, name: &str) -> Result<(), UsersError> {
-        let place = self.0.iter().position(|user| user.name.eq_ignore_ascii_case(name));
-        self.0.remove(place.ok_or_else(|| UsersError::Unknown(name.to_owned()))?);
+    /// [`AccountError::Unknown`].
+    pub fn remove(&mut self, name: &str) -> Result<(), AccountError> {
+        let index = self.0.iter().position(|account| account.name.eq_ignore_ascii_case(name));
+        self.0.remove(index.ok_or_else(|| AccountError::Unknown(name.to_owned()))?);
         Ok(())
     }
 
-    /// Whoever has this name, to be changed.
+    /// The account of this name, to change it.
     ///
     /// # Errors
-    /// [`UsersError::Unknown`].
-    pub fn get_mut(&mut self, name: &str) -> Result<&mut Account, UsersError> {
-        let user = self.0.iter_mut().find(|user| user.name.eq_ignore_ascii_case(name));
-        user.ok_or_else(|| UsersError::Unknown(name.to_owned()))
+    /// [`AccountError::Unknown`].
+    pub fn get_mut(&mut self, name: &str) -> Result<&mut Account, AccountError> {
+        let account = self.0.iter_mut().find(|account| account.name.eq_ignore_ascii_case(name));
+        account.ok_or_else(|| AccountError::Unknown(name.to_owned()))
     }
 
-    /// What is different in `new`, in sentences.
+    /// The differences between this version and `new`, without secrets.
     #[must_use]
-    pub fn differences(&self, new: &Self) -> Vec<String> {
-        let gone = self.iter().filter(|old| new.get(&old.name).is_none());
-        let gone = gone.map(|old| format!("the user {} was removed", old.name));
-        let changed = new.iter().flat_map(|user| match self.get(&user.name) {
-            None => vec![format!("the user {} was added as {}", user.name, user.role)],
-            Some(old) => {
-                let role = (old.role != user.role).then(|| format!("the user {} is now {}", user.name, user.role));
-                let password =
-                    (old.password != user.password).then(|| format!("the password of {} was changed", user.name));
-                role.into_iter().chain(password).collect()
-            }
+    pub fn differences(&self, new: &Self) -> Vec<UsersChange> {
+        let removed = self.iter().filter(|old| new.get(&old.name).is_none());
+        let removed = removed.map(|old| UsersChange::Removed(Arc::clone(&old.name)));
+        let changed = new.iter().flat_map(|account| {
+            let name = || Arc::clone(&account.name);
+            let Some(old) = self.get(&account.name) else {
+                return vec![UsersChange::Added(name(), account.role)];
+            };
+            let role = (old.role != account.role).then(|| UsersChange::NewRole(name(), account.role));
+            let password = (old.password != account.password).then(|| UsersChange::NewPassword(name()));
+            role.into_iter().chain(password).collect()
         });
-        gone.chain(changed).collect()
+        removed.chain(changed).collect()
     }
 }
 
@@ -257,42 +315,43 @@ mod tests {
         users
     }
 
+    fn sentences(changes: &[UsersChange]) -> Vec<String> {
+        changes.iter().map(ToString::to_string).collect()
+    }
+
     #[test]
-    fn what_is_written_is_read() {
+    fn a_written_file_reads_back_unchanged() {
         let users = users();
         assert_eq!(Users::parse(&users.text(), Path::new("users.toml")).unwrap(), users);
     }
 
     #[test]
-    fn a_name_is_one_word_and_belongs_to_one() {
+    fn a_name_is_one_word_and_unique() {
         let mut users = users();
         for name in ["", "a b", "a\"b", "a\nb", "ä", &"a".repeat(33)] {
-            assert!(matches!(users.add(name, Role::Viewer, hash()), Err(UsersError::Name(_))), "{name:?}");
+            assert!(matches!(users.add(name, Role::Viewer, hash()), Err(AccountError::Name(_))), "{name:?}");
         }
-        assert!(matches!(users.add("ADA", Role::Viewer, hash()), Err(UsersError::Taken(_))));
+        assert!(matches!(users.add("ADA", Role::Viewer, hash()), Err(AccountError::Taken(_))));
         assert_eq!(users.get("bob.2").unwrap().role, Role::Viewer);
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place_and_without_secrets() {
-        let told = |text: &str| Users::parse(text, Path::new("users.toml")).unwrap_err().to_string();
+    fn an_error_in_the_file_has_its_position_and_no_secrets() {
+        let error = |text: &str| Users::parse(text, Path::new("users.toml")).unwrap_err().to_string();
         let plain = "[[user]]\nname = \"ada\"\nrole = \"engineer\"\npassword = \"tin whisker\"\n";
-        assert_eq!(told(plain), "users.toml:4:12: expected what `profivac user` writes here");
+        assert_eq!(error(plain), "users.toml:4:12: expected a password hash as `profivac user` writes it");
         let hash = hash();
         let user = |name: &str, role: &str| {
             format!("[[user]]\nname = {name:?}\nrole = {role:?}\npassword = {:?}\n", hash.as_str())
         };
-        assert!(
-            told(&user("ada", "boss")).starts_with("users.toml:3:8: unknown variant `boss`, expected one of `viewer`")
-        );
-        assert_eq!(
-            told(&(user("ada", "viewer") + &user("ada", "viewer"))),
-            "users.toml:6:8: there is already a user ada"
-        );
+        let unknown = "users.toml:3:8: unknown variant `boss`, expected one of `viewer`";
+        assert!(error(&user("ada", "boss")).starts_with(unknown));
+        let twice = user("ada", "viewer") + &user("ada", "viewer");
+        assert_eq!(error(&twice), "users.toml:6:8: there is already a user ada");
     }
 
     #[test]
-    fn a_file_is_made_changed_and_stays_private() {
+    fn a_file_is_created_and_changed_and_stays_private() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("users.toml");
         Users::change(&file, |users| users.add("ada", Role::Viewer, hash())).unwrap();
@@ -301,22 +360,23 @@ mod tests {
             assert_eq!(fs::metadata(file).unwrap().permissions().mode() & 0o777, 0o600, "{}", file.display());
         }
         assert_eq!(Users::read(&file).unwrap().get("ada").unwrap().role, Role::Engineer);
-        assert!(matches!(Users::change(&file, |users| users.remove("bob")), Err(UsersError::Unknown(_))));
+        let removed = Users::change(&file, |users| users.remove("bob"));
+        assert!(matches!(removed, Err(UsersError::Account(AccountError::Unknown(_)))));
         fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
         assert!(matches!(Users::read(&file), Err(UsersError::Private(_))));
     }
 
     #[test]
-    fn differences_are_sentences_without_secrets() {
+    fn differences_name_users_and_roles_and_no_secrets() {
         let (old, mut new) = (users(), users());
         new.0[0] = Account { role: Role::Viewer, ..old.0[0].clone() };
         new.remove("Bob.2").unwrap();
         new.add("eve", Role::Operator, hash()).unwrap();
         assert_eq!(
-            old.differences(&new),
+            sentences(&old.differences(&new)),
             ["the user Bob.2 was removed", "the user ada is now viewer", "the user eve was added as operator"]
         );
         new.0[0].password = hash();
-        assert!(old.differences(&new).contains(&"the password of ada was changed".to_owned()));
+        assert!(sentences(&old.differences(&new)).contains(&"the password of ada was changed".to_owned()));
     }
 }

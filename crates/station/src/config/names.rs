@@ -1,24 +1,24 @@
-//! Names in the file: each stands once, in one line.
+//! Rules for names in the configuration file.
 
-use super::SpannedMessage;
+use super::error::{ConfigProblem, Located, NamedItem};
 use std::collections::HashSet;
 use toml::Spanned;
 
-/// No name may stand twice, and none be empty or hold what a terminal takes for a command.
-pub fn unique<'a>(what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), SpannedMessage> {
+/// Checks that every name is filled in, contains no control characters and is unique.
+pub fn unique<'a>(item: NamedItem, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Located> {
     let mut seen = HashSet::new();
     for name in names {
-        if name.get_ref().trim().is_empty() {
-            let article = if what.starts_with('a') { "an" } else { "a" };
-            return Err((name.span(), format!("expected the name of {article} {what}, got nothing")));
-        }
-        if name.get_ref().contains(char::is_control) {
-            let sentence = format!("expected a name without control characters, got {:?}", name.get_ref());
-            return Err((name.span(), sentence));
-        }
-        if !seen.insert(name.get_ref()) {
-            return Err((name.span(), format!("the {what} {:?} stands twice", name.get_ref())));
-        }
+        let text = name.get_ref();
+        let problem = if text.trim().is_empty() {
+            ConfigProblem::EmptyName(item)
+        } else if text.contains(char::is_control) {
+            ConfigProblem::ControlCharacters(text.clone())
+        } else if !seen.insert(text) {
+            ConfigProblem::Duplicate { item, name: text.clone() }
+        } else {
+            continue;
+        };
+        return Err(Located::new(name.span(), problem));
     }
     Ok(())
 }

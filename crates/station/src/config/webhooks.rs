@@ -1,16 +1,16 @@
-//! Webhooks in the file: who is told of alarms over HTTP.
+//! `[[webhook]]`: HTTP addresses that receive alarm notifications.
 //!
 //! ```toml
 //! [[webhook]]
-//! name = "on call"                 # the host's if nothing is said
+//! name = "on call"                 # default: the host of the URL
 //! url = "https://alarms.example.org/profivac"
-//! token-file = "on-call.token"     # beside this file; or token = "…"
-//! priority = "medium"              # the lowest it is told of; low if nothing is said
-//! ca-file = "our-ca.pem"           # trusted beside those of the system
+//! token-file = "on-call.token"     # relative to this file; or token = "…"
+//! priority = "medium"              # the lowest priority that is sent; default low
+//! ca-file = "our-ca.pem"           # trusted in addition to the certificates of the system
 //! ```
 
-use super::SpannedMessage;
 use super::alarms::priority;
+use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
 use crate::alarm::Priority;
 use crate::auth::file_permissions::{self, PermissionError};
 use hyper::Uri;
@@ -20,21 +20,23 @@ use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
+use tokio_rustls::rustls::pki_types::CertificateDer;
+use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use toml::Spanned;
 
-/// Something that is sent and never shown.
+/// A token that the station sends and never shows.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Secret(String);
 
 impl<'de> Deserialize<'de> for Secret {
-    /// What stands there instead is not repeated: it may be the secret without its quotes.
+    /// The error does not repeat the value: it may be the secret without its quotes.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         String::deserialize(deserializer).map(Self).map_err(|_| D::Error::custom("expected a token in quotes"))
     }
 }
 
 impl Secret {
-    /// What it is: to be sent, and for nothing else.
+    /// The token itself, for the request to the webhook only.
     #[must_use]
     pub fn reveal(&self) -> &str {
         &self.0
@@ -47,40 +49,65 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// Somebody who is told of alarms.
+/// A receiver of alarm notifications.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Webhook {
-    /// Its name, which no other has.
+    /// Its name, unique among the webhooks.
     pub name: String,
-    /// Where it is. What follows the host is often a secret, and is not shown.
+    /// Its URL. The part after the host is often a secret and is not shown.
     pub url: Uri,
-    /// Sent as `Authorization: Bearer`.
+    /// The token that is sent as `Authorization: Bearer`.
     pub token: Option<Secret>,
-    /// Who vouches for it, beside those whom the system trusts.
+    /// Certificates in PEM that are trusted in addition to those of the system.
     pub ca_file: Option<PathBuf>,
-    /// The lowest priority it is told of.
+    /// The lowest priority that is sent.
     pub min_priority: Priority,
 }
 
 impl fmt::Debug for Webhook {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Webhook").field("name", &self.name).field("at", &self.origin()).finish_non_exhaustive()
+        let origin = self.origin();
+        formatter.debug_struct("Webhook").field("name", &self.name).field("origin", &origin).finish_non_exhaustive()
     }
 }
 
 impl Webhook {
-    /// Scheme and host: as much of the address as may be shown.
+    /// Scheme and host of the URL: the part that may be shown.
     #[must_use]
     pub fn origin(&self) -> String {
-        format!(
-            "{}://{}",
-            self.url.scheme_str().unwrap_or_default(),
-            self.url.authority().map_or("", |host| host.as_str())
-        )
+        let host = self.url.authority().map_or("", |host| host.as_str());
+        format!("{}://{host}", self.url.scheme_str().unwrap_or_default())
     }
 }
 
-/// A webhook of the file.
+/// A file without usable certificates.
+#[derive(Debug, thiserror::Error)]
+#[error("{file} holds no certificates: {}", pem_problem(.error), file = file.display())]
+pub struct CertificateError {
+    /// The file.
+    pub file: PathBuf,
+    /// The error of the PEM parser.
+    pub error: pem::Error,
+}
+
+fn pem_problem(error: &pem::Error) -> String {
+    match error {
+        pem::Error::NoItemsFound => "expected at least one in PEM".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// Reads the certificates of a PEM file.
+///
+/// # Errors
+/// [`CertificateError`] when the file cannot be read, is not PEM or holds no certificate.
+pub fn ca_certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, CertificateError> {
+    let failed = |error| CertificateError { file: file.to_owned(), error };
+    let all = CertificateDer::pem_file_iter(file).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(failed)?;
+    if all.is_empty() { Err(failed(pem::Error::NoItemsFound)) } else { Ok(all) }
+}
+
+/// One `[[webhook]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct WebhookToml {
@@ -92,73 +119,76 @@ pub struct WebhookToml {
     priority: Option<Spanned<String>>,
 }
 
-/// All webhooks of the file at `path`.
-pub fn webhooks(written: &[WebhookToml], path: &Path) -> Result<Vec<Webhook>, SpannedMessage> {
+impl WebhookToml {
+    fn name_or_url(&self) -> std::ops::Range<usize> {
+        self.name.as_ref().map_or_else(|| self.url.span(), Spanned::span)
+    }
+}
+
+/// All webhooks of the configuration file at `path`.
+pub fn webhooks(given: &[WebhookToml], path: &Path) -> Result<Vec<Webhook>, Located> {
     let mut all: Vec<Webhook> = Vec::new();
-    for written in written {
-        let webhook = webhook(written, path.parent().unwrap_or(Path::new("")))?;
+    for given in given {
+        let webhook = webhook(given, path.parent().unwrap_or(Path::new("")))?;
         if all.iter().any(|other| other.name == webhook.name) {
-            let place = written.name.as_ref().map_or_else(|| written.url.span(), Spanned::span);
-            return Err((place, format!("the webhook {:?} stands twice: name tells them apart", webhook.name)));
+            let problem = ConfigProblem::Duplicate { item: NamedItem::Webhook, name: webhook.name };
+            return Err(Located::new(given.name_or_url(), problem));
         }
         all.push(webhook);
     }
     Ok(all)
 }
 
-fn webhook(written: &WebhookToml, folder: &Path) -> Result<Webhook, SpannedMessage> {
-    let url = written.url.get_ref().0.clone();
-    let complain =
-        |what: &str| Err((written.url.span(), format!("expected an address like https://host/path, {what}")));
-    let Some(authority) = url.authority() else { return complain("got one without a host") };
+fn webhook(given: &WebhookToml, folder: &Path) -> Result<Webhook, Located> {
+    let url = given.url.get_ref().0.clone();
+    let wrong = |problem| Err(Located::new(given.url.span(), ConfigProblem::WebhookUrl(problem)));
+    let Some(authority) = url.authority() else { return wrong(WebhookUrlProblem::NoHost) };
     if authority.as_str().contains('@') {
-        return complain("got one with a password: token and token-file are for that");
+        return wrong(WebhookUrlProblem::Password);
     }
-    let token = token(written, folder)?;
+    let token = token(given, folder)?;
     match url.scheme_str() {
         Some("https") => {}
         Some("http") if token.is_none() || is_loopback(authority.host()) => {}
-        Some("http") => return complain("got http with a token, which everybody on the way could read"),
-        _ => return complain("got another scheme"),
+        Some("http") => return wrong(WebhookUrlProblem::TokenWithoutTls),
+        _ => return wrong(WebhookUrlProblem::Scheme),
     }
-    let name = written.name.as_ref().map_or_else(|| authority.host().to_owned(), |name| name.get_ref().clone());
+    let name = given.name.as_ref().map_or_else(|| authority.host().to_owned(), |name| name.get_ref().clone());
     if name.trim().is_empty() {
-        return Err((
-            written.name.as_ref().map_or_else(|| written.url.span(), Spanned::span),
-            "expected the name of a webhook, got nothing".to_owned(),
-        ));
+        return Err(Located::new(given.name_or_url(), ConfigProblem::EmptyName(NamedItem::Webhook)));
     }
-    let ca_file = written.ca_file.as_ref().map(|file| {
+    let ca_file = given.ca_file.as_ref().map(|file| {
         let path = folder.join(file.get_ref());
-        crate::webhook::certificates(&path).map_err(|error| (file.span(), error)).map(|_| path)
+        let wrong = |error| Located::new(file.span(), ConfigProblem::Certificates(error));
+        ca_certificates(&path).map_err(wrong).map(|_| path)
     });
-    let least = priority(written.priority.as_ref(), Priority::Low, &[])?.unwrap_or(Priority::Low);
-    Ok(Webhook { name, url, token, ca_file: ca_file.transpose()?, min_priority: least })
+    let min_priority = priority(given.priority.as_ref(), Priority::Low)?;
+    Ok(Webhook { name, url, token, ca_file: ca_file.transpose()?, min_priority })
 }
 
-fn token(written: &WebhookToml, folder: &Path) -> Result<Option<Secret>, SpannedMessage> {
-    let (place, token) = match (&written.token, &written.token_file) {
+fn token(given: &WebhookToml, folder: &Path) -> Result<Option<Secret>, Located> {
+    let (span, token) = match (&given.token, &given.token_file) {
         (None, None) => return Ok(None),
         (Some(token), None) => (token.span(), token.get_ref().0.clone()),
-        (None, Some(file)) => {
-            let path = folder.join(file.get_ref());
-            let failed = |error| (file.span(), format!("{} cannot be read: {error}", path.display()));
-            match file_permissions::check(&path) {
-                Err(error @ PermissionError::Open(..)) => return Err((file.span(), error.to_string())),
-                // Why it cannot be read is told by reading it.
-                Ok(()) | Err(PermissionError::System(..)) => {}
-            }
-            (file.span(), std::fs::read_to_string(&path).map_err(failed)?.trim().to_owned())
-        }
-        (Some(_), Some(file)) => return Err((file.span(), "expected token or token-file, got both".to_owned())),
+        (None, Some(file)) => (file.span(), token_of_file(file, folder)?),
+        (Some(_), Some(file)) => return Err(Located::new(file.span(), ConfigProblem::TwoTokens)),
     };
-    // What it says is not told: it is a secret.
-    let fits = !token.is_empty() && token.bytes().all(|octet| octet.is_ascii_graphic());
-    if fits {
-        Ok(Some(Secret(token)))
-    } else {
-        Err((place, "expected a token of visible ASCII without spaces".to_owned()))
+    let is_usable = !token.is_empty() && token.bytes().all(|octet| octet.is_ascii_graphic());
+    if is_usable { Ok(Some(Secret(token))) } else { Err(Located::new(span, ConfigProblem::Token)) }
+}
+
+fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Located> {
+    let path = folder.join(file.get_ref());
+    match file_permissions::check(&path) {
+        Err(error @ PermissionError::Open(..)) => {
+            return Err(Located::new(file.span(), ConfigProblem::TokenFileOpen(error)));
+        }
+        // The read below reports why the file cannot be read.
+        Ok(()) | Err(PermissionError::System(..)) => {}
     }
+    let text = std::fs::read_to_string(&path);
+    let text = text.map_err(|error| Located::new(file.span(), ConfigProblem::TokenFile { file: path, error }))?;
+    Ok(text.trim().to_owned())
 }
 
 fn is_loopback(host: &str) -> bool {

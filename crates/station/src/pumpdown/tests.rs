@@ -50,7 +50,7 @@ fn exponential(s: f64) -> f64 {
 }
 
 #[test]
-fn an_exponential_is_timed_to_a_percent_and_its_speed_is_the_pumps() {
+fn an_exponential_fall_has_its_times_and_its_speed_within_a_percent() {
     let samples = recorded(120.0, exponential);
     let [found] = find(&samples, 0)[..] else { panic!("one") };
     assert!((trace::seconds(at(30.0), found.span.start)).abs() < 0.25, "{:?}", found.span);
@@ -68,7 +68,7 @@ fn an_exponential_is_timed_to_a_percent_and_its_speed_is_the_pumps() {
 }
 
 #[test]
-fn the_outgassing_of_metal_has_the_slope_one_and_that_of_polymers_a_half() {
+fn the_final_slope_of_metal_is_one_and_of_polymers_a_half() {
     for n in [1.0, 0.5] {
         let trace = whole(&recorded(10_000.0, |s| 1e-3 * (s + 1.0).powf(-n)));
         let tail = final_slope(&trace).unwrap();
@@ -79,7 +79,7 @@ fn the_outgassing_of_metal_has_the_slope_one_and_that_of_polymers_a_half() {
 }
 
 #[test]
-fn a_pressure_that_stands_still_has_no_slope() {
+fn a_constant_pressure_has_no_slope() {
     let trace = whole(&recorded(3_000.0, |_| 1e-5));
     assert!(final_slope(&trace).unwrap().exponent.abs() < 1e-6);
     assert_eq!(final_slope(&whole(&recorded(60.0, |_| 1e-5))), None);
@@ -93,7 +93,7 @@ fn staged(s: f64) -> f64 {
 }
 
 #[test]
-fn both_stages_of_a_pump_down_are_one_and_have_their_speeds() {
+fn two_pump_stages_are_one_pump_down_with_two_speeds() {
     let samples = recorded(700.0, staged);
     assert_eq!(find(&samples, 0).len(), 1);
     let trace = whole(&samples);
@@ -145,7 +145,7 @@ fn noise_of_five_percent_moves_times_and_speed_little() {
 }
 
 #[test]
-fn a_pressure_that_was_passed_in_a_gap_was_reached_somewhere_in_it() {
+fn a_pressure_crossed_in_a_gap_has_the_times_of_the_gap() {
     let mut samples = recorded(100.0, |s| AIR * (-s / 5.0).exp());
     let level = 1e2;
     let passed = 5.0 * (AIR / level).ln();
@@ -160,7 +160,7 @@ fn a_pressure_that_was_passed_in_a_gap_was_reached_somewhere_in_it() {
 }
 
 #[test]
-fn minutes_without_a_sample_are_a_gap_although_nobody_wrote_one() {
+fn minutes_without_a_sample_are_a_gap() {
     let samples = [valid(0.0, AIR), valid(1.0, 1e4), valid(2.0, 9e3), valid(600.0, 1.0), valid(601.0, 0.9)];
     let trace = whole(&samples);
     assert_eq!(
@@ -171,7 +171,7 @@ fn minutes_without_a_sample_are_a_gap_although_nobody_wrote_one() {
 }
 
 #[test]
-fn what_is_above_the_range_of_a_gauge_has_no_time() {
+fn a_pressure_above_the_range_has_no_exact_time() {
     let over = |s| Sample::new(at(s), Some(1.0), Quality::Overrange);
     let samples = [over(0.0), over(50.0), over(60.0), valid(60.2, 0.5), valid(100.0, 1e-3), valid(101.0, 1e-3)];
     let trace = whole(&samples);
@@ -182,7 +182,7 @@ fn what_is_above_the_range_of_a_gauge_has_no_time() {
 }
 
 #[test]
-fn the_end_of_the_range_below_counts_as_reached_only_down_to_it() {
+fn underrange_counts_as_reached_only_down_to_the_end_of_the_range() {
     let under = |s| Sample::new(at(s), Some(1e-3), Quality::Underrange);
     let samples = [valid(0.0, 1.0), valid(9.9, 2e-3), under(10.0), under(20.0)];
     let trace = whole(&samples);
@@ -191,7 +191,7 @@ fn the_end_of_the_range_below_counts_as_reached_only_down_to_it() {
 }
 
 #[test]
-fn a_decade_that_was_not_passed_is_not_reached_and_a_lower_start_is_there_already() {
+fn a_pressure_may_be_unreached_or_reached_from_the_beginning() {
     let trace = whole(&recorded(60.0, |s| 5.0 + 4.0 * (-s / 5.0).exp()));
     assert_eq!(crossing(&trace, 1.0), Crossing::Not);
     assert_eq!(crossing(&trace, 10.0), Crossing::Already);
@@ -199,7 +199,7 @@ fn a_decade_that_was_not_passed_is_not_reached_and_a_lower_start_is_there_alread
 }
 
 #[test]
-fn one_sample_and_none_are_no_pump_down() {
+fn one_sample_or_none_is_no_pump_down() {
     let one = [valid(0.0, AIR)];
     assert!(find(&one, 0).is_empty());
     let trace = whole(&one);
@@ -210,7 +210,7 @@ fn one_sample_and_none_are_no_pump_down() {
 }
 
 #[test]
-fn readings_that_are_not_valid_say_nothing_about_pressure() {
+fn invalid_readings_count_neither_as_pressures_nor_as_crossings() {
     let invalid = |number: i32| Sample::new(at(f64::from(number)), Some(1.0), Quality::Invalid);
     let samples: Vec<_> = (0..100).map(invalid).collect();
     assert!(find(&samples, 0).is_empty());
@@ -220,7 +220,7 @@ fn readings_that_are_not_valid_say_nothing_about_pressure() {
 }
 
 #[test]
-fn the_gauge_that_saw_the_air_says_when_it_began() {
+fn the_gauge_that_measured_atmosphere_gives_the_beginning() {
     let pirani = recorded(400.0, |s| (AIR * (-s / 5.0).exp()).max(5e-2));
     let ion = recorded(400.0, |s| if s < 70.0 { 1.0 } else { (-(s - 70.0) / 12.0).exp().max(1e-7) });
     let found = [find(&ion, 0), find(&pirani, 1)].concat();
@@ -231,7 +231,7 @@ fn the_gauge_that_saw_the_air_says_when_it_began() {
 }
 
 #[test]
-fn a_single_outlier_makes_no_time() {
+fn a_single_outlier_does_not_change_a_time() {
     let mut samples = recorded(100.0, |s| AIR * (-s / 5.0).exp());
     let place = samples.len() / 4;
     samples[place].pa = Some(1e-5);
@@ -240,7 +240,7 @@ fn a_single_outlier_makes_no_time() {
 }
 
 #[test]
-fn a_closed_valve_is_a_rise_and_its_leak_is_found() {
+fn a_closed_valve_is_a_rise_with_its_leak_rate() {
     let leak = 2e-6;
     let samples = recorded(900.0, |s| match s {
         ..300.0 => (AIR * (-s / 5.0).exp()).max(1e-4),
@@ -256,7 +256,7 @@ fn a_closed_valve_is_a_rise_and_its_leak_is_found() {
 }
 
 #[test]
-fn what_holds_at_the_end_is_told_by_the_next_sample() {
+fn the_next_sample_gives_the_value_at_the_end() {
     let invalid = |s| Sample::new(at(s), None, Quality::Invalid);
     let span = |end| TimeRange { start: at(0.0), end: at(end) };
     let lost = [valid(0.0, 1.0), invalid(1.0), invalid(55.0)];
@@ -268,7 +268,7 @@ fn what_holds_at_the_end_is_told_by_the_next_sample() {
 }
 
 #[test]
-fn what_was_held_at_the_beginning_holds_there() {
+fn the_sample_before_gives_the_value_at_the_beginning() {
     let samples = [valid(0.0, 500.0), valid(50.0, 400.0), valid(51.0, 4.0), valid(52.0, 3.0)];
     let trace = Trace::new(&samples, TimeRange { start: at(10.0), end: at(52.0) });
     assert_eq!(trace.pieces[0].points[0], (0.0, 500.0));
@@ -297,7 +297,7 @@ fn odd(random: &mut fastrand::Rng) -> Vec<Sample> {
 }
 
 #[test]
-fn of_odd_records_nothing_is_told_that_is_no_number() {
+fn results_for_random_samples_are_finite_numbers() {
     let mut random = fastrand::Rng::with_seed(5);
     let (mut found_any, mut fallen) = (0, 0);
     for _ in 0..2_000 {

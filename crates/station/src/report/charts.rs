@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_curve_begins_at_the_edge_where_it_passed_it() {
+    fn a_curve_begins_at_the_left_edge_with_an_interpolated_value() {
         let begun = from(&[(0.0, 100.0), (2.0, 1.0), (3.0, 0.5)], 1.0);
         assert_eq!(begun.len(), 3);
         assert!((begun[0].1 - 10.0).abs() < 1e-9, "{begun:?}");

@@ -214,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_the_digits_that_gauges_have() {
+    fn numbers_have_two_or_three_digits() {
         let shown = [1013.25, 999.6, 42.4, 9.96, 0.123, 0.0123, 1.234e-7, 5e12, 0.0].map(number);
         let expected = [
             "1010",
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_asked_for_stands_as_it_was_written() {
+    fn a_requested_pressure_is_shown_as_it_was_written() {
         let torr = 101_325.0 / 760.0;
         let shown =
             [(0.1, Unit::Mbar), (1e-5, Unit::Mbar), (2.5e-4, Unit::Mbar), (torr, Unit::Torr), (5e-4, Unit::Torr)];
@@ -242,14 +242,14 @@ mod tests {
     }
 
     #[test]
-    fn times_are_read_in_two_units_at_most() {
+    fn a_duration_has_at_most_two_units() {
         let shown = [0.04, 13.84, 99.97, 725.0, 3_599.6, 11_520.0, 86_399.0, 187_300.0].map(duration);
         let plain = shown.map(|text| text.replace('\u{a0}', " "));
         assert_eq!(plain, ["0.040 s", "13.8 s", "1 min 40 s", "12 min 5 s", "1 h", "3 h 12 min", "1 d", "2 d 4 h"]);
     }
 
     #[test]
-    fn nothing_is_markup() {
+    fn escaped_text_is_never_markup() {
         assert_eq!(
             escape("<b onload='x' id=\"y\">&\u{202e}\n"),
             "&lt;b onload=&#39;x&#39; id=&quot;y&quot;&gt;&amp;\u{fffd}\u{fffd}"
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_names_its_zone_and_a_time_its_day() {
+    fn a_moment_has_its_zone_and_a_time_of_day_its_date() {
         let zone = TimeZone::fixed(jiff::tz::offset(1));
         let noon = Micros(1_795_262_400 * Micros::SECOND);
         assert_eq!(moment(noon, &TimeZone::UTC), "2026-11-21 12:00:00 UTC");

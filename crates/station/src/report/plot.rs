@@ -334,7 +334,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_keep_apart_and_in_order() {
+    fn labels_keep_their_distance_and_order() {
         let placed = spread(&[100.0, 101.0, 102.0, TOP + HEIGHT, TOP + HEIGHT]);
         assert!(placed.windows(2).all(|pair| pair[1] - pair[0] >= APART), "{placed:?}");
         assert!(placed.iter().all(|place| (TOP..=TOP + HEIGHT).contains(place)), "{placed:?}");
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_keeps_its_extremes() {
+    fn a_column_of_pixels_keeps_its_extremes() {
         let column = [(0.1, 5.0), (0.2, 9.0), (0.3, 1.0), (0.4, 6.0), (0.5, 5.0)];
         assert_eq!(ends(&column), [(0.1, 5.0), (0.2, 9.0), (0.3, 1.0), (0.5, 5.0)]);
     }

@@ -1,63 +1,63 @@
-//! Places for connections: so many in all, and of each computer elsewhere not more than a quarter of them, so that one alone keeps
-//! nobody out. All who come through a proxy on this computer have its address: loopback may have all.
+//! The limit on connections: a number in all, and at most a quarter of them for one remote client, so that one client alone cannot
+//! keep out the others. All clients of a proxy on this computer have a loopback address, so loopback may use all connections.
 
 use crate::auth::rate_limit::network;
 use std::collections::HashMap;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// One computer may have this part of all places. free choice: dozens of windows, and three others find room beside it.
+/// One client may use the total divided by this number. free choice: enough for dozens of pages, and three other clients fit.
 const SHARE: usize = 4;
 
-/// Who has how many.
-type Taken = HashMap<IpAddr, usize>;
+/// Open connections by client.
+type Open = HashMap<IpAddr, usize>;
 
-/// All places.
+/// The connections of a server.
 pub struct ConnectionLimit {
-    most: usize,
-    taken: Arc<Mutex<Taken>>,
+    max: usize,
+    open: Arc<Mutex<Open>>,
 }
 
-/// A place that somebody has until this is dropped.
+/// The right to one connection. Dropping it frees the connection.
 pub struct ConnectionSlot {
     peer: IpAddr,
-    taken: Arc<Mutex<Taken>>,
+    open: Arc<Mutex<Open>>,
 }
 
 impl ConnectionLimit {
-    /// So many.
-    pub fn new(most: usize) -> Self {
-        Self { most, taken: Arc::default() }
+    /// At most `max` connections.
+    pub fn new(max: usize) -> Self {
+        Self { max, open: Arc::default() }
     }
 
-    /// A place for this one, if there is one.
+    /// A slot for a connection from `peer`; `None` if the limit is reached.
     pub fn take(&self, peer: IpAddr) -> Option<ConnectionSlot> {
         let peer = network(peer);
-        let mut taken = locked(&self.taken);
-        let own = taken.get(&peer).copied().unwrap_or_default();
-        let most = if peer.is_loopback() { self.most } else { (self.most / SHARE).max(1) };
-        if own >= most || taken.values().sum::<usize>() >= self.most {
+        let mut open = locked(&self.open);
+        let own = open.get(&peer).copied().unwrap_or_default();
+        let max_own = if peer.is_loopback() { self.max } else { (self.max / SHARE).max(1) };
+        if own >= max_own || open.values().sum::<usize>() >= self.max {
             return None;
         }
-        taken.insert(peer, own.saturating_add(1));
-        Some(ConnectionSlot { peer, taken: Arc::clone(&self.taken) })
+        open.insert(peer, own.saturating_add(1));
+        Some(ConnectionSlot { peer, open: Arc::clone(&self.open) })
     }
 }
 
 impl Drop for ConnectionSlot {
     fn drop(&mut self) {
-        let mut taken = locked(&self.taken);
-        let left = taken.get(&self.peer).map_or(0, |own| own.saturating_sub(1));
+        let mut open = locked(&self.open);
+        let left = open.get(&self.peer).map_or(0, |own| own.saturating_sub(1));
         if left == 0 {
-            taken.remove(&self.peer);
+            open.remove(&self.peer);
         } else {
-            taken.insert(self.peer, left);
+            open.insert(self.peer, left);
         }
     }
 }
 
-fn locked(taken: &Mutex<Taken>) -> MutexGuard<'_, Taken> {
-    taken.lock().unwrap_or_else(PoisonError::into_inner)
+fn locked(open: &Mutex<Open>) -> MutexGuard<'_, Open> {
+    open.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -65,19 +65,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_computer_alone_keeps_nobody_out() {
-        let places = ConnectionLimit::new(16);
-        let take = |peer: &str| places.take(peer.parse().unwrap());
+    fn one_client_alone_cannot_take_all_connections() {
+        let limit = ConnectionLimit::new(16);
+        let take = |peer: &str| limit.take(peer.parse().unwrap());
         let mut own: Vec<_> = (0..100).filter_map(|_| take("10.0.0.1")).collect();
         assert_eq!(own.len(), 4);
-        let house: Vec<_> = (0..100).filter_map(|number| take(&format!("2001:db8::{number:x}"))).collect();
-        assert_eq!(house.len(), 4, "a house full of addresses is one");
+        let network: Vec<_> = (0..100).filter_map(|number| take(&format!("2001:db8::{number:x}"))).collect();
+        assert_eq!(network.len(), 4, "the addresses of one IPv6 network count as one client");
         own.pop();
-        assert!(take("10.0.0.1").is_some(), "a place that is left is free");
+        assert!(take("10.0.0.1").is_some(), "a closed connection frees its slot");
         let proxy: Vec<_> = (0..100).filter_map(|_| take("127.0.0.1")).collect();
-        assert_eq!(proxy.len(), 9, "all that are free");
+        assert_eq!(proxy.len(), 9, "loopback takes all slots that are free");
         assert!(take("10.0.0.2").is_none());
-        drop((own, house, proxy));
-        assert!(locked(&places.taken).is_empty(), "nobody is remembered");
+        drop((own, network, proxy));
+        assert!(locked(&limit.open).is_empty(), "no client without connections is kept");
     }
 }

@@ -1,18 +1,19 @@
-//! The dashboard and the API on a socket, in a thread of their own.
+//! The HTTP server for the dashboard and the API, on threads of its own.
 //!
-//! Whoever is on the net may ask too much, too slowly, or never end: each costs one of a limited number of connections and
-//! nothing else. Other computers reach it only over TLS, and only those who log in.
+//! A hostile client may send too much, send too slowly or never finish. It then costs one of a limited number of connections and
+//! nothing else. Listening beyond loopback requires TLS and users.
 
 mod connection_limit;
 mod slow_client;
 mod tls;
 
+use crate::api::authenticator::Authenticator;
 use crate::api::headers::{self, Hosts};
 use crate::api::middleware::{self, Peer, RequestGuard};
 use crate::auth::Access;
-use crate::auth::authenticator::Authenticator;
 use crate::auth::rate_limit::RateLimits;
 use crate::auth::users::{Users, UsersError};
+use crate::config::TlsFiles;
 use crate::services::Services;
 use axum::Router;
 use axum::extract::Request;
@@ -27,7 +28,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
-pub use tls::{Keys, TlsError, TlsFiles};
+pub use tls::{Keys, PemItem, TlsError};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
@@ -37,30 +38,30 @@ use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
 /// The longest head of a request, in octets.
-const LONGEST_HEAD: usize = 32 << 10;
+const MAX_HEAD: usize = 32 << 10;
 
-/// When the system has no room for a connection, the next is taken so much later.
-const NO_ROOM: Duration = Duration::from_millis(100);
+/// The pause after the system has refused a connection, for example because no file descriptor is free.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// How often somebody looks whether the users' file has changed.
-const LOOK: Duration = Duration::from_millis(500);
+/// The interval between checks of the users' file.
+const USERS_INTERVAL: Duration = Duration::from_millis(500);
 
-/// What somebody is told who does not speak TLS where it is spoken.
-const PLAIN: &[u8] =
+/// The answer to plain HTTP where the server uses TLS.
+const PLAIN_HTTP: &[u8] =
     b"HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n\
-    Here TLS is spoken: the address begins with https.\n";
+    This port uses TLS: use an address that begins with https.\n";
 
-/// What is granted to those who ask. free choice: some dozen people with some windows each, and a page over a slow line.
+/// The limits of a server. free choice: some dozen users with some pages each, and a page over a slow line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// So many connections at once; further ones are closed.
+    /// Connections at the same time. Further ones are closed.
     pub connections: usize,
-    /// So long may the head of a request take, its body, and a handshake, and so long may a connection be silent.
+    /// The longest time for the head of a request, for its body, for a TLS handshake, and without a request.
     pub head: Duration,
-    /// Whoever takes nothing of an answer for so long is left.
+    /// A connection ends when its client does not read for this time.
     pub stalled: Duration,
-    /// How often what may be asked.
-    pub paces: RateLimits,
+    /// The limits on requests and logins.
+    pub rate_limits: RateLimits,
 }
 
 impl Default for Limits {
@@ -69,71 +70,69 @@ impl Default for Limits {
             connections: 256,
             head: Duration::from_secs(15),
             stalled: Duration::from_secs(30),
-            paces: RateLimits::default(),
+            rate_limits: RateLimits::default(),
         }
     }
 }
 
-/// Where to listen, and whom to let in.
+/// The settings of a server.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// The address; port 0 lets the system choose one.
+    /// The address to listen on. With port 0 the system chooses a port.
     pub listen: SocketAddr,
-    /// Who is let in.
+    /// How requests get a user.
     pub access: Access,
-    /// Further names and addresses of this computer.
+    /// Host names and addresses of this computer, besides localhost.
     pub hosts: Vec<String>,
-    /// Where the certificate is, if TLS is spoken.
+    /// Certificate and key, if the server uses TLS.
     pub tls: Option<TlsFiles>,
-    /// What is granted.
+    /// The limits.
     pub limits: Limits,
 }
 
 impl Setup {
-    /// Without TLS and without further names.
+    /// Settings without TLS and without further host names.
     #[must_use]
     pub fn new(listen: SocketAddr, access: Access) -> Self {
         Self { listen, access, hosts: Vec::new(), tls: None, limits: Limits::default() }
     }
 }
 
-/// Why nobody is served.
+/// Why a server cannot start.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ServerError {
-    /// Passwords would be heard by everybody on the way.
-    #[error(
-        "{0} can be reached from other computers: that needs TLS, [tls] with certificate and key in the station's file"
-    )]
+    /// Passwords would travel unencrypted.
+    #[error("listening beyond loopback on {0} needs TLS: add [tls] with certificate and key to the station's file")]
     NoTls(SocketAddr),
-    /// Everybody could come in.
+    /// Every client would have access.
     #[error(
-        "{0} can be reached from other computers: that needs users, `profivac user add NAME --role engineer FILE.toml` \
-         makes the first"
+        "listening beyond loopback on {0} needs users: `profivac user add NAME --role engineer FILE.toml` adds the first"
     )]
     NoUsers(SocketAddr),
-    /// Everybody could come in, through a proxy.
+    /// Every client of a proxy would have access.
     #[error(
-        "`hosts` lets other computers reach {0} through a proxy: that needs users, `profivac user add NAME --role \
-         engineer FILE.toml` makes the first"
+        "`hosts` makes {0} reachable through a proxy, which needs users: `profivac user add NAME --role engineer \
+         FILE.toml` adds the first"
     )]
     Proxy(SocketAddr),
-    /// Those who may come in.
+    /// The users' file cannot be read.
     #[error(transparent)]
     Users(#[from] UsersError),
-    /// Certificate and key.
+    /// Certificate or key cannot be used.
     #[error(transparent)]
     Tls(#[from] TlsError),
-    /// The address cannot be listened at.
-    #[error("{address} cannot be listened at: {error}")]
+    /// The address cannot be used.
+    #[error("cannot listen on {address}: {error}")]
     Listen {
         /// The address.
         address: SocketAddr,
-        /// What the system says.
+        /// The error of the operating system.
         error: std::io::Error,
     },
 }
 
-/// A server that runs.
+/// A running server. Dropping it stops the server.
 pub struct Server {
     address: SocketAddr,
     keys: Option<Arc<Keys>>,
@@ -142,52 +141,52 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens. At an address that other computers reach only with TLS and somebody who can log in.
+    /// Starts a server.
     ///
     /// # Errors
-    /// [`ServerError`] says what is in the way.
-    pub fn start(plant: Arc<Services>, setup: Setup) -> Result<Self, ServerError> {
+    /// [`ServerError`].
+    pub fn start(services: Arc<Services>, setup: Setup) -> Result<Self, ServerError> {
         let Setup { listen, access, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
-        let door = Arc::new(Authenticator::new(Arc::clone(&plant), access, limits.paces)?);
-        check_exposure(listen, &hosts, keys.is_some(), door.has_users())?;
+        let authenticator = Arc::new(Authenticator::new(Arc::clone(&services), access, limits.rate_limits)?);
+        check_exposure(listen, &hosts, keys.is_some(), authenticator.has_users())?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;
         let listener = runtime.block_on(TcpListener::bind(listen)).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let gate = RequestGuard {
-            authenticator: Arc::clone(&door),
-            hosts: Hosts { loopback: listen.ip().is_loopback(), given: hosts },
+        let guard = RequestGuard {
+            authenticator: Arc::clone(&authenticator),
+            hosts: Hosts { loopback: listen.ip().is_loopback(), configured: hosts },
             tls: keys.is_some(),
             port: address.port(),
             body_timeout: limits.head,
         };
-        let served = Connections { router: router(plant, gate), keys: keys.clone(), limits };
+        let connections = Connections { router: router(services, guard), keys: keys.clone(), limits };
         let (stop, stopped) = oneshot::channel();
-        let thread = std::thread::spawn(move || run(runtime, &listener, &served, &door, stopped));
+        let thread = std::thread::spawn(move || run(runtime, &listener, &connections, &authenticator, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Whether a server would begin, as far as its files can tell.
+    /// Checks the settings and the files that they name, without listening.
     ///
     /// # Errors
-    /// [`ServerError`] says what is in the way.
+    /// [`ServerError`].
     pub fn check(setup: &Setup) -> Result<(), ServerError> {
         let keys = setup.tls.clone().map(Keys::read).transpose()?;
-        let users = match &setup.access {
+        let has_users = match &setup.access {
             Access::Users(file) => !Users::read(file)?.is_empty(),
             Access::Anonymous(_) => false,
         };
-        check_exposure(setup.listen, &setup.hosts, keys.is_some(), users)
+        check_exposure(setup.listen, &setup.hosts, keys.is_some(), has_users)
     }
 
-    /// Where it listens.
+    /// The address of the server, with the port that the system has chosen.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The same for a browser.
+    /// The address as a URL.
     #[must_use]
     pub fn url(&self) -> String {
         format!("{}://{}", if self.keys.is_some() { "https" } else { "http" }, self.address)
@@ -196,7 +195,7 @@ impl Server {
     /// Reads certificate and key again.
     ///
     /// # Errors
-    /// [`TlsError`]; what was read before still holds then.
+    /// [`TlsError`]. The former certificate and key stay in use then.
     pub fn renew(&self) -> Result<(), TlsError> {
         self.keys.as_ref().map_or(Ok(()), |keys| keys.renew())
     }
@@ -211,10 +210,9 @@ impl Drop for Server {
     }
 }
 
-/// Nothing, unless others would reach us who should not, or whose passwords would be heard.
-fn check_exposure(listen: SocketAddr, hosts: &[String], tls: bool, users: bool) -> Result<(), ServerError> {
-    let loopback = listen.ip().is_loopback();
-    match (loopback, tls, users) {
+/// Checks that other computers reach the server only with TLS and a login.
+fn check_exposure(listen: SocketAddr, hosts: &[String], has_tls: bool, has_users: bool) -> Result<(), ServerError> {
+    match (listen.ip().is_loopback(), has_tls, has_users) {
         (false, false, _) => Err(ServerError::NoTls(listen)),
         (false, true, false) => Err(ServerError::NoUsers(listen)),
         (true, _, false) if !hosts.is_empty() => Err(ServerError::Proxy(listen)),
@@ -222,26 +220,26 @@ fn check_exposure(listen: SocketAddr, hosts: &[String], tls: bool, users: bool) 
     }
 }
 
-/// Serves until it is told to stop.
+/// Serves until the stop signal.
 fn run(
     runtime: Runtime,
     listener: &TcpListener,
-    served: &Connections,
-    door: &Arc<Authenticator>,
+    connections: &Connections,
+    authenticator: &Arc<Authenticator>,
     stopped: oneshot::Receiver<()>,
 ) {
     runtime.block_on(async {
         tokio::select! {
-            () = serve(listener, served) => {}
-            () = watch_users(door) => {}
+            () = serve(listener, connections) => {}
+            () = watch_users(authenticator) => {}
             _ = stopped => {}
         }
     });
-    // Live streams never end by themselves.
+    // Live streams do not end on their own.
     runtime.shutdown_background();
 }
 
-/// What every connection needs.
+/// What each connection needs.
 #[derive(Clone)]
 struct Connections {
     router: Router,
@@ -249,11 +247,11 @@ struct Connections {
     limits: Limits,
 }
 
-/// The API behind its gate; headers stand above refusals as well.
-fn router(plant: Arc<Services>, gate: RequestGuard) -> Router {
-    let tls = gate.tls;
-    let router = crate::api::router(plant)
-        .layer(from_fn_with_state(Arc::new(gate), middleware::authorise))
+/// The API behind its middleware. The outermost layer adds the headers, so that refusals have them too.
+fn router(services: Arc<Services>, guard: RequestGuard) -> Router {
+    let tls = guard.tls;
+    let router = crate::api::router(services)
+        .layer(from_fn_with_state(Arc::new(guard), middleware::authorise))
         .layer(from_fn(headers::headers));
     if tls { router.layer(from_fn(headers::tls_only)) } else { router }
 }
@@ -262,47 +260,47 @@ fn runtime() -> std::io::Result<Runtime> {
     Builder::new_multi_thread().worker_threads(2).max_blocking_threads(64).enable_io().enable_time().build()
 }
 
-/// Sees when the users change, for ever.
-async fn watch_users(door: &Arc<Authenticator>) {
+/// Reads the users' file again after each change. Never returns.
+async fn watch_users(authenticator: &Arc<Authenticator>) {
     loop {
-        tokio::time::sleep(LOOK).await;
-        let door = Arc::clone(door);
-        // It never panics; if it did, the users would stay as they were.
-        tokio::task::spawn_blocking(move || door.reload_users()).await.ok();
+        tokio::time::sleep(USERS_INTERVAL).await;
+        let authenticator = Arc::clone(authenticator);
+        // After a panic the users stay as they were.
+        tokio::task::spawn_blocking(move || authenticator.reload_users()).await.ok();
     }
 }
 
-/// Takes connections, for ever.
-async fn serve(listener: &TcpListener, served: &Connections) {
-    let places = ConnectionLimit::new(served.limits.connections);
+/// Accepts connections. Never returns.
+async fn serve(listener: &TcpListener, connections: &Connections) {
+    let limit = ConnectionLimit::new(connections.limits.connections);
     loop {
         let Ok((stream, peer)) = listener.accept().await else {
-            tokio::time::sleep(NO_ROOM).await;
+            tokio::time::sleep(ACCEPT_PAUSE).await;
             continue;
         };
-        if let Some(place) = places.take(peer.ip()) {
-            let served = served.clone();
+        if let Some(slot) = limit.take(peer.ip()) {
+            let connections = connections.clone();
             tokio::spawn(async move {
-                served.accept(stream, peer.ip()).await;
-                drop(place);
+                connections.accept(stream, peer.ip()).await;
+                drop(slot);
             });
         }
     }
 }
 
 impl Connections {
-    /// Answers what comes over a connection, until it ends.
+    /// Serves one connection until it ends.
     async fn accept(self, mut stream: TcpStream, peer: IpAddr) {
         let Some(keys) = &self.keys else { return self.answer(stream, peer).await };
         let acceptor = TlsAcceptor::from(keys.config());
-        let greeted = async {
-            if speaks_plainly(&stream).await {
-                refuse(&mut stream).await.ok();
+        let handshake = async {
+            if is_plain_http(&stream).await {
+                answer_plain_http(&mut stream).await.ok();
                 return None;
             }
             acceptor.accept(stream).await.ok()
         };
-        if let Ok(Some(stream)) = timeout(self.limits.head, greeted).await {
+        if let Ok(Some(stream)) = timeout(self.limits.head, handshake).await {
             self.answer(stream, peer).await;
         }
     }
@@ -313,22 +311,22 @@ impl Connections {
             request
         });
         let mut protocol = http1::Builder::new();
-        protocol.timer(TokioTimer::new()).header_read_timeout(self.limits.head).max_buf_size(LONGEST_HEAD);
-        // Whoever asked may go at any time.
+        protocol.timer(TokioTimer::new()).header_read_timeout(self.limits.head).max_buf_size(MAX_HEAD);
         let stream = StallTimeout::new(stream, self.limits.stalled);
+        // A client may disconnect at any time, which is no error.
         protocol.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router)).await.ok();
     }
 }
 
-/// Whether this begins like a request; TLS begins with the number of its records, 22.
-async fn speaks_plainly(stream: &TcpStream) -> bool {
+/// Whether a connection begins like an HTTP request: with a letter. TLS begins with the octet 22, the type of a handshake record.
+async fn is_plain_http(stream: &TcpStream) -> bool {
     let mut first = [0];
     matches!(stream.peek(&mut first).await, Ok(1) if first.iter().all(u8::is_ascii_uppercase))
 }
 
-/// What was asked is taken before the answer: otherwise the system would throw the answer away.
-async fn refuse(stream: &mut TcpStream) -> std::io::Result<()> {
-    let _taken = stream.read(&mut [0; 4096]).await?;
-    stream.write_all(PLAIN).await?;
+/// Reads the request before the answer: closing a socket with unread data would discard the answer.
+async fn answer_plain_http(stream: &mut TcpStream) -> std::io::Result<()> {
+    let _read = stream.read(&mut [0; 4096]).await?;
+    stream.write_all(PLAIN_HTTP).await?;
     stream.shutdown().await
 }

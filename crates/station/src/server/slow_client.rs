@@ -1,5 +1,5 @@
-//! A connection whose other end takes what it has asked for. Whoever asks for much and reads nothing would otherwise have its place
-//! for ever, without having logged in: what waits in the answer has no end of its own.
+//! A timeout for clients that do not read their answers. Without it, a client that requests much and reads nothing would keep its
+//! connection for ever, without a login.
 
 use std::io::{Error, ErrorKind, Result};
 use std::pin::Pin;
@@ -8,30 +8,30 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Sleep, sleep};
 
-/// A connection that ends when nothing could be written for too long.
+/// A stream that fails when a write makes no progress for a time.
 pub struct StallTimeout<S> {
     stream: S,
-    longest: Duration,
-    /// Since something waits to be written.
-    waits: Option<Pin<Box<Sleep>>>,
+    timeout: Duration,
+    /// Runs while a write is pending.
+    timer: Option<Pin<Box<Sleep>>>,
 }
 
 impl<S> StallTimeout<S> {
-    /// The other end may take nothing for so long.
-    pub const fn new(stream: S, longest: Duration) -> Self {
-        Self { stream, longest, waits: None }
+    /// A write may be pending for `timeout`.
+    pub const fn new(stream: S, timeout: Duration) -> Self {
+        Self { stream, timeout, timer: None }
     }
 
-    /// What came of writing, or the end of patience.
+    /// The result of a write, or an error when it is pending for too long.
     fn timed<T>(&mut self, written: Poll<Result<T>>, context: &mut Context<'_>) -> Poll<Result<T>> {
         if written.is_ready() {
-            self.waits = None;
+            self.timer = None;
             return written;
         }
-        let longest = self.longest;
-        let waits = self.waits.get_or_insert_with(|| Box::pin(sleep(longest)));
-        ready!(waits.as_mut().poll(context));
-        Poll::Ready(Err(Error::new(ErrorKind::TimedOut, "the other end takes nothing")))
+        let timeout = self.timeout;
+        let timer = self.timer.get_or_insert_with(|| Box::pin(sleep(timeout)));
+        ready!(timer.as_mut().poll(context));
+        Poll::Ready(Err(Error::new(ErrorKind::TimedOut, "the client does not read its answer")))
     }
 }
 
@@ -50,9 +50,9 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for StallTimeout<S> {
     fn poll_write_vectored(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
-        pieces: &[std::io::IoSlice<'_>],
+        slices: &[std::io::IoSlice<'_>],
     ) -> Poll<Result<usize>> {
-        let written = Pin::new(&mut self.stream).poll_write_vectored(context, pieces);
+        let written = Pin::new(&mut self.stream).poll_write_vectored(context, slices);
         self.timed(written, context)
     }
 

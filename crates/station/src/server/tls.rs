@@ -1,6 +1,8 @@
-//! TLS: certificate and key, read again when they are renewed.
+//! TLS: certificate and key, which can be read again while the server runs.
 
 use crate::auth::file_permissions::{self, PermissionError};
+use crate::config::TlsFiles;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
 use tokio_rustls::rustls::crypto::ring::default_provider;
@@ -8,49 +10,59 @@ use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::{self, ServerConfig};
 
-/// Where certificate and key are, as PEM.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TlsFiles {
-    /// Our certificate, and behind it those that vouch for it.
-    pub certificate: PathBuf,
-    /// Its key, which only its owner may read.
-    pub key: PathBuf,
+/// The contents that a PEM file must have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PemItem {
+    /// At least one certificate.
+    Certificate,
+    /// A private key.
+    Key,
 }
 
-/// Why there is no TLS.
+impl fmt::Display for PemItem {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Certificate => "a certificate",
+            Self::Key => "a key",
+        })
+    }
+}
+
+/// Why TLS cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TlsError {
-    /// Others may read the key.
+    /// Others have access to the key.
     #[error(transparent)]
     Private(#[from] PermissionError),
-    /// What stands in a file, which is never repeated.
-    #[error("{file}: expected {what} as PEM: {error}", file = file.display())]
+    /// A file has no certificate or key. Its contents are never repeated.
+    #[error("{file}: expected {expected} in PEM, found {}", pem_problem(.error), file = file.display())]
     Pem {
         /// The file.
         file: PathBuf,
-        /// What should stand there.
-        what: &'static str,
-        /// What is wrong.
-        error: String,
+        /// The item that the file must contain.
+        expected: PemItem,
+        /// The error of the PEM parser.
+        error: pem::Error,
     },
-    /// They do not belong together, or cannot be used.
+    /// The key does not belong to the certificate, or its algorithm is not supported.
     #[error("{certificate} and {key} cannot be used together: {error}", certificate = files.certificate.display(), key = files.key.display())]
     Pair {
-        /// Both.
+        /// Both files.
         files: TlsFiles,
-        /// What is wrong.
+        /// The error of the TLS library.
         error: rustls::Error,
     },
 }
 
-/// Certificate and key as they were read last.
+/// Certificate and key in use.
 pub struct Keys {
     files: TlsFiles,
     config: RwLock<Arc<ServerConfig>>,
 }
 
 impl Keys {
-    /// Reads both.
+    /// Reads certificate and key.
     ///
     /// # Errors
     /// [`TlsError`].
@@ -59,17 +71,17 @@ impl Keys {
         Ok(Self { files, config })
     }
 
-    /// Reads both again; connections that are there go on.
+    /// Reads certificate and key again for new connections. Open connections keep theirs.
     ///
     /// # Errors
-    /// [`TlsError`]; what was read before still holds then.
+    /// [`TlsError`]. The former certificate and key stay in use then.
     pub fn renew(&self) -> Result<(), TlsError> {
         let new = Arc::new(config(&self.files)?);
         *self.config.write().unwrap_or_else(PoisonError::into_inner) = new;
         Ok(())
     }
 
-    /// What the next connection is made with.
+    /// The TLS configuration for a new connection.
     #[must_use]
     pub fn config(&self) -> Arc<ServerConfig> {
         Arc::clone(&self.config.read().unwrap_or_else(PoisonError::into_inner))
@@ -78,11 +90,15 @@ impl Keys {
 
 fn config(files: &TlsFiles) -> Result<ServerConfig, TlsError> {
     file_permissions::check(&files.key)?;
+    let pem = |file: &Path, expected| {
+        let file = file.to_owned();
+        move |error| TlsError::Pem { file, expected, error }
+    };
     let certificates = CertificateDer::pem_file_iter(&files.certificate)
         .and_then(Iterator::collect::<Result<Vec<_>, _>>)
         .and_then(|all| if all.is_empty() { Err(pem::Error::NoItemsFound) } else { Ok(all) })
-        .map_err(|error| unreadable(&files.certificate, "a certificate", &error))?;
-    let key = PrivateKeyDer::from_pem_file(&files.key).map_err(|error| unreadable(&files.key, "a key", &error))?;
+        .map_err(pem(&files.certificate, PemItem::Certificate))?;
+    let key = PrivateKeyDer::from_pem_file(&files.key).map_err(pem(&files.key, PemItem::Key))?;
     let pair = |error| TlsError::Pair { files: files.clone(), error };
     let mut config = ServerConfig::builder_with_provider(Arc::new(default_provider()))
         .with_safe_default_protocol_versions()
@@ -94,12 +110,11 @@ fn config(files: &TlsFiles) -> Result<ServerConfig, TlsError> {
     Ok(config)
 }
 
-fn unreadable(file: &Path, what: &'static str, error: &pem::Error) -> TlsError {
-    let error = match error {
-        pem::Error::NoItemsFound => "there is none".to_owned(),
+/// The error of the PEM parser without the parts that could repeat the contents of the file.
+fn pem_problem(error: &pem::Error) -> String {
+    match error {
+        pem::Error::NoItemsFound => "none".to_owned(),
         pem::Error::Io(error) => error.to_string(),
-        // Others may repeat what they found.
-        _ => "it is damaged".to_owned(),
-    };
-    TlsError::Pem { file: file.to_owned(), what, error }
+        _ => "damaged data".to_owned(),
+    }
 }

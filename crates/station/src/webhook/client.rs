@@ -5,25 +5,12 @@ use hyper::client::conn::http1;
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
 use hyper::{Method, Request, Uri};
 use hyper_util::rt::TokioIo;
-use std::path::Path;
 use std::sync::Arc;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
-use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
 use tokio_rustls::rustls::{ClientConfig, RootCertStore, crypto};
-
-/// Certificates in a file, in PEM.
-///
-/// # Errors
-/// A sentence that says what is wrong with the file.
-pub fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, String> {
-    let failed = |error: &dyn std::fmt::Display| format!("{} holds no certificates: {error}", path.display());
-    let read = CertificateDer::pem_file_iter(path).map_err(|error| failed(&error))?;
-    let all = read.collect::<Result<Vec<_>, _>>().map_err(|error| failed(&error))?;
-    if all.is_empty() { Err(failed(&"expected at least one in PEM")) } else { Ok(all) }
-}
 
 /// Somebody who is posted to.
 pub struct Client {

@@ -1,7 +1,7 @@
 //! The thread that delivers the letters to one webhook.
 
-use super::client::{Client, certificates};
-use crate::config::{Secret, Webhook};
+use super::client::Client;
+use crate::config::{Secret, Webhook, ca_certificates};
 use crate::services::Services;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{DatabaseError, EventKind, Micros};
@@ -139,7 +139,14 @@ impl Delivery {
     }
 
     fn client(&self) -> Result<Client, String> {
-        let trusted = self.webhook.ca_file.as_deref().map(certificates).transpose()?.unwrap_or_default();
+        let trusted = self
+            .webhook
+            .ca_file
+            .as_deref()
+            .map(ca_certificates)
+            .transpose()
+            .map_err(|error| error.to_string())?
+            .unwrap_or_default();
         Client::new(self.webhook.url.clone(), self.webhook.token.as_ref().map(Secret::reveal), trusted)
     }
 

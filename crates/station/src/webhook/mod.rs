@@ -17,7 +17,6 @@
 pub mod client;
 pub mod delivery;
 
-pub use client::certificates;
 pub use delivery::{DeliverySettings, DeliveryThread};
 
 use crate::view::unix_ms;

@@ -1,10 +1,11 @@
-//! A station with users on loopback, and whoever asks it: by hand, so that nothing is sent that a test does not say.
+//! A station with users on loopback, and a client that sends exactly the octets of a test.
 
 use profivac_recorder::{Micros, Recorder, Settings};
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
 use profivac_station::auth::{Access, Role};
-use profivac_station::server::{Server, Setup, TlsFiles};
+use profivac_station::config::TlsFiles;
+use profivac_station::server::{Server, Setup};
 use profivac_station::services::Services;
 use rcgen::{CertifiedKey, generate_simple_self_signed};
 use serde_json::Value;
@@ -23,15 +24,15 @@ use tokio_rustls::rustls::{
     self, ClientConfig, ClientConnection, RootCertStore, StreamOwned, SupportedProtocolVersion,
 };
 
-/// Longer than anything takes.
+/// Longer than any step of a test.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The password of everybody here.
+/// The password of all users.
 pub const PASSWORD: &str = "tin whisker plateau";
 
 static HASH: LazyLock<Hash> = LazyLock::new(|| Hash::of(PASSWORD).unwrap());
 
-/// A station that runs.
+/// A running station.
 pub struct Desk {
     folder: TempDir,
     pub plant: Arc<Services>,
@@ -39,17 +40,17 @@ pub struct Desk {
 }
 
 impl Desk {
-    /// With ada (engineer), olga (operator) and vera (viewer).
+    /// A station with the users ada (engineer), olga (operator) and vera (viewer).
     pub fn new() -> Self {
         Self::with(|_, _| {})
     }
 
-    /// The same with TLS.
+    /// The same station with TLS.
     pub fn with_tls() -> Self {
         Self::with(|setup, folder| setup.tls = Some(certificate(folder)))
     }
 
-    /// Nobody logs in.
+    /// A station without login, whose requests have this role.
     pub fn open(role: Role) -> Self {
         Self::with(|setup, _| setup.access = Access::anonymous("demo", role))
     }
@@ -62,7 +63,7 @@ impl Desk {
         Self::around(plant, folder, change)
     }
 
-    /// Around a plant that somebody else runs.
+    /// A server for the services of a running station.
     pub fn over(plant: &Arc<Services>) -> Self {
         Self::around(Arc::clone(plant), tempfile::tempdir().unwrap(), |_, _| {})
     }
@@ -89,7 +90,7 @@ impl Desk {
         self.server.address().port()
     }
 
-    /// A connection to it.
+    /// A connection to the server.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(SocketAddr::from(([127, 0, 0, 1], self.port()))).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -100,15 +101,15 @@ impl Desk {
         Ask::get(path).to(self)
     }
 
-    /// Somebody who has logged in.
+    /// Logs in.
     pub fn login(&self, name: &str) -> Page {
         let answer = Ask::login(name, PASSWORD).to(self);
         assert_eq!(answer.status, 200, "{answer:?}");
         Page::of(&answer)
     }
 
-    /// What the record says about who came and went, once it says this. The earliest first.
-    pub fn told(&self, sentence: &str) -> Vec<String> {
+    /// The events about logins and refusals, the earliest first, as soon as one of them contains `sentence`.
+    pub fn access_events(&self, sentence: &str) -> Vec<String> {
         let end = Instant::now() + PATIENCE;
         loop {
             assert!(self.plant.recorder().flush());
@@ -118,7 +119,7 @@ impl Desk {
             if texts.iter().any(|text| text.contains(sentence)) {
                 return texts;
             }
-            assert!(Instant::now() < end, "{sentence:?} is never told: {texts:?}");
+            assert!(Instant::now() < end, "no event contains {sentence:?}: {texts:?}");
             std::thread::yield_now();
         }
     }
@@ -133,14 +134,14 @@ impl Desk {
     }
 }
 
-/// A certificate for this computer, and its key.
+/// Creates a certificate for this computer and its key.
 pub fn certificate(folder: &TempDir) -> TlsFiles {
     let files = TlsFiles { certificate: folder.path().join("a.pem"), key: folder.path().join("a.key") };
     renew(&files);
     files
 }
 
-/// A new one in the same place.
+/// Replaces certificate and key by new ones.
 pub fn renew(files: &TlsFiles) {
     let names = ["localhost".to_owned(), "127.0.0.1".to_owned()];
     let CertifiedKey { cert, signing_key } = generate_simple_self_signed(names).unwrap();
@@ -169,7 +170,7 @@ impl Ask {
         Self::new("GET", path)
     }
 
-    /// With JSON.
+    /// A POST with a JSON body.
     pub fn post(path: &str, body: &Value) -> Self {
         Self::new("POST", path).header("content-type: application/json").body(&body.to_string())
     }
@@ -193,13 +194,13 @@ impl Ask {
         self
     }
 
-    /// With a session's cookie alone, as a page from elsewhere would.
+    /// Adds the cookie of the session, without its token, as the request of a foreign page has it.
     pub fn cookie(self, page: &Page) -> Self {
         let line = format!("cookie: {}", page.cookie);
         self.header(&line)
     }
 
-    /// With cookie and token, as our page does.
+    /// Adds cookie and token, as the page of the station does.
     pub fn by(self, page: &Page) -> Self {
         let line = format!("x-csrf-token: {}", page.token);
         self.cookie(page).header(&line)
@@ -220,13 +221,13 @@ impl Ask {
     }
 
     pub fn over(&self, mut stream: impl Read + Write) -> Answer {
-        // Whoever is refused early may find the line closed.
+        // The server may close the connection before it has read the whole request.
         let _sent = stream.write_all(self.text().as_bytes());
         Answer::read(&mut stream)
     }
 }
 
-/// What came back.
+/// An answer.
 #[derive(Debug)]
 pub struct Answer {
     pub status: u16,
@@ -260,7 +261,7 @@ impl Answer {
     }
 }
 
-/// What a page has after somebody has logged in.
+/// Cookie and token of a page after login.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
     pub cookie: String,

@@ -1,4 +1,4 @@
-//! The list itself: docs/security.md names tests that there are.
+//! The list in docs/security.md names existing tests only.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All sources of tests, one behind the other.
+/// Appends the text of all test sources below a folder.
 fn tests(folder: &Path, all: &mut String) {
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let path = entry.path();
@@ -21,23 +21,24 @@ fn tests(folder: &Path, all: &mut String) {
 }
 
 #[test]
-fn every_item_has_a_test_that_there_is() {
+fn every_item_of_the_list_names_an_existing_test() {
     let list = fs::read_to_string(root().join("docs/security.md")).unwrap();
     let mut all = String::new();
     tests(&root().join("crates/station"), &mut all);
+    tests(&root().join("crates/recorder"), &mut all);
     tests(&root().join("crates/cli"), &mut all);
     let rows: Vec<_> = list.lines().filter(|line| line.starts_with("| ") && line.contains("| `")).collect();
     assert!(rows.len() > 40, "{}", rows.len());
     for row in rows {
         let cell = row.trim_end_matches('|').rsplit('|').next().unwrap();
         for name in cell.split('`').skip(1).step_by(2) {
-            let there = all.contains(&format!("fn {name}()")) || all.contains(&format!("test('{name}'"));
-            assert!(there, "there is no test {name:?}: {row}");
+            let exists = all.contains(&format!("fn {name}()")) || all.contains(&format!("test('{name}'"));
+            assert!(exists, "there is no test {name:?}: {row}");
         }
     }
 }
 
-/// Nothing of what comes from others is ever a command.
+/// No input can become a command of the operating system.
 #[test]
 fn the_station_starts_no_other_program() {
     let mut all = String::new();

@@ -1,4 +1,4 @@
-//! Names and passwords.
+//! Logins, passwords and the event log.
 
 use crate::desk::{Ask, Desk, PASSWORD, Page};
 use profivac_station::auth::Role;
@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 #[test]
-fn nothing_is_answered_before_somebody_has_logged_in() {
+fn the_api_answers_nothing_before_login() {
     let desk = Desk::new();
     let description: serde_json::Value = serde_json::from_str(&profivac_station::api::description()).unwrap();
     let paths: Vec<_> =
@@ -23,29 +23,29 @@ fn nothing_is_answered_before_somebody_has_logged_in() {
         let wanted = if path == "/api/login" { 400 } else { 401 };
         assert_eq!(Ask::post(path, &json!({})).to(&desk).status, wanted, "{path}");
     }
-    let nobody = desk.get("/api/session").json();
-    assert_eq!(nobody, json!({ "name": "anybody", "role": "viewer", "token": "", "door": "out" }));
-    assert_eq!(desk.get("/").status, 200, "the page itself is no secret");
+    let anonymous = desk.get("/api/session").json();
+    assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "door": "out" }));
+    assert_eq!(desk.get("/").status, 200, "the page itself needs no login");
 }
 
 #[test]
-fn whoever_logs_in_has_their_own_name_and_role() {
+fn a_session_has_the_name_and_the_role_of_its_user() {
     let desk = Desk::new();
     for (name, role) in [("ada", "engineer"), ("olga", "operator"), ("vera", "viewer")] {
         let page = desk.login(name);
         let session = Ask::get("/api/session").by(&page).to(&desk).json();
         assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "door": "in" }));
     }
-    let told = desk.told("vera (viewer) logged in from 127.0.0.1");
-    assert_eq!(told.len(), 3);
+    let events = desk.access_events("vera (viewer) logged in from 127.0.0.1");
+    assert_eq!(events.len(), 3);
 }
 
 #[test]
-fn there_are_no_users_before_somebody_makes_them() {
+fn a_station_has_no_default_users() {
     let desk = Desk::open(Role::Viewer);
-    for name in ["root", "admin", "engineer", "profivac", "demo", "anybody", ""] {
+    for name in ["root", "admin", "engineer", "profivac", "demo", "anonymous", ""] {
         let refused = Ask::login(name, name).header(&format!("x-csrf-token: {}", token(&desk))).to(&desk);
-        assert_eq!((refused.status, refused.problem().starts_with("nobody logs in here")), (404, true), "{name}");
+        assert_eq!((refused.status, refused.problem().starts_with("this station has no users")), (404, true), "{name}");
     }
 }
 
@@ -54,9 +54,9 @@ fn token(desk: &Desk) -> String {
 }
 
 #[test]
-fn a_wrong_name_and_a_wrong_password_look_the_same() {
+fn a_wrong_name_and_a_wrong_password_get_the_same_answer() {
     let desk = Desk::new();
-    let answers = [("ada", "wrong"), ("nobody", "wrong"), ("nobody", PASSWORD), ("", "")];
+    let answers = [("ada", "wrong"), ("unknown", "wrong"), ("unknown", PASSWORD), ("", "")];
     let answers = answers.map(|(name, password)| Ask::login(name, password).to(&desk));
     for answer in &answers {
         assert_eq!((answer.status, &answer.body), (401, &answers[0].body));
@@ -66,14 +66,11 @@ fn a_wrong_name_and_a_wrong_password_look_the_same() {
 }
 
 #[test]
-fn a_password_is_taken_exactly_as_it_is_typed() {
+fn a_password_is_compared_exactly_as_typed() {
     let desk = Desk::new();
-    let long = format!(
-        "{PASSWORD}, and a very long sentence behind it that nobody ever types: äöü 气压计 {}",
-        "x".repeat(300)
-    );
+    let long = format!("{PASSWORD}, and a very long sentence after it: äöü 气压计 {}", "x".repeat(300));
     desk.change(|users| users.get_mut("vera").unwrap().password = Hash::of(&long).unwrap());
-    desk.told("the password of vera was changed");
+    desk.access_events("the password of vera was changed");
     assert_eq!(Ask::login("vera", &long).to(&desk).status, 200);
     for near in [long[..long.len() - 1].to_owned(), format!("{long} "), format!(" {long}"), long.to_uppercase()] {
         assert_eq!(Ask::login("vera", &near).to(&desk).status, 401);
@@ -81,7 +78,7 @@ fn a_password_is_taken_exactly_as_it_is_typed() {
 }
 
 #[test]
-fn one_changes_ones_password_with_the_one_before() {
+fn a_user_changes_the_own_password_with_the_current_one() {
     let desk = Desk::new();
     let (page, other) = (desk.login("vera"), desk.login("vera"));
     let change = |page: &Page, current: &str, new: &str| {
@@ -102,14 +99,14 @@ fn one_changes_ones_password_with_the_one_before() {
     }
     assert_eq!(Ask::login("vera", PASSWORD).to(&desk).status, 401);
     assert_eq!(Ask::login("vera", new).to(&desk).status, 200);
-    desk.told("the password of vera was changed");
+    desk.access_events("the password of vera was changed");
 }
 
 #[test]
-fn who_guesses_waits_and_is_told_how_long() {
-    // A try an hour: a computer that is busy takes long for twenty passwords.
-    let paces = RateLimits { logins: RateLimit::new(20, Duration::from_secs(3600)), ..RateLimits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
+fn an_address_that_guesses_gets_429_with_the_time_to_wait() {
+    // One login an hour: on a slow computer twenty password checks take long.
+    let rate_limits = RateLimits { logins: RateLimit::new(20, Duration::from_secs(3600)), ..RateLimits::default() };
+    let desk = Desk::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let page = desk.login("vera");
     let answers: Vec<_> = (0..24).map(|number| Ask::login("ada", &format!("guess {number}")).to(&desk)).collect();
     assert!(answers.iter().take(19).all(|answer| answer.status == 401));
@@ -118,13 +115,13 @@ fn who_guesses_waits_and_is_told_how_long() {
     let wait: u64 = last.header("retry-after").unwrap().parse().unwrap();
     assert!((3_000..=3_601).contains(&wait), "{wait}");
     let right = Ask::login("ada", PASSWORD).to(&desk);
-    assert_eq!(right.status, 429, "whoever guesses does not learn when they are right");
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200, "who is in stays in");
-    desk.told("too many logins from 127.0.0.1");
+    assert_eq!(right.status, 429, "an attacker does not learn that a guess is right");
+    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200, "an existing session continues");
+    desk.access_events("too many logins from 127.0.0.1");
 }
 
 #[test]
-fn what_is_written_down_holds_no_secret() {
+fn the_event_log_holds_no_secret() {
     let desk = Desk::new();
     let page = desk.login("ada");
     let typed_into_the_wrong_field = "orchid ladder seventeen";
@@ -133,14 +130,14 @@ fn what_is_written_down_holds_no_secret() {
     Ask::login("evil\r\nname\u{202e}\u{1b}[31m", "wrong").to(&desk);
     Ask::post("/api/logout", &json!(null)).cookie(&page).header("x-csrf-token: nonsense").to(&desk);
     Ask::post("/api/logout", &json!(null)).by(&page).to(&desk);
-    let told = desk.told("ada logged out from 127.0.0.1");
+    let events = desk.access_events("ada logged out from 127.0.0.1");
     assert_eq!(
-        told,
+        events,
         [
             "ada (engineer) logged in from 127.0.0.1",
-            "somebody at 127.0.0.1 tried to log in under a name that there is not",
-            "ada was not logged in from 127.0.0.1: wrong password",
-            "somebody at 127.0.0.1 tried to log in under a name that there is not",
+            "login from 127.0.0.1 refused: unknown name",
+            "login of ada from 127.0.0.1 refused: wrong password",
+            "login from 127.0.0.1 refused: unknown name",
             "refused for ada at 127.0.0.1, \"/api/logout\": expected the header x-csrf-token with the token that /api/session gives",
             "ada logged out from 127.0.0.1",
         ]
@@ -148,23 +145,23 @@ fn what_is_written_down_holds_no_secret() {
 }
 
 #[test]
-fn a_users_file_that_others_can_read_or_that_is_wrong_changes_nothing() {
+fn a_users_file_that_is_wrong_or_open_to_others_changes_nothing() {
     use std::os::unix::fs::PermissionsExt;
     let desk = Desk::new();
     let file = desk.file("users.toml");
     let page = desk.login("ada");
     fs::write(&file, "[[user]]\nname = \"eve\"\nrole = \"engineer\"\npassword = \"orchid ladder\"\n").unwrap();
-    let told = desk.told("the users stay as they were");
-    assert!(told.last().unwrap().ends_with("line 4, column 12 of their file is wrong"), "{told:?}");
+    let events = desk.access_events("the users stay as they were");
+    assert!(events.last().unwrap().ends_with("line 4, column 12 of their file is wrong"), "{events:?}");
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
-    let told = desk.told("is open to others (mode 644): chmod 600");
-    assert!(told.iter().all(|line| !line.contains("orchid")), "{told:?}");
+    let events = desk.access_events("is open to others (mode 644): chmod 600");
+    assert!(events.iter().all(|line| !line.contains("orchid")), "{events:?}");
     assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200);
 }
 
-/// Whoever would be reached by others has both, or does not begin.
+/// A server that other computers reach has TLS and users, or it does not start.
 #[test]
-fn others_reach_only_what_has_tls_and_users() {
+fn listening_beyond_loopback_requires_tls_and_users() {
     use profivac_recorder::{Recorder, Settings};
     use profivac_station::auth::Access;
     use profivac_station::auth::users::Users;
@@ -183,18 +180,18 @@ fn others_reach_only_what_has_tls_and_users() {
         Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
     };
     let of_file = || Access::Users(users.clone());
-    assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
-    for nobody in [of_file(), Access::anonymous_viewer(), Access::anonymous("demo", Role::Engineer)] {
-        assert!(start(nobody, true).unwrap_err().contains("that needs users"));
+    assert!(start(of_file(), false).unwrap_err().contains("needs TLS"));
+    for access in [of_file(), Access::anonymous_viewer(), Access::anonymous("demo", Role::Engineer)] {
+        assert!(start(access, true).unwrap_err().contains("needs users"));
     }
     let behind = |access: Access| {
         let hosts = vec!["vacuum.example".to_owned()];
         let setup = Setup { hosts, ..Setup::new("127.0.0.1:0".parse().unwrap(), access) };
         Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
     };
-    assert!(behind(Access::anonymous_viewer()).unwrap_err().contains("through a proxy: that needs users"));
+    assert!(behind(Access::anonymous_viewer()).unwrap_err().contains("through a proxy, which needs users"));
     let hash = Hash::of(PASSWORD).unwrap();
     Users::change(&users, |users| users.add("ada", Role::Engineer, hash)).unwrap();
     assert_eq!((start(of_file(), true), behind(of_file())), (Ok(()), Ok(())));
-    assert!(start(of_file(), false).unwrap_err().contains("that needs TLS"));
+    assert!(start(of_file(), false).unwrap_err().contains("needs TLS"));
 }

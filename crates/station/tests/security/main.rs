@@ -1,4 +1,4 @@
-//! What an attacker tries, against a real server on loopback: docs/security.md names the test for each item.
+//! Attacks on a real server on loopback. docs/security.md names the test for each item.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 

@@ -1,4 +1,4 @@
-//! Forged and malformed requests, and what stands above every answer.
+//! Forged and malformed requests, and the headers of every answer.
 
 use crate::desk::{Answer, Ask, Desk};
 use profivac_station::auth::Role;
@@ -13,7 +13,7 @@ fn logout() -> Ask {
 }
 
 #[test]
-fn without_the_token_nothing_is_done() {
+fn a_change_without_the_token_is_refused() {
     for desk in [Desk::new(), Desk::open(Role::Engineer)] {
         let (page, other) = if desk.get("/api/session").json()["door"] == "open" {
             let token = desk.get("/api/session").json()["token"].as_str().unwrap().to_owned();
@@ -35,7 +35,7 @@ fn without_the_token_nothing_is_done() {
 }
 
 #[test]
-fn a_page_from_elsewhere_can_ask_for_nothing() {
+fn a_request_from_a_foreign_page_is_refused() {
     let desk = Desk::new();
     let page = desk.login("ada");
     let foreign = [
@@ -54,7 +54,7 @@ fn a_page_from_elsewhere_can_ask_for_nothing() {
             let refused = ask.header(line).to(&desk);
             assert_eq!(
                 (refused.status, refused.problem().as_str()),
-                (403, "this comes from a page that is not ours"),
+                (403, "the request comes from a foreign page"),
                 "{line}"
             );
             assert_eq!(refused.header("access-control-allow-origin"), None);
@@ -66,15 +66,15 @@ fn a_page_from_elsewhere_can_ask_for_nothing() {
     }
     assert_eq!(Ask::get("/api/gauges").by(&page).header("sec-fetch-site: none").to(&desk).status, 200);
     assert_eq!(logout().by(&page).header("sec-fetch-site: none").to(&desk).status, 403);
-    let told = desk.told("refused for ada at 127.0.0.1");
+    let events = desk.access_events("refused for ada at 127.0.0.1");
     assert!(
-        told.iter().any(|line| line.ends_with("\"/api/gauges\": this comes from a page that is not ours")),
-        "{told:?}"
+        events.iter().any(|line| line.ends_with("\"/api/gauges\": the request comes from a foreign page")),
+        "{events:?}"
     );
 }
 
 #[test]
-fn a_form_from_elsewhere_is_no_login() {
+fn a_form_of_a_foreign_page_cannot_log_in() {
     let desk = Desk::new();
     let body = json!({ "name": "ada", "password": crate::desk::PASSWORD }).to_string();
     for kind in
@@ -84,11 +84,15 @@ fn a_form_from_elsewhere_is_no_login() {
         assert_eq!(ask.to(&desk).status, 415, "{kind}");
     }
     assert_eq!(Ask::new("POST", "/api/login").body(&body).to(&desk).status, 415);
-    assert_eq!(Ask::get("/api/login?name=ada&password=secret").to(&desk).status, 405, "never in an address");
+    assert_eq!(
+        Ask::get("/api/login?name=ada&password=secret").to(&desk).status,
+        405,
+        "credentials in a URL are not accepted"
+    );
 }
 
 #[test]
-fn no_other_method_hides_behind_a_harmless_one() {
+fn a_get_request_cannot_override_its_method() {
     let desk = Desk::new();
     let page = desk.login("ada");
     for line in ["x-http-method-override: POST", "x-http-method: POST", "x-method-override: DELETE"] {
@@ -99,7 +103,7 @@ fn no_other_method_hides_behind_a_harmless_one() {
 }
 
 #[test]
-fn paths_lead_nowhere_else() {
+fn a_path_reaches_neither_other_handlers_nor_files() {
     let desk = Desk::new();
     let page = desk.get("/").body;
     assert!(page.contains("<div id=\"app\">"));
@@ -145,7 +149,7 @@ fn paths_lead_nowhere_else() {
 }
 
 #[test]
-fn who_means_another_computer_is_not_answered() {
+fn a_request_for_another_host_is_refused() {
     let desk = Desk::new();
     for host in [
         "evil.example",
@@ -159,16 +163,16 @@ fn who_means_another_computer_is_not_answered() {
         let answer = Ask::get("/").host(host).to(&desk);
         assert!(answer.status == 421 || answer.status == 400, "{host:?}: {}", answer.status);
     }
-    assert_eq!(Ask::get("/").header("host: evil.example").to(&desk).status, 421, "two are none");
+    assert_eq!(Ask::get("/").header("host: evil.example").to(&desk).status, 421, "two Host headers are ambiguous");
     assert_eq!(Ask::get("http://evil.example/").to(&desk).status, 421);
     let forwarded = ["x-forwarded-host: evil.example", "x-forwarded-for: 10.0.0.1", "forwarded: host=evil.example"];
     let ask = forwarded.iter().fold(Ask::login("ada", crate::desk::PASSWORD), |ask, line| ask.header(line));
     assert_eq!(ask.to(&desk).status, 200);
-    desk.told("ada (engineer) logged in from 127.0.0.1");
+    desk.access_events("ada (engineer) logged in from 127.0.0.1");
 }
 
 #[test]
-fn bodies_are_small_quick_and_json() {
+fn a_body_must_be_small_fast_and_json() {
     let limits = Limits { head: Duration::from_secs(2), ..Limits::default() };
     let desk = Desk::with(|setup, _| setup.limits = limits);
     let page = desk.login("ada");
@@ -187,32 +191,33 @@ fn bodies_are_small_quick_and_json() {
         let refused = post().body(body).to(&desk);
         assert_eq!(
             (refused.status, refused.problem().as_str()),
-            (400, "expected JSON as /api/openapi.json describes it"),
+            (400, "expected a JSON body as /api/openapi.json describes it"),
             "{body}"
         );
     }
     let mut stream = desk.connect();
     stream.write_all(post().header("content-length: 100").text().as_bytes()).unwrap();
-    assert_eq!(Answer::read(&mut stream).status, 408, "who never sends a body is left");
+    assert_eq!(Answer::read(&mut stream).status, 408, "a body that never arrives");
 }
 
 #[test]
-fn who_asks_for_too_much_waits() {
-    let paces = RateLimits { requests: RateLimit::new(100, Duration::from_secs(86_400)), ..RateLimits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
+fn an_address_above_the_request_limit_waits() {
+    let rate_limits =
+        RateLimits { requests: RateLimit::new(100, Duration::from_secs(86_400)), ..RateLimits::default() };
+    let desk = Desk::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let page = desk.login("ada");
     let ask = Ask::get("/api/session").by(&page);
     assert!((1..100).all(|_| ask.to(&desk).status == 200));
     let refused = ask.to(&desk);
     assert_eq!(refused.status, 429);
-    // A day, but for what has passed meanwhile.
+    // A day, less the time since the burst.
     let wait: u64 = refused.header("retry-after").unwrap().parse().unwrap();
     assert!((80_000..=86_400).contains(&wait), "{wait}");
-    assert_eq!(desk.get("/").status, 429, "the page as well");
+    assert_eq!(desk.get("/").status, 429, "the page is limited too");
 }
 
 #[test]
-fn every_answer_says_what_browsers_may_do_with_it() {
+fn every_answer_has_the_security_headers() {
     let desk = Desk::new();
     let page = desk.login("ada");
     let policy = |answer: &Answer| answer.header("content-security-policy").unwrap().to_owned();
@@ -244,7 +249,7 @@ fn every_answer_says_what_browsers_may_do_with_it() {
 }
 
 #[test]
-fn what_is_no_page_is_never_drawn_as_one_and_never_kept() {
+fn an_api_answer_is_never_rendered_as_a_page_and_never_cached() {
     let desk = Desk::new();
     let page = desk.login("ada");
     for path in
@@ -263,7 +268,7 @@ fn what_is_no_page_is_never_drawn_as_one_and_never_kept() {
 }
 
 #[test]
-fn a_name_is_a_name_and_no_query() {
+fn a_name_is_never_part_of_an_sql_statement() {
     let desk = Desk::new();
     let page = desk.login("ada");
     for name in ["%27%20OR%201=1--", "%22;DROP%20TABLE%20event;--", "%00", "%F0%9F%92%A5", "..%2F..%2Fplant.db"] {
@@ -272,14 +277,14 @@ fn a_name_is_a_name_and_no_query() {
         let gauge = Ask::get(&format!("/api/gauges/{name}")).by(&page).to(&desk);
         assert_eq!(gauge.status, 404, "{name}");
     }
-    desk.told("ada (engineer) logged in");
+    desk.access_events("ada (engineer) logged in");
 }
 
 #[test]
 fn no_answer_holds_a_password_or_its_hash() {
     let desk = Desk::new();
     let page = desk.login("ada");
-    desk.told("ada (engineer) logged in");
+    desk.access_events("ada (engineer) logged in");
     for path in [
         "/api/session",
         "/api/station",
@@ -298,7 +303,7 @@ fn no_answer_holds_a_password_or_its_hash() {
 }
 
 #[test]
-fn who_takes_no_answer_is_left() {
+fn a_client_that_reads_no_answer_is_disconnected() {
     let limits = Limits { connections: 1, stalled: Duration::from_millis(100), ..Limits::default() };
     let desk = Desk::with(|setup, _| setup.limits = limits);
     let page = desk.get("/").body;
@@ -306,7 +311,7 @@ fn who_takes_no_answer_is_left() {
     let ask = format!("GET {script} HTTP/1.1\r\nhost: localhost\r\n\r\n").repeat(400);
     let end = Instant::now() + crate::desk::PATIENCE;
     let mut greedy = loop {
-        // The place of who asked before is free in a moment.
+        // The connection of the request before may still be open.
         let mut stream = desk.connect();
         if stream.write_all(ask.as_bytes()).is_ok() && stream.peek(&mut [0]).is_ok_and(|read| read == 1) {
             break stream;
@@ -314,19 +319,19 @@ fn who_takes_no_answer_is_left() {
         assert!(Instant::now() < end);
     };
     while desk.get("/api/session").status != 200 {
-        assert!(Instant::now() < end, "whoever reads nothing has the only place for ever");
+        assert!(Instant::now() < end, "a client that reads nothing keeps the only connection for ever");
         std::thread::yield_now();
     }
     assert!(greedy.write_all(b"GET").is_err() || greedy.read_to_end(&mut Vec::new()).is_err());
 }
 
 #[test]
-fn who_changes_very_much_waits_and_keeps_nobody_else_out() {
-    let paces = RateLimits { acts: RateLimit::new(5, Duration::from_secs(600)), ..RateLimits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = Limits { paces, ..Limits::default() });
+fn a_user_above_the_write_limit_waits_and_other_users_do_not() {
+    let rate_limits = RateLimits { writes: RateLimit::new(5, Duration::from_secs(600)), ..RateLimits::default() };
+    let desk = Desk::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let (olga, ada) = (desk.login("olga"), desk.login("ada"));
     let ask = |page| Ask::post("/api/mastership/ask", &json!(null)).by(page).to(&desk).status;
     assert_eq!((0..8).filter(|_| ask(&olga) == 200).count(), 5);
     assert_eq!((ask(&olga), ask(&ada)), (429, 200));
-    assert_eq!(Ask::get("/api/gauges").by(&olga).to(&desk).status, 200, "looking is no act");
+    assert_eq!(Ask::get("/api/gauges").by(&olga).to(&desk).status, 200, "reading is not limited");
 }

@@ -17,7 +17,7 @@ fn logout(desk: &Desk, page: &Page) -> Answer {
 }
 
 #[test]
-fn the_name_of_a_session_is_never_the_same_and_cannot_be_guessed() {
+fn session_identifiers_and_tokens_are_random_and_unique() {
     let desk = Desk::new();
     let pages: Vec<_> = (0..8).map(|_| desk.login("ada")).collect();
     let secrets: HashSet<_> = pages.iter().flat_map(|page| [&page.cookie, &page.token]).collect();
@@ -30,7 +30,7 @@ fn the_name_of_a_session_is_never_the_same_and_cannot_be_guessed() {
 }
 
 #[test]
-fn a_session_that_somebody_else_chose_is_none() {
+fn a_session_identifier_chosen_by_the_client_is_refused() {
     let desk = Desk::new();
     let chosen = format!("cookie: profivac-{}={}", desk.port(), "ab".repeat(32));
     assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&desk).status, 401);
@@ -40,7 +40,7 @@ fn a_session_that_somebody_else_chose_is_none() {
 }
 
 #[test]
-fn who_logs_in_again_has_a_new_session_and_the_old_one_ends() {
+fn a_second_login_ends_the_session_before() {
     let desk = Desk::new();
     let old = desk.login("vera");
     let new = Page::of(&Ask::login("ada", crate::desk::PASSWORD).cookie(&old).to(&desk));
@@ -49,7 +49,7 @@ fn who_logs_in_again_has_a_new_session_and_the_old_one_ends() {
 }
 
 #[test]
-fn who_logs_out_is_out() {
+fn a_logout_ends_the_session() {
     let desk = Desk::new();
     let (page, other) = (desk.login("ada"), desk.login("ada"));
     let left = logout(&desk, &page);
@@ -61,7 +61,7 @@ fn who_logs_out_is_out() {
 }
 
 #[test]
-fn who_is_removed_is_out_and_their_stream_ends() {
+fn removing_a_user_ends_the_session_and_its_stream() {
     let desk = Desk::new();
     let (ada, vera) = (desk.login("ada"), desk.login("vera"));
     let mut stream = desk.connect();
@@ -70,23 +70,23 @@ fn who_is_removed_is_out_and_their_stream_ends() {
     desk.change(|users| users.remove("vera").unwrap());
     let end = Instant::now() + PATIENCE;
     while stream.read(&mut [0; 4096]).unwrap() > 0 {
-        assert!(Instant::now() < end, "the stream goes on");
+        assert!(Instant::now() < end, "the stream does not end");
     }
     assert_eq!((status(&desk, &vera), status(&desk, &ada)), (401, 200));
-    desk.told("the user vera was removed");
+    desk.access_events("the user vera was removed");
 }
 
 #[test]
-fn a_new_role_holds_at_once() {
+fn a_new_role_applies_at_once() {
     let desk = Desk::new();
     let ada = desk.login("ada");
     desk.change(|users| users.get_mut("ada").unwrap().role = Role::Viewer);
-    desk.told("the user ada is now viewer");
+    desk.access_events("the user ada is now viewer");
     assert_eq!(Ask::get("/api/session").by(&ada).to(&desk).json()["role"], "viewer");
 }
 
 #[test]
-fn the_cookie_is_for_our_page_on_this_computer_alone() {
+fn the_cookie_is_limited_to_the_page_of_this_host() {
     let desk = Desk::new();
     let answer = Ask::login("ada", crate::desk::PASSWORD).to(&desk);
     let cookie = answer.header("set-cookie").unwrap();
@@ -96,9 +96,9 @@ fn the_cookie_is_for_our_page_on_this_computer_alone() {
     assert!(!answer.body.contains(cookie.split_once('=').unwrap().1.split(';').next().unwrap()));
 }
 
-/// A name that is not of this computer alone is one of a proxy, which speaks TLS.
+/// A host name that is not local is that of a proxy, and the proxy uses TLS.
 #[test]
-fn behind_a_proxy_the_cookie_goes_over_tls_alone() {
+fn behind_a_proxy_the_cookie_is_secure() {
     let desk = Desk::with(|setup, _| setup.hosts = vec!["vacuum.example".to_owned()]);
     let origin = "origin: https://vacuum.example";
     let answer = Ask::login("ada", crate::desk::PASSWORD).host("vacuum.example").header(origin).to(&desk);
@@ -111,12 +111,12 @@ fn behind_a_proxy_the_cookie_goes_over_tls_alone() {
 }
 
 #[test]
-fn cookies_of_others_and_very_many_are_nothing() {
+fn foreign_and_duplicate_cookies_are_ignored() {
     let desk = Desk::new();
     let page = desk.login("ada");
     let ask = |cookies: &str| Ask::get("/api/gauges").header(&format!("cookie: {cookies}")).to(&desk).status;
     assert_eq!(ask(&format!("a=b; {}; c=d", page.cookie)), 200);
-    assert_eq!(ask(&format!("{0}; {0}", page.cookie)), 401, "which of two it is would be a guess");
+    assert_eq!(ask(&format!("{0}; {0}", page.cookie)), 401, "two cookies of the same name are ambiguous");
     assert_eq!(ask(&page.cookie.replace("profivac-", "__Host-profivac-")), 401);
     assert_eq!(ask(&page.cookie.to_uppercase()), 401);
     assert_eq!(ask(&format!("{}; {}", "a=b; ".repeat(4000), page.cookie)), 200);
@@ -126,38 +126,38 @@ fn cookies_of_others_and_very_many_are_nothing() {
     }
 }
 
-/// Who has the mastership.
-fn master(desk: &Desk, page: &Page) -> Value {
-    let told = Ask::get("/api/mastership").by(page).to(desk);
-    assert_eq!(told.status, 200, "{told:?}");
-    told.json()["holder"].clone()
+/// The user with control authority.
+fn holder(desk: &Desk, page: &Page) -> Value {
+    let answer = Ask::get("/api/mastership").by(page).to(desk);
+    assert_eq!(answer.status, 200, "{answer:?}");
+    answer.json()["holder"].clone()
 }
 
 #[test]
-fn who_has_left_in_all_windows_has_no_mastership() {
+fn a_user_whose_last_session_ended_has_no_control_authority() {
     let desk = Desk::new();
     let (vera, one, other) = (desk.login("vera"), desk.login("olga"), desk.login("olga"));
     let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&desk).status;
     assert_eq!(post("/api/mastership/ask", &one), 200);
     assert_eq!(post("/api/logout", &one), 204);
-    assert_eq!(master(&desk, &vera), "olga", "there is another window");
+    assert_eq!(holder(&desk, &vera), "olga", "the user has another session");
     assert_eq!(post("/api/logout", &other), 204);
-    assert_eq!(master(&desk, &vera), Value::Null);
+    assert_eq!(holder(&desk, &vera), Value::Null);
 }
 
 #[test]
-fn who_is_removed_or_may_act_no_more_has_no_mastership() {
+fn a_user_who_is_removed_or_becomes_viewer_has_no_control_authority() {
     let is_lowered = |users: &mut Users| users.get_mut("olga").unwrap().role = Role::Viewer;
     let is_removed = |users: &mut Users| users.remove("olga").unwrap();
-    for (change, told) in
+    for (change, event) in
         [(is_lowered as fn(&mut Users), "the user olga is now viewer"), (is_removed, "the user olga was removed")]
     {
         let desk = Desk::new();
         let (vera, olga) = (desk.login("vera"), desk.login("olga"));
         assert_eq!(Ask::post("/api/mastership/ask", &json!(null)).by(&olga).to(&desk).status, 200);
-        assert_eq!(master(&desk, &vera), "olga");
+        assert_eq!(holder(&desk, &vera), "olga");
         desk.change(change);
-        desk.told(told);
-        assert_eq!(master(&desk, &vera), Value::Null, "{told}");
+        desk.access_events(event);
+        assert_eq!(holder(&desk, &vera), Value::Null, "{event}");
     }
 }

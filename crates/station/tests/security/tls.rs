@@ -1,7 +1,8 @@
 //! TLS.
 
 use crate::desk::{Answer, Ask, Desk, PASSWORD, Page, certificate, renew, tls};
-use profivac_station::server::{Keys, Limits, TlsFiles};
+use profivac_station::config::TlsFiles;
+use profivac_station::server::{Keys, Limits};
 use std::fs;
 use std::io::{Read, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -9,7 +10,7 @@ use std::time::Duration;
 use tokio_rustls::rustls::version::{TLS12, TLS13};
 
 #[test]
-fn over_tls_the_cookie_and_the_browser_go_nowhere_else() {
+fn over_tls_the_cookie_is_secure_and_hsts_is_set() {
     let desk = Desk::with_tls();
     assert!(desk.server.url().starts_with("https://"));
     let ask = |ask: &Ask| ask.over(tls(&desk, "a.pem", &[&TLS13]).unwrap());
@@ -24,7 +25,7 @@ fn over_tls_the_cookie_and_the_browser_go_nowhere_else() {
 }
 
 #[test]
-fn old_versions_of_tls_are_not_spoken() {
+fn tls_before_1_2_is_refused() {
     let desk = Desk::with_tls();
     for version in [&TLS12, &TLS13] {
         assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[version]).unwrap()).status, 200);
@@ -36,14 +37,14 @@ fn old_versions_of_tls_are_not_spoken() {
         stream.read_exact(&mut record).unwrap();
         record
     };
-    assert_eq!(first([3, 3])[0], 22, "the same with TLS 1.2 is answered");
+    assert_eq!(first([3, 3])[0], 22, "the same handshake with TLS 1.2 is answered");
     for version in [[3, 2], [3, 1], [3, 0]] {
         let record = first(version);
         assert_eq!((record[0], &record[5..]), (21, &[2, 70][..]), "protocol_version");
     }
 }
 
-/// The beginning of a handshake that knows nothing later than this version, with a suite that TLS 1.2 has.
+/// A ClientHello for at most this version, with a cipher suite of TLS 1.2.
 fn hello(version: [u8; 2]) -> Vec<u8> {
     const SUITES: [u8; 6] = [0, 2, 0xC0, 0x2B, 1, 0];
     const GROUPS: [u8; 8] = [0, 10, 0, 4, 0, 2, 0, 23];
@@ -57,20 +58,20 @@ fn hello(version: [u8; 2]) -> Vec<u8> {
 }
 
 #[test]
-fn who_does_not_speak_tls_is_told_so_and_nothing_else() {
+fn plain_http_on_a_tls_port_gets_a_fixed_answer() {
     let desk = Desk::with_tls();
     let answer = Ask::login("ada", PASSWORD).to(&desk);
     assert_eq!(answer.status, 400);
-    assert_eq!(answer.body, "Here TLS is spoken: the address begins with https.\n");
+    assert_eq!(answer.body, "This port uses TLS: use an address that begins with https.\n");
     let mut stream = desk.connect();
     stream.write_all(&[0; 600]).unwrap();
-    // Refused, however that looks.
+    // The connection ends, with or without an error.
     let _ended = stream.read_to_end(&mut Vec::new());
     assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[&TLS13]).unwrap()).status, 200);
 }
 
 #[test]
-fn who_never_ends_a_handshake_is_left_and_takes_a_place_meanwhile() {
+fn an_unfinished_handshake_takes_one_connection_until_its_timeout() {
     let limits = Limits { head: Duration::from_secs(2), connections: 2, ..Limits::default() };
     let desk = Desk::with(|setup, folder| {
         setup.tls = Some(certificate(folder));
@@ -79,7 +80,7 @@ fn who_never_ends_a_handshake_is_left_and_takes_a_place_meanwhile() {
     let mut slow: Vec<_> = (0..2).map(|_| desk.connect()).collect();
     slow[1].write_all(&[22, 3, 1]).unwrap();
     let mut third = desk.connect();
-    // No place: it is closed before anything was said.
+    // Above the limit: the connection is closed before any data.
     assert!(!matches!(third.read(&mut [0; 1]), Ok(1..)));
     for stream in &mut slow {
         let _ended = stream.read_to_end(&mut Vec::new());
@@ -88,7 +89,7 @@ fn who_never_ends_a_handshake_is_left_and_takes_a_place_meanwhile() {
 }
 
 #[test]
-fn a_renewed_certificate_holds_for_the_next_connection() {
+fn a_renewed_certificate_applies_to_new_connections() {
     let desk = Desk::with_tls();
     let files = TlsFiles { certificate: desk.file("a.pem"), key: desk.file("a.key") };
     let mut before = tls(&desk, "a.pem", &[&TLS13]).unwrap();
@@ -98,27 +99,27 @@ fn a_renewed_certificate_holds_for_the_next_connection() {
     desk.server.renew().unwrap();
     assert!(tls(&desk, "a.pem", &[&TLS13]).is_ok() && tls(&desk, "old.pem", &[&TLS13]).is_err());
     fs::write(&files.key, "nonsense").unwrap();
-    assert!(desk.server.renew().unwrap_err().to_string().ends_with("a.key: expected a key as PEM: there is none"));
+    assert!(desk.server.renew().unwrap_err().to_string().ends_with("a.key: expected a key in PEM, found none"));
     assert!(tls(&desk, "a.pem", &[&TLS13]).is_ok());
     before.write_all(Ask::get("/").text().as_bytes()).unwrap();
     assert_eq!(Answer::read(&mut before).status, 200);
 }
 
 #[test]
-fn what_is_wrong_with_certificate_and_key_is_told_before_anything_starts() {
+fn a_wrong_certificate_or_key_is_an_error_before_the_start() {
     let folder = tempfile::tempdir().unwrap();
     let files = certificate(&folder);
-    let told = || Keys::read(files.clone()).err().map(|error| error.to_string()).unwrap_or_default();
-    assert_eq!(told(), "");
+    let error = || Keys::read(files.clone()).err().map(|error| error.to_string()).unwrap_or_default();
+    assert_eq!(error(), "");
     fs::set_permissions(&files.key, fs::Permissions::from_mode(0o644)).unwrap();
-    assert!(told().contains("a.key holds secrets and is open to others (mode 644): chmod 600 "), "{}", told());
+    assert!(error().contains("a.key holds secrets and is open to others (mode 644): chmod 600 "), "{}", error());
     fs::set_permissions(&files.key, fs::Permissions::from_mode(0o600)).unwrap();
     let key = fs::read(&files.key).unwrap();
     renew(&files);
     fs::write(&files.key, key).unwrap();
-    assert!(told().contains("cannot be used together"), "{}", told());
+    assert!(error().contains("cannot be used together"), "{}", error());
     fs::write(&files.certificate, "").unwrap();
-    assert!(told().ends_with("a.pem: expected a certificate as PEM: there is none"), "{}", told());
+    assert!(error().ends_with("a.pem: expected a certificate in PEM, found none"), "{}", error());
     fs::remove_file(&files.key).unwrap();
-    assert!(told().contains("a.key: "), "{}", told());
+    assert!(error().contains("a.key: "), "{}", error());
 }

@@ -1,0 +1,321 @@
+//! Authentication of requests: login, sessions, and the event log of logins and refusals. A user without a session has no control
+//! authority and no armed commands.
+
+use crate::auth::Access;
+use crate::auth::password::{self, Hash, PasswordError};
+use crate::auth::rate_limit::{RateLimiters, RateLimits};
+use crate::auth::secret::Secret;
+use crate::auth::sessions::{AuthenticatedUser, Sessions};
+use crate::auth::users::{Account, Users, UsersError};
+use crate::control::{self, ReleaseReason};
+use crate::services::Services;
+use governor::clock::DefaultClock;
+use profivac_recorder::EventKind;
+use std::fs;
+use std::net::IpAddr;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::{Duration, Instant};
+use tokio::sync::Semaphore;
+use tokio::task::spawn_blocking;
+
+/// Password hashes that run at the same time. Each takes a processor and 19 MiB for some ten milliseconds. free choice.
+const MAX_HASHES: usize = 2;
+
+/// The longest wait for a password hash to begin.
+const HASH_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Why a login or a change of password is refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AuthError {
+    /// The station has no users' file.
+    #[error("this station has no users and no login")]
+    NoUsers,
+    /// The name or the password is wrong; the answer does not say which.
+    #[error("wrong name or password")]
+    WrongCredentials,
+    /// The current password is wrong.
+    #[error("the current password is wrong")]
+    WrongPassword,
+    /// The client is above a rate limit, and may try again after this time.
+    #[error("too many logins; try again later")]
+    TooOften(Duration),
+    /// Too many password hashes wait.
+    #[error("too many logins at the same time; try again")]
+    Busy,
+    /// The new password is refused.
+    #[error(transparent)]
+    NewPassword(#[from] PasswordError),
+    /// The users' file cannot be changed.
+    #[error("the password cannot be stored: {0}")]
+    Users(#[from] UsersError),
+    /// The operating system supplies no random numbers.
+    #[error("no session can begin: {0}")]
+    Random(std::io::Error),
+}
+
+/// Inode, time of change in s and ns, and size of a file. A different value means different contents.
+type Stamp = (u64, i64, i64, u64);
+
+/// The users of a station and their sessions.
+struct UserDirectory {
+    file: PathBuf,
+    users: RwLock<Arc<Users>>,
+    sessions: Mutex<Sessions>,
+    /// The hash that is verified for an unknown name, so that the answer takes as long as for a known one.
+    dummy: Hash,
+    stamp: Mutex<Option<Stamp>>,
+}
+
+/// How requests get a user.
+enum AuthMode {
+    /// Every request has the same user. The token proves that a change comes from a page of the station.
+    Anonymous(AuthenticatedUser),
+    /// Users log in.
+    Users(UserDirectory),
+}
+
+/// The authentication of a station.
+pub struct Authenticator {
+    services: Arc<Services>,
+    mode: AuthMode,
+    limiters: RateLimiters<DefaultClock>,
+    hash_slots: Arc<Semaphore>,
+}
+
+impl Authenticator {
+    /// Reads the users' file, if there is one.
+    ///
+    /// # Errors
+    /// [`UsersError`] when the file cannot be read.
+    pub fn new(services: Arc<Services>, access: Access, limits: RateLimits) -> Result<Self, UsersError> {
+        let mode = match access {
+            Access::Anonymous(user) => {
+                let token = Secret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
+                AuthMode::Anonymous(AuthenticatedUser { user, token })
+            }
+            Access::Users(file) => AuthMode::Users(UserDirectory::open(file)?),
+        };
+        let limiters = RateLimiters::new(limits, DefaultClock::default());
+        Ok(Self { services, mode, limiters, hash_slots: Arc::new(Semaphore::new(MAX_HASHES)) })
+    }
+
+    /// Whether users log in.
+    #[must_use]
+    pub const fn requires_login(&self) -> bool {
+        matches!(self.mode, AuthMode::Users(_))
+    }
+
+    /// Whether there is at least one account.
+    #[must_use]
+    pub fn has_users(&self) -> bool {
+        matches!(&self.mode, AuthMode::Users(directory) if !directory.users().is_empty())
+    }
+
+    /// The rate limiters.
+    pub const fn limiters(&self) -> &RateLimiters<DefaultClock> {
+        &self.limiters
+    }
+
+    /// The user of a session.
+    pub fn authenticate(&self, session: Option<&Secret>) -> Option<AuthenticatedUser> {
+        match &self.mode {
+            AuthMode::Anonymous(user) => Some(user.clone()),
+            AuthMode::Users(directory) => directory.sessions().resume(session?, &directory.users(), Instant::now()),
+        }
+    }
+
+    /// Checks name and password and begins a session. The session `before` ends.
+    ///
+    /// # Errors
+    /// [`AuthError`].
+    pub async fn login(
+        &self,
+        name: &str,
+        password: String,
+        before: Option<&Secret>,
+        peer: IpAddr,
+    ) -> Result<(Secret, AuthenticatedUser), AuthError> {
+        let AuthMode::Users(directory) = &self.mode else { return Err(AuthError::NoUsers) };
+        self.check_login_rate(peer, name)?;
+        let account = directory.users().get(name).cloned();
+        let hash = account.as_ref().map_or(&directory.dummy, |account| &account.password).clone();
+        let is_right = self.run_limited(move || hash.matches(&password)).await?;
+        // The log never contains an unknown name: a user may have typed the password into the field for the name.
+        let Some(account) = account else {
+            self.record_refusal(&format!("login from {peer} refused: unknown name"));
+            return Err(AuthError::WrongCredentials);
+        };
+        if !is_right {
+            self.record_refusal(&format!("login of {} from {peer} refused: wrong password", account.name));
+            return Err(AuthError::WrongCredentials);
+        }
+        let begun = directory.begin(&account, before)?;
+        self.limiters.remember_login(peer, name);
+        self.release_control_if_gone(directory);
+        self.record_event(&format!("{} ({}) logged in from {peer}", account.name, account.role));
+        Ok(begun)
+    }
+
+    /// Changes a password. All sessions of the user end, and a new one begins.
+    ///
+    /// # Errors
+    /// [`AuthError`].
+    pub async fn change_password(
+        &self,
+        name: &str,
+        (current, new): (String, String),
+        before: Option<&Secret>,
+        peer: IpAddr,
+    ) -> Result<(Secret, AuthenticatedUser), AuthError> {
+        let AuthMode::Users(directory) = &self.mode else { return Err(AuthError::NoUsers) };
+        self.check_login_rate(peer, name)?;
+        let old = directory.users().get(name).cloned().ok_or(AuthError::WrongCredentials)?;
+        let hash = old.password.clone();
+        if !self.run_limited(move || hash.matches(&current)).await? {
+            self.record_refusal(&format!("change of the password of {name} from {peer} refused: wrong password"));
+            return Err(AuthError::WrongPassword);
+        }
+        let owner = name.to_owned();
+        let password = self.run_limited(move || password::check(&new, &owner).and_then(|()| Hash::of(&new))).await??;
+        let (file, account) = (directory.file.clone(), Account { password, ..old });
+        let changed = account.clone();
+        let store = move || {
+            Users::change(&file, |users| {
+                users.get_mut(&changed.name).map(|account| account.password = changed.password.clone())
+            })
+        };
+        self.run_limited(store).await??;
+        self.reload_users();
+        let begun = directory.begin(&account, before);
+        self.release_control_if_gone(directory);
+        begun
+    }
+
+    /// Ends a session.
+    pub fn logout(&self, session: Option<&Secret>, peer: IpAddr) {
+        if let (AuthMode::Users(directory), Some(id)) = (&self.mode, session) {
+            let authenticated = self.authenticate(session);
+            directory.sessions().end(id);
+            if let Some(AuthenticatedUser { user, .. }) = authenticated {
+                self.record_event(&format!("{} logged out from {peer}", user.name));
+            }
+            self.release_control_if_gone(directory);
+        }
+    }
+
+    /// Reads the users' file again if it has changed, and releases the control authority of a user whose last session has ended.
+    /// The server calls this periodically.
+    pub fn reload_users(&self) {
+        let AuthMode::Users(directory) = &self.mode else { return };
+        self.read_users_if_changed(directory);
+        self.release_control_if_gone(directory);
+    }
+
+    /// A user without a session, or with another role than before, loses control authority and armed commands.
+    fn release_control_if_gone(&self, directory: &UserDirectory) {
+        let Some(holder) = control::holder(&self.services) else { return };
+        let users = directory.users();
+        let reason = match users.get(&holder.name) {
+            Some(account) if account.role != holder.role => ReleaseReason::RoleChanged,
+            Some(_) if directory.sessions().has_session(&holder.name, &users, Instant::now()) => return,
+            _ => ReleaseReason::SessionEnded,
+        };
+        control::release_user(&self.services, &holder.name, reason);
+    }
+
+    fn read_users_if_changed(&self, directory: &UserDirectory) {
+        let now = stamp(&directory.file);
+        let mut before = directory.stamp.lock().unwrap_or_else(PoisonError::into_inner);
+        if *before == now {
+            return;
+        }
+        *before = now;
+        match Users::read(&directory.file) {
+            Ok(new) => {
+                let old = directory.replace(new.clone());
+                old.differences(&new).iter().for_each(|change| self.record_event(&change.to_string()));
+            }
+            // The message of the parser may repeat a password: the log has the position only.
+            Err(UsersError::File(error)) => self.record_event(&format!(
+                "the users stay as they were: line {}, column {} of their file is wrong",
+                error.line, error.column
+            )),
+            Err(error) => self.record_event(&format!("the users stay as they were: {error}")),
+        }
+    }
+
+    /// Records a refused request, unless there are too many.
+    pub fn record_refusal(&self, sentence: &str) {
+        if self.limiters.may_log() {
+            self.record_event(sentence);
+        }
+    }
+
+    fn record_event(&self, sentence: &str) {
+        self.services.record_event(None, EventKind::Access, sentence);
+    }
+
+    fn check_login_rate(&self, peer: IpAddr, name: &str) -> Result<(), AuthError> {
+        self.limiters.login(peer, name).map_err(|wait| {
+            self.record_refusal(&format!("too many logins from {peer}"));
+            AuthError::TooOften(wait)
+        })
+    }
+
+    /// Runs `work` on a blocking thread, at most [`MAX_HASHES`] at a time.
+    async fn run_limited<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, AuthError> {
+        let slot = tokio::time::timeout(HASH_TIMEOUT, Arc::clone(&self.hash_slots).acquire_owned()).await;
+        let Ok(Ok(slot)) = slot else { return Err(AuthError::Busy) };
+        let task = spawn_blocking(move || {
+            let _slot = slot;
+            work()
+        });
+        task.await.map_err(|_| AuthError::Busy)
+    }
+}
+
+impl UserDirectory {
+    fn open(file: PathBuf) -> Result<Self, UsersError> {
+        let stamp = stamp(&file);
+        let users = Users::read(&file)?;
+        let system = |error| UsersError::System(file.clone(), error);
+        let unknown = Secret::new().map_err(system)?;
+        let dummy = Hash::of(unknown.reveal()).map_err(|error| system(std::io::Error::other(error)))?;
+        Ok(Self {
+            users: RwLock::new(Arc::new(users)),
+            sessions: Mutex::default(),
+            dummy,
+            stamp: Mutex::new(stamp),
+            file,
+        })
+    }
+
+    fn users(&self) -> Arc<Users> {
+        Arc::clone(&self.users.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn replace(&self, new: Users) -> Arc<Users> {
+        std::mem::replace(&mut *self.users.write().unwrap_or_else(PoisonError::into_inner), Arc::new(new))
+    }
+
+    fn sessions(&self) -> MutexGuard<'_, Sessions> {
+        self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn begin(&self, account: &Account, before: Option<&Secret>) -> Result<(Secret, AuthenticatedUser), AuthError> {
+        let mut sessions = self.sessions();
+        if let Some(before) = before {
+            sessions.end(before);
+        }
+        sessions.begin(account, &self.users(), Instant::now()).map_err(AuthError::Random)
+    }
+}
+
+/// `None` if the file does not exist.
+fn stamp(file: &Path) -> Option<Stamp> {
+    let metadata = fs::metadata(file).ok()?;
+    Some((metadata.ino(), metadata.ctime(), metadata.ctime_nsec(), metadata.size()))
+}

@@ -1,0 +1,221 @@
+//! `[alarms]`: the alarms that every gauge, every segment and the station have without an `[[alarm]]`.
+//!
+//! ```toml
+//! [alarms]
+//! fault = { priority = "high" }
+//! stale = { delay = "30 s", except = ["spare"] }
+//! damage = { priority = "off" }
+//! ```
+
+use super::alarms::{delay, priority_or_off};
+use super::error::{ConfigProblem, Located};
+use super::file::ConfigToml;
+use crate::alarm::{Condition, Priority, Rule, Subject};
+use crate::suggestion::closest;
+use profivac_host::text_file::Parsed;
+use serde::Deserialize;
+use std::collections::{BTreeMap, HashSet};
+use std::time::Duration;
+use toml::Spanned;
+
+/// The table `[alarms]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DefaultAlarmsToml {
+    #[serde(default)]
+    fault: DefaultAlarmToml,
+    #[serde(default)]
+    stale: DefaultAlarmToml,
+    pub not_measurable: Option<Spanned<DefaultAlarmToml>>,
+    #[serde(default)]
+    segment: DefaultAlarmToml,
+    #[serde(default)]
+    damage: DefaultAlarmToml,
+    pub database: Option<Spanned<DefaultAlarmToml>>,
+    /// The former name of `not-measurable`.
+    pub blind: Option<Spanned<DefaultAlarmToml>>,
+    /// The former name of `database`.
+    pub record: Option<Spanned<DefaultAlarmToml>>,
+}
+
+/// The settings of one default alarm.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DefaultAlarmToml {
+    priority: Option<Spanned<String>>,
+    delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    limit: Option<Spanned<f64>>,
+    #[serde(default)]
+    except: Vec<Spanned<String>>,
+}
+
+/// The defaults of a default alarm, delays in seconds. free choice: longer than what the bus recovers from without help, such as
+/// a gauge that is parameterised again or a lost token.
+struct Defaults {
+    priority: Priority,
+    delay_s: u64,
+    off_delay_s: u64,
+}
+
+const FAULT: Defaults = Defaults { priority: Priority::Medium, delay_s: 2, off_delay_s: 5 };
+const STALE: Defaults = Defaults { priority: Priority::Medium, delay_s: 15, off_delay_s: 2 };
+const NOT_MEASURABLE: Defaults = Defaults { priority: Priority::Medium, delay_s: 15, off_delay_s: 5 };
+const SEGMENT: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 5 };
+const DAMAGE: Defaults = Defaults { priority: Priority::Low, delay_s: 0, off_delay_s: 0 };
+const DATABASE: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 0 };
+
+/// The default limit of damaged telegrams per minute. free choice: one in some thousand on a bus without idle time.
+const MAX_DAMAGED: f64 = 30.0;
+
+/// The default alarms for the segments and gauges of `file` and for the limits in `rules`.
+pub fn default_alarms(rules: &[Rule], file: &ConfigToml) -> Result<Vec<Rule>, Located> {
+    let alarms = Templates::new(file)?;
+    let mut all = Vec::new();
+    for segment in &file.segment {
+        let name = segment.name.get_ref();
+        let subject = || Subject::Segment(name.clone());
+        let down = alarms.segment.rule(name, format!("segment {name}: down"), subject(), Condition::SegmentDown);
+        // While the alarm of the segment is raised, its gauges raise none.
+        let behind_segment = down.as_ref().map(|_| name.clone());
+        all.extend(down);
+        let condition = Condition::DamagedTelegrams { limit: alarms.max_damaged };
+        all.extend(alarms.damage.rule(name, format!("segment {name}: damage"), subject(), condition));
+        for name in segment.gauge.iter().map(|gauge| gauge.name.get_ref()) {
+            let subject = || Subject::Gauge(name.clone());
+            all.extend(alarms.fault.rule(name, format!("{name}: fault"), subject(), Condition::Fault));
+            let condition = Condition::Stale { behind_segment: behind_segment.clone() };
+            all.extend(alarms.stale.rule(name, format!("{name}: no data"), subject(), condition));
+        }
+    }
+    // The names of these alarms keep their former words: the database finds stored alarm states by name.
+    for (subject, limits) in limits_by_series(rules) {
+        let Subject::Series { gauge, series } = &subject else { continue };
+        let condition = Condition::NotMeasurable { limits };
+        all.extend(alarms.not_measurable.rule(gauge, format!("{series}: blind"), subject.clone(), condition));
+    }
+    let database = ("record: not written".to_owned(), Subject::Station, Condition::NotRecording);
+    all.extend(alarms.database.rule("", database.0, database.1, database.2));
+    Ok(all)
+}
+
+/// The settings of all default alarms.
+struct Templates<'a> {
+    fault: Template<'a>,
+    stale: Template<'a>,
+    not_measurable: Template<'a>,
+    segment: Template<'a>,
+    damage: Template<'a>,
+    database: Template<'a>,
+    max_damaged: f64,
+}
+
+impl<'a> Templates<'a> {
+    fn new(file: &'a ConfigToml) -> Result<Self, Located> {
+        let DefaultAlarmsToml { fault, stale, not_measurable, segment, damage, database, blind, record } = &file.alarms;
+        let given = |new: &'a Option<Spanned<_>>, old: &'a Option<Spanned<_>>| {
+            new.as_ref().or(old.as_ref()).map_or(&EMPTY, Spanned::get_ref)
+        };
+        let (not_measurable, database) = (given(not_measurable, blind), given(database, record));
+        let others = [fault, stale, not_measurable, segment, database];
+        if let Some(limit) = others.into_iter().find_map(|other| other.limit.as_ref()) {
+            return Err(Located::new(limit.span(), ConfigProblem::LimitWithoutDamage));
+        }
+        let gauges = Exceptions::Gauges(file.gauge_names().collect());
+        let segments =
+            Exceptions::Segments(file.segment.iter().map(|segment| segment.name.get_ref().as_str()).collect());
+        Ok(Self {
+            fault: Template::new(fault, &FAULT, &gauges)?,
+            stale: Template::new(stale, &STALE, &gauges)?,
+            not_measurable: Template::new(not_measurable, &NOT_MEASURABLE, &gauges)?,
+            segment: Template::new(segment, &SEGMENT, &segments)?,
+            damage: Template::new(damage, &DAMAGE, &segments)?,
+            database: Template::new(database, &DATABASE, &Exceptions::None)?,
+            max_damaged: max_damaged(damage)?,
+        })
+    }
+}
+
+/// Settings that the file does not give.
+static EMPTY: DefaultAlarmToml =
+    DefaultAlarmToml { priority: None, delay: None, off_delay: None, limit: None, except: Vec::new() };
+
+/// The names that `except` may list.
+enum Exceptions<'a> {
+    Gauges(Vec<&'a str>),
+    Segments(Vec<&'a str>),
+    None,
+}
+
+impl Exceptions<'_> {
+    fn check(&self, name: &Spanned<String>) -> Result<(), Located> {
+        let text = name.get_ref();
+        let (Self::Gauges(known) | Self::Segments(known)) = self else {
+            return Err(Located::new(name.span(), ConfigProblem::NoExceptions(text.clone())));
+        };
+        if known.contains(&text.as_str()) {
+            return Ok(());
+        }
+        let suggestion = closest(text, known.iter().copied()).map(str::to_owned);
+        let name_text = text.clone();
+        Err(Located::new(
+            name.span(),
+            match self {
+                Self::Segments(_) => ConfigProblem::UnknownSegment { name: name_text, suggestion },
+                Self::Gauges(_) | Self::None => ConfigProblem::UnknownGauge { name: name_text, suggestion },
+            },
+        ))
+    }
+}
+
+/// The settings of one default alarm, from which a rule for each gauge or segment is made.
+struct Template<'a> {
+    /// `None` if the alarm is off.
+    priority: Option<Priority>,
+    delay: Duration,
+    off_delay: Duration,
+    except: HashSet<&'a str>,
+}
+
+impl<'a> Template<'a> {
+    fn new(given: &'a DefaultAlarmToml, defaults: &Defaults, exceptions: &Exceptions<'_>) -> Result<Self, Located> {
+        given.except.iter().try_for_each(|name| exceptions.check(name))?;
+        Ok(Self {
+            priority: priority_or_off(given.priority.as_ref(), defaults.priority)?,
+            delay: delay(given.delay.as_ref(), Duration::from_secs(defaults.delay_s))?,
+            off_delay: delay(given.off_delay.as_ref(), Duration::from_secs(defaults.off_delay_s))?,
+            except: given.except.iter().map(|name| name.get_ref().as_str()).collect(),
+        })
+    }
+
+    /// The rule for the gauge or segment `about`; `None` if the alarm is off or excepts it.
+    fn rule(&self, about: &str, name: String, subject: Subject, condition: Condition) -> Option<Rule> {
+        let priority = self.priority.filter(|_| !self.except.contains(about))?;
+        let Self { delay, off_delay, .. } = *self;
+        Some(Rule { name, subject, condition, priority, delay, off_delay, message: None })
+    }
+}
+
+/// The pressure limits in Pa of every series that an alarm watches. A series that only a rise watches has an empty list: its
+/// gauge must be able to measure too.
+fn limits_by_series(rules: &[Rule]) -> Vec<(Subject, Vec<f64>)> {
+    let mut all: BTreeMap<&str, (Subject, Vec<f64>)> = BTreeMap::new();
+    for rule in rules {
+        let Subject::Series { series, .. } = &rule.subject else { continue };
+        let (_, limits) = all.entry(series).or_insert_with(|| (rule.subject.clone(), Vec::new()));
+        if rule.condition.unit() == Some("Pa") {
+            limits.extend(rule.condition.limit());
+        }
+    }
+    all.into_values().collect()
+}
+
+fn max_damaged(damage: &DefaultAlarmToml) -> Result<f64, Located> {
+    let Some(limit) = &damage.limit else { return Ok(MAX_DAMAGED) };
+    let found = *limit.get_ref();
+    if (1.0..=1e6).contains(&found) {
+        return Ok(found);
+    }
+    let (quantity, range) = ("telegrams per minute", "from 1 to 1000000");
+    Err(Located::new(limit.span(), ConfigProblem::OutOfRange { quantity, range, found }))
+}

@@ -1,0 +1,279 @@
+//! Errors in the configuration file.
+
+use super::CertificateError;
+use crate::alarm::Priority;
+use crate::auth::file_permissions::PermissionError;
+use profivac_virtual::device_spec::SpecError;
+use std::fmt;
+use std::io;
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// An error in the configuration file, with its position.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}:{line}:{column}: {problem}", file = file.display())]
+pub struct ConfigError {
+    /// The configuration file.
+    pub file: PathBuf,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column, from 1.
+    pub column: usize,
+    /// What was expected and what was found.
+    pub problem: ConfigProblem,
+}
+
+/// A problem and the octets of the file that cause it.
+#[derive(Debug)]
+pub struct Located {
+    pub span: Range<usize>,
+    pub problem: ConfigProblem,
+}
+
+impl Located {
+    pub const fn new(span: Range<usize>, problem: ConfigProblem) -> Self {
+        Self { span, problem }
+    }
+}
+
+/// A table of the file that has a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamedItem {
+    /// `[[segment]]`.
+    Segment,
+    /// The port of a segment.
+    Port,
+    /// `[[segment.gauge]]`.
+    Gauge,
+    /// `[[alarm]]`.
+    Alarm,
+    /// `[[webhook]]`.
+    Webhook,
+}
+
+impl fmt::Display for NamedItem {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Segment => "segment",
+            Self::Port => "port",
+            Self::Gauge => "gauge",
+            Self::Alarm => "alarm",
+            Self::Webhook => "webhook",
+        })
+    }
+}
+
+/// The station of a segment that already has an address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AddressUser {
+    /// The master of the station.
+    Master,
+    /// Another gauge of the segment.
+    Gauge,
+}
+
+impl fmt::Display for AddressUser {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Master => "the master",
+            Self::Gauge => "another gauge",
+        })
+    }
+}
+
+/// Why a URL cannot be that of a webhook.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WebhookUrlProblem {
+    /// The URL has no host.
+    #[error("a URL without a host")]
+    NoHost,
+    /// The URL contains a user name or a password.
+    #[error("a URL with a password; use token or token-file instead")]
+    Password,
+    /// The scheme is neither `https` nor `http`.
+    #[error("another scheme")]
+    Scheme,
+    /// A token would travel unencrypted to another computer.
+    #[error("http with a token, which would travel unencrypted; use https")]
+    TokenWithoutTls,
+}
+
+/// What is wrong in a configuration file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigProblem {
+    /// The file cannot be read.
+    #[error("the file cannot be read: {0}")]
+    Unreadable(#[source] io::Error),
+    /// The text is not TOML, a key is unknown, or a value has the wrong type or form. Holds the message of the parser.
+    #[error("{0}")]
+    Syntax(String),
+    /// A key is given by its current and by its former name.
+    #[error("expected {new} or its former name {old}, found both: delete {old}")]
+    BothNames {
+        /// The former name.
+        old: &'static str,
+        /// The current name.
+        new: &'static str,
+    },
+    /// The file has no segment.
+    #[error("expected at least one [[segment]]")]
+    NoSegment,
+    /// A name is empty.
+    #[error("expected a name for the {0}, found an empty string")]
+    EmptyName(NamedItem),
+    /// A name contains control characters, which a terminal could take for commands.
+    #[error("expected a name without control characters, found {0:?}")]
+    ControlCharacters(String),
+    /// Two tables have the same name.
+    #[error("the {item} {name:?} is defined twice; {}", twice_hint(*.item))]
+    Duplicate {
+        /// The kind of table.
+        item: NamedItem,
+        /// The name.
+        name: String,
+    },
+    /// An entry of `hosts` is not a host name.
+    #[error("expected a name or an address of this computer without a port, found {0:?}")]
+    HostName(String),
+    /// The address of a master is out of range.
+    #[error("expected a master address from 0 to 125, found {0}")]
+    MasterAddress(u8),
+    /// The address of a slave is out of range.
+    #[error("expected a slave address from 0 to 125, found {0}")]
+    SlaveAddress(u8),
+    /// An address of the segment is used twice.
+    #[error("address {address} is already used by {user}")]
+    AddressInUse {
+        /// The address.
+        address: u8,
+        /// The station that has it.
+        user: AddressUser,
+    },
+    /// The device model does not exist.
+    #[error("{error}{}", hint(*.suggestion))]
+    UnknownDevice {
+        /// The models that exist.
+        error: SpecError,
+        /// The model with the most similar name.
+        suggestion: Option<&'static str>,
+    },
+    /// A sampling interval is out of range.
+    #[error("expected a sampling interval from 20ms to 1h, found {0}")]
+    PollInterval(humantime::Duration),
+    /// No gauge has this name.
+    #[error("there is no gauge {name:?}{}", hint(.suggestion.as_deref()))]
+    UnknownGauge {
+        /// The name.
+        name: String,
+        /// The most similar name of a gauge.
+        suggestion: Option<String>,
+    },
+    /// No segment has this name.
+    #[error("there is no segment {name:?}{}", hint(.suggestion.as_deref()))]
+    UnknownSegment {
+        /// The name.
+        name: String,
+        /// The most similar name of a segment.
+        suggestion: Option<String>,
+    },
+    /// The default alarm for the database has nothing to be excepted from.
+    #[error("the alarm about the database applies to the whole station and has no exceptions; found {0:?}")]
+    NoExceptions(String),
+    /// An alarm has the name of a default alarm.
+    #[error("{0:?} is the name of a default alarm; choose another name, or change the default alarm in [alarms]")]
+    DefaultAlarmName(String),
+    /// An alarm has no condition, or several.
+    #[error("expected one of above, below and rise for the alarm {0:?}")]
+    OneCondition(String),
+    /// `window` is given without `rise`.
+    #[error("window applies to rise only")]
+    WindowWithoutRise,
+    /// `reset` is given with `rise`.
+    #[error("reset does not apply to rise; use hysteresis, in decades per minute")]
+    ResetWithRise,
+    /// `reset` and `hysteresis` are both given.
+    #[error("expected reset or hysteresis, found both")]
+    ResetAndHysteresis,
+    /// A limit is not a positive pressure.
+    #[error("expected a pressure above 0, found {0}")]
+    LimitNotPositive(String),
+    /// The reset of a limit is on the wrong side of the limit.
+    #[error("expected a reset not {side} the limit {limit}, found {reset}")]
+    ResetBeyondLimit {
+        /// `above` or `below`.
+        side: &'static str,
+        /// The limit with its unit.
+        limit: String,
+        /// The reset with its unit.
+        reset: String,
+    },
+    /// A number is out of range.
+    #[error("expected {quantity} {range}, found {found}")]
+    OutOfRange {
+        /// The quantity with its unit.
+        quantity: &'static str,
+        /// The permitted range.
+        range: &'static str,
+        /// The number.
+        found: f64,
+    },
+    /// The window of a rise is out of range.
+    #[error("expected a window from 5s to 10m, found {0}")]
+    Window(humantime::Duration),
+    /// A delay is too long.
+    #[error("expected a delay of at most 1h, found {0}")]
+    Delay(humantime::Duration),
+    /// A priority does not exist.
+    #[error("expected a priority out of {}, found {found:?}", priorities(*.may_be_off))]
+    UnknownPriority {
+        /// The word.
+        found: String,
+        /// Whether `off` is permitted.
+        may_be_off: bool,
+    },
+    /// `limit` is given for another default alarm than `damage`.
+    #[error("only damage has a limit, in telegrams per minute")]
+    LimitWithoutDamage,
+    /// The URL of a webhook cannot be used.
+    #[error("expected a URL like https://host/path, found {0}")]
+    WebhookUrl(WebhookUrlProblem),
+    /// `token` and `token-file` are both given.
+    #[error("expected token or token-file, found both")]
+    TwoTokens,
+    /// A token contains characters that HTTP does not permit. The token is a secret and is not repeated.
+    #[error("expected a token of visible ASCII characters without spaces")]
+    Token,
+    /// A token file is open to others.
+    #[error(transparent)]
+    TokenFileOpen(PermissionError),
+    /// A token file cannot be read.
+    #[error("{file} cannot be read: {error}", file = file.display())]
+    TokenFile {
+        /// The file.
+        file: PathBuf,
+        /// The error of the operating system.
+        error: io::Error,
+    },
+    /// The certificates of a webhook cannot be read.
+    #[error(transparent)]
+    Certificates(CertificateError),
+}
+
+fn twice_hint(item: NamedItem) -> &'static str {
+    match item {
+        NamedItem::Port => "put all its gauges into one segment",
+        NamedItem::Webhook => "give each a name of its own",
+        NamedItem::Segment | NamedItem::Gauge | NamedItem::Alarm => "choose another name",
+    }
+}
+
+fn hint(suggestion: Option<&str>) -> String {
+    suggestion.map(|name| format!("; did you mean {name:?}?")).unwrap_or_default()
+}
+
+fn priorities(may_be_off: bool) -> String {
+    let off = may_be_off.then_some("off");
+    Priority::ALL.iter().map(|priority| priority.word()).chain(off).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,225 @@
+//! The configuration file of a station.
+//!
+//! ```toml
+//! [station]
+//! name = "Target hall"
+//! listen = "127.0.0.1:8080"        # address of the dashboard and the API
+//! database = "target-hall.db"      # relative to this file
+//! users = "target-hall.users.toml" # the users' file, relative to this file
+//! hosts = ["vacuum.example"]       # host names that browsers use for this computer, besides localhost
+//!
+//! [tls]                            # required to listen beyond loopback
+//! certificate = "target-hall.pem"
+//! key = "target-hall.key"
+//!
+//! [[segment]]
+//! name = "hall"
+//! port = "/dev/ttyUSB0"            # a serial device, a pty, tcp://host:port, sim:FILE.toml
+//! baud = 19200
+//! master = 0
+//!
+//! [[segment.gauge]]
+//! name = "chamber"
+//! address = 5
+//! device = "bcg450"
+//! poll = "200 ms"                  # sampling interval
+//! gas = "ar"                       # the dashboard shows a corrected pressure beside the indicated one
+//! levels = { "process" = "1e-3 mbar" }
+//! ```
+//!
+//! The whole file is checked before anything starts. An error names line and column.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | `file` | the file as TOML: tables, keys, defaults |
+//! | `check` | checks of segments, gauges and host names |
+//! | `alarms` | `[[alarm]]` |
+//! | `default_alarms` | `[alarms]` |
+//! | `webhooks` | `[[webhook]]` |
+//! | `names` | rules for names |
+//! | `error` | errors with their positions |
+//! | `notice` | notices about a valid file, and about changes that need a restart |
+
+mod alarms;
+mod check;
+mod default_alarms;
+mod error;
+mod file;
+mod names;
+mod notice;
+mod webhooks;
+
+pub use error::{AddressUser, ConfigError, ConfigProblem, NamedItem, WebhookUrlProblem};
+pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
+pub use webhooks::{CertificateError, Secret, Webhook, ca_certificates};
+
+use crate::alarm::Rule;
+use crate::auth::Access;
+use error::Located;
+use file::ConfigToml;
+use profivac_client::pressure::Pressure;
+use profivac_dp::link::Baud;
+use profivac_host::port::PortError;
+use profivac_host::text_file::{self, line_and_column};
+use profivac_vacuum::Gas;
+use profivac_virtual::segment_file::SegmentFile;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The configuration of a station.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// The name of the station.
+    pub name: String,
+    /// The address of the dashboard and the API.
+    pub listen: SocketAddr,
+    /// The path of the database.
+    pub database: PathBuf,
+    /// The users' file.
+    pub users: UsersFile,
+    /// Host names and addresses of this computer, without ports.
+    pub hosts: Vec<String>,
+    /// The certificate and its key, if the station uses TLS.
+    pub tls: Option<TlsFiles>,
+    /// The segments.
+    pub segments: Vec<Segment>,
+    /// The alarms of the file, then the default alarms.
+    pub alarms: Vec<Rule>,
+    /// The webhooks that receive alarm notifications.
+    pub webhooks: Vec<Webhook>,
+    /// Keys that are written with a former name.
+    pub renamed_keys: Vec<RenamedKey>,
+}
+
+/// The file that holds the users.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UsersFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Whether the configuration file names it. A named file must exist.
+    pub named: bool,
+}
+
+/// The paths of certificate and key, both in PEM.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// The certificate of the station, followed by its intermediate certificates.
+    pub certificate: PathBuf,
+    /// The key of the certificate. Only its owner may have access to the file.
+    pub key: PathBuf,
+}
+
+/// A segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// Its name, unique in the station.
+    pub name: String,
+    /// Its port.
+    pub port: String,
+    /// Its baud rate.
+    pub baud: Baud,
+    /// The address of the station's master.
+    pub master: u8,
+    /// Its gauges.
+    pub gauges: Vec<Gauge>,
+}
+
+/// A gauge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gauge {
+    /// Its name, unique in the station.
+    pub name: String,
+    /// Its bus address.
+    pub address: u8,
+    /// The name of its device model.
+    pub device: String,
+    /// The sampling interval.
+    pub poll: Duration,
+    /// The gas in the chamber.
+    pub gas: Gas,
+    /// Horizontal lines in the trend: name and pressure.
+    pub levels: Vec<(String, Pressure)>,
+}
+
+impl Gauge {
+    /// Whether both entries describe the same slave: address and device model are equal.
+    #[must_use]
+    pub fn is_same_slave(&self, other: &Self) -> bool {
+        (self.address, &self.device) == (other.address, &other.device)
+    }
+}
+
+impl Config {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with the position and the problem.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let unreadable = |error: std::io::Error| ConfigError {
+            file: path.to_owned(),
+            line: 1,
+            column: 1,
+            problem: ConfigProblem::Unreadable(error),
+        };
+        Self::parse(&text_file::read(path).map_err(unreadable)?, path)
+    }
+
+    /// Parses `text` as the contents of the file at `path`. Relative paths in the text are relative to the folder of `path`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with the position and the problem.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
+        let located = |Located { span, problem }: Located| {
+            let (line, column) = line_and_column(text, span.start);
+            ConfigError { file: path.to_owned(), line, column, problem }
+        };
+        let file = ConfigToml::parse(text).map_err(located)?;
+        check::check(&file).map_err(located)?;
+        let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
+        let alarms = alarms::rules(&file).map_err(located)?;
+        let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
+        Ok(Self { alarms, webhooks, renamed_keys, ..file.into_config(path) })
+    }
+
+    /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
+    /// other programs and may appear or change later.
+    ///
+    /// # Errors
+    /// [`PortError::File`] with the position in the segment file.
+    pub fn check_ports(&self) -> Result<(), PortError> {
+        let files = self.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
+        files.map(Path::new).try_for_each(|file| SegmentFile::read(file).map(drop))
+    }
+
+    /// Notices about settings that are valid but probably not intended.
+    #[must_use]
+    pub fn notices(&self) -> Vec<ConfigNotice> {
+        let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
+        let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
+        renamed.chain(empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() })).collect()
+    }
+
+    /// The settings that differ in `new` and that the station applies only at its next start.
+    #[must_use]
+    pub fn needs_restart(&self, new: &Self) -> Vec<RestartNeeded> {
+        notice::needs_restart(self, new)
+    }
+
+    /// How users authenticate: by the users' file if there is one, else every request is that of an anonymous viewer.
+    #[must_use]
+    pub fn access(&self) -> Access {
+        let UsersFile { path, named } = &self.users;
+        if *named || path.exists() { Access::Users(path.clone()) } else { Access::anonymous_viewer() }
+    }
+
+    /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
+    /// webhook is often a secret.
+    #[must_use]
+    pub const fn is_private(&self) -> bool {
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests;

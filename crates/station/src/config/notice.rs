@@ -1,0 +1,107 @@
+//! Notices about a valid configuration file.
+
+use super::Config;
+use super::error::{ConfigProblem, Located};
+use super::file::ConfigToml;
+use profivac_host::text_file::line_and_column;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A setting that is valid but probably not intended.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigNotice {
+    /// A segment without gauges.
+    #[error(
+        "the segment {segment:?} has no [[segment.gauge]], so nothing of it is recorded; `profivac init` finds gauges"
+    )]
+    EmptySegment {
+        /// The name of the segment.
+        segment: String,
+    },
+    /// A key with a former name.
+    #[error(transparent)]
+    RenamedKey(RenamedKey),
+}
+
+/// A key that is written with a former name. The station accepts it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}:{column}: the key {old} is now called {new}; the former name still works", file = file.display())]
+pub struct RenamedKey {
+    /// The configuration file.
+    pub file: PathBuf,
+    /// The line of the key, from 1.
+    pub line: usize,
+    /// The column of the key, from 1.
+    pub column: usize,
+    /// The former name.
+    pub old: &'static str,
+    /// The current name.
+    pub new: &'static str,
+}
+
+/// A setting that differs from that of the running station and takes effect at its next start.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RestartNeeded {
+    /// The key.
+    pub key: &'static str,
+    /// The setting of the running station.
+    pub running: String,
+    /// The setting of the changed file.
+    pub configured: String,
+}
+
+impl fmt::Display for RestartNeeded {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { key, running, configured } = self;
+        write!(formatter, "{key} stays {running} until the station is restarted, then it becomes {configured}")
+    }
+}
+
+/// The keys of `file` that are written with a former name.
+pub fn renamed_keys(file: &ConfigToml, text: &str, path: &Path) -> Result<Vec<RenamedKey>, Located> {
+    let renamed = |(old, new): (&'static str, &'static str), old_value: Option<Range<usize>>, is_new_given: bool| {
+        let Some(value) = old_value else { return Ok(None) };
+        if is_new_given {
+            return Err(Located::new(value, ConfigProblem::BothNames { old, new }));
+        }
+        // Only an equals sign, blanks and quotes stand between a key and its value.
+        let key = text.get(..value.start).and_then(|before| before.rfind(old)).unwrap_or(value.start);
+        let (line, column) = line_and_column(text, key);
+        Ok(Some(RenamedKey { file: path.to_owned(), line, column, old, new }))
+    };
+    let station = &file.station;
+    let alarms = &file.alarms;
+    let keys = [
+        renamed(("record", "database"), station.record.as_ref().map(|old| old.span()), station.database.is_some()),
+        renamed(("record", "database"), alarms.record.as_ref().map(|old| old.span()), alarms.database.is_some()),
+        renamed(
+            ("blind", "not-measurable"),
+            alarms.blind.as_ref().map(|old| old.span()),
+            alarms.not_measurable.is_some(),
+        ),
+    ];
+    let keys: Result<Vec<_>, _> = keys.into_iter().collect();
+    Ok(keys?.into_iter().flatten().collect())
+}
+
+/// The settings that differ and take effect at the next start.
+pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
+    let tls =
+        |config: &Config| config.tls.as_ref().map_or_else(|| "off".to_owned(), |tls| tls.key.display().to_string());
+    let settings = |config: &Config| {
+        [
+            ("listen", config.listen.to_string()),
+            ("database", config.database.display().to_string()),
+            ("name", config.name.clone()),
+            ("users", config.users.path.display().to_string()),
+            ("hosts", format!("{:?}", config.hosts)),
+            ("tls", tls(config)),
+        ]
+    };
+    let both = settings(running).into_iter().zip(settings(new));
+    both.filter(|((_, running), (_, new))| running != new)
+        .map(|((key, running), (_, configured))| RestartNeeded { key, running, configured })
+        .collect()
+}

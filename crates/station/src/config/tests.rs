@@ -1,0 +1,185 @@
+//! The configuration file: defaults, errors with positions, notices.
+
+use super::file::POLL;
+use super::*;
+use std::path::Path;
+
+const FILE: &str = r#"
+[station]
+name = "Target hall"
+
+[[segment]]
+name = "hall"
+port = "/dev/ttyUSB0"
+baud = 93750
+master = 1
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+poll = "100 ms"
+gas = "ar"
+levels = { process = "1e-3 mbar" }
+"#;
+
+fn parse(text: &str) -> Result<Config, ConfigError> {
+    Config::parse(text, Path::new("plants/hall.toml"))
+}
+
+fn problem(text: &str) -> String {
+    parse(text).unwrap_err().problem.to_string()
+}
+
+#[test]
+fn a_file_describes_a_station() {
+    let config = parse(FILE).unwrap();
+    assert_eq!((config.name.as_str(), config.database.as_path()), ("Target hall", Path::new("plants/hall.db")));
+    assert_eq!(config.listen.to_string(), "127.0.0.1:8080");
+    let segment = &config.segments[0];
+    assert_eq!((segment.name.as_str(), segment.baud, segment.master), ("hall", Baud::B93750, 1));
+    let gauge = &segment.gauges[0];
+    assert_eq!((gauge.address, gauge.poll, gauge.gas), (5, Duration::from_millis(100), Gas::Ar));
+    assert_eq!(gauge.levels[0].0, "process");
+    assert!((gauge.levels[0].1.pa() - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn relative_paths_are_relative_to_the_file() {
+    let more = "\"\nusers = \"accounts.toml\"\nhosts = [\"vacuum.example\", \"10.0.0.1\", \"fe80::1\"]\n[tls]\ncertificate = \"a.pem\"\nkey = \"/etc/a.key\"";
+    let config = parse(&FILE.replacen("hall\"", &format!("hall{more}"), 1)).unwrap();
+    assert_eq!(config.access(), Access::Users(PathBuf::from("plants/accounts.toml")));
+    assert_eq!(config.hosts, ["vacuum.example", "10.0.0.1", "fe80::1"]);
+    let tls = config.tls.clone().unwrap();
+    assert_eq!((tls.certificate.as_path(), tls.key.as_path()), (Path::new("plants/a.pem"), Path::new("/etc/a.key")));
+    assert!(config.is_private() && !parse(FILE).unwrap().is_private());
+}
+
+#[test]
+fn keys_that_are_missing_have_defaults() {
+    let config = parse("[[segment]]\nname = 'a'\nport = 'b'\n[[segment.gauge]]\nname='c'\naddress=5\ndevice='bcg450'");
+    let config = config.unwrap();
+    let gauge = &config.segments[0].gauges[0];
+    assert_eq!((config.name.as_str(), config.segments[0].master, gauge.poll, gauge.gas), ("hall", 0, POLL, Gas::N2));
+    let users = Path::new("plants/hall.users.toml");
+    assert_eq!((config.users.path.as_path(), config.access()), (users, Access::anonymous_viewer()));
+}
+
+#[test]
+fn an_error_names_its_position_and_what_was_expected() {
+    let altered = |from: &str, to: &str| parse(&FILE.replace(from, to)).unwrap_err().to_string();
+    for (from, to, sentence) in [
+        ("baud = 93750", "baud = 9", "hall.toml:8:8: expected a PROFIBUS rate out of 9600, "),
+        ("master = 1", "master = 5", "hall.toml:13:11: address 5 is already used by the master"),
+        ("master = 1", "master = 126", "hall.toml:9:10: expected a master address from 0 to 125, found 126"),
+        ("address = 5", "address = 126", "hall.toml:13:11: expected a slave address from 0 to 125, found 126"),
+        ("address = 5", "address = 300", "hall.toml:13:11: "),
+        ("bcg450", "bcg451", "hall.toml:14:10: unknown device \"bcg451\"; there are "),
+        ("bcg450", "BCG-450", "; did you mean \"bcg450\"?"),
+        ("bcg450", "PSG 550-SP", "; did you mean \"psg550\"?"),
+        ("bcg450", "thermometer", "bpg400"),
+        ("100 ms", "1 ms", "hall.toml:15:8: expected a sampling interval from 20ms to 1h, found 1ms"),
+        ("100 ms", "often", "hall.toml:15:8: "),
+        ("\"100 ms\"", "\"100\"", "hall.toml:15:8: time unit needed, for example 100sec or 100ms"),
+        ("\"100 ms\"", "100", "hall.toml:15:8: invalid type: integer `100`, expected a string"),
+        ("100 ms", "2 h", "hall.toml:15:8: expected a sampling interval from 20ms to 1h, found 2h"),
+        ("\"ar\"", "\"beer\"", "hall.toml:16:7: expected a gas out of "),
+        ("1e-3 mbar", "low", "hall.toml:17:22: "),
+        ("gas =", "gass =", "hall.toml:16:1: unknown field `gass`, expected one of `name`, `address`, "),
+        ("name = \"chamber\"", "name = \"\"", "hall.toml:12:8: expected a name for the gauge, found an empty string"),
+        (
+            "[station]",
+            "[stations]",
+            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `segment`, ",
+        ),
+        ("[station]", "[station]\nhosts = [\"a.example\", \"b.example:80\"]", "hall.toml:3:23: expected a name or an"),
+        ("[station]", "[tls]\nkey = \"a\"\n[station]", "hall.toml:2:1: missing field `certificate`"),
+        ("port = \"/dev/ttyUSB0\"", "", "missing field `port`"),
+    ] {
+        let found = altered(from, to);
+        assert!(found.contains(sentence), "{to}: {found}");
+    }
+    assert_eq!(parse("").unwrap_err().to_string(), "plants/hall.toml:1:1: expected at least one [[segment]]");
+    let second = FILE.split_once("[[segment]]").unwrap().1;
+    let twice = FILE.to_owned() + &second.replace("name = \"hall\"", "[[segment]]\nname = \"annex\"");
+    let expected = "the port \"/dev/ttyUSB0\" is defined twice; put all its gauges into one segment";
+    assert_eq!(problem(&twice), expected);
+}
+
+#[test]
+fn a_device_name_without_resemblance_gets_no_suggestion() {
+    let found = problem(&FILE.replace("bcg450", "thermometer"));
+    assert!(!found.contains("did you mean"), "{found}");
+}
+
+#[test]
+fn former_keys_are_accepted_with_a_notice_that_names_line_column_and_the_new_key() {
+    let old = FILE.replacen("hall\"", "hall\"\nrecord = \"old.db\"", 1)
+        + "[alarms]\nblind = { priority = 'off' }\n  \"record\" = { priority = 'off' }\n";
+    let config = parse(&old).unwrap();
+    assert_eq!(config.database, Path::new("plants/old.db"));
+    assert!(config.alarms.iter().all(|rule| rule.name != "record: not written"));
+    let notices: Vec<_> = config.notices().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notices,
+        [
+            "plants/hall.toml:4:1: the key record is now called database; the former name still works",
+            "plants/hall.toml:21:4: the key record is now called database; the former name still works",
+            "plants/hall.toml:20:1: the key blind is now called not-measurable; the former name still works",
+        ]
+    );
+    let new = old
+        .replace("record = \"", "database = \"")
+        .replace("\"record\"", "database")
+        .replace("blind", "not-measurable");
+    let config = parse(&new).unwrap();
+    assert_eq!((config.database.as_path(), config.notices()), (Path::new("plants/old.db"), Vec::new()));
+    assert!(config.alarms.iter().all(|rule| rule.name != "record: not written"));
+}
+
+#[test]
+fn a_key_is_given_by_one_of_its_names_only() {
+    let both = FILE.replacen("hall\"", "hall\"\nrecord = \"old.db\"\ndatabase = \"new.db\"", 1);
+    assert_eq!(
+        parse(&both).unwrap_err().to_string(),
+        "plants/hall.toml:4:10: expected database or its former name record, found both: delete record"
+    );
+}
+
+#[test]
+fn changes_that_need_a_restart_are_listed() {
+    let old = parse(FILE).unwrap();
+    assert_eq!(old.needs_restart(&old), []);
+    let new = FILE.replace("Target hall\"", "Target hall\"\nlisten = \"127.0.0.1:9090\"\ndatabase = \"other.db\"");
+    let needed: Vec<_> = old.needs_restart(&parse(&new).unwrap()).iter().map(ToString::to_string).collect();
+    assert_eq!(
+        needed,
+        [
+            "listen stays 127.0.0.1:8080 until the station is restarted, then it becomes 127.0.0.1:9090",
+            "database stays plants/hall.db until the station is restarted, then it becomes plants/other.db"
+        ]
+    );
+}
+
+#[test]
+fn a_segment_without_gauges_gives_a_notice() {
+    assert_eq!(parse(FILE).unwrap().notices(), []);
+    let empty = parse("[[segment]]\nname = 'a'\nport = 'b'").unwrap();
+    assert_eq!(empty.notices(), [ConfigNotice::EmptySegment { segment: "a".to_owned() }]);
+}
+
+#[test]
+fn two_gauges_cannot_share_an_address_or_a_name() {
+    let twice = FILE.to_owned() + "[[segment.gauge]]\nname = \"second\"\naddress = 5\ndevice = \"pcg550\"\n";
+    assert_eq!(problem(&twice), "address 5 is already used by another gauge");
+    let same_name = twice.replace("second", "chamber");
+    assert_eq!(problem(&same_name), "the gauge \"chamber\" is defined twice; choose another name");
+    let two_lines = FILE.replace("\"chamber\"", "\"cham\\nber\"");
+    assert_eq!(problem(&two_lines), "expected a name without control characters, found \"cham\\nber\"");
+}
+
+#[test]
+fn an_error_about_a_missing_file_names_the_file() {
+    let error = Config::read(Path::new("no/such/plant.toml")).unwrap_err().to_string();
+    assert!(error.starts_with("no/such/plant.toml:1:1: the file cannot be read"), "{error}");
+}
