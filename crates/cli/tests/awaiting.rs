@@ -15,10 +15,10 @@ use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::Duration;
 
-fn bus(simulation: &Program, patience: Duration) -> Bus {
+fn bus(simulation: &Program, timeout: Duration) -> Bus {
     let name = format!("tcp://{}", simulation.ready());
     let baud = Baud::B19200;
-    Bus::open(move || BusSession::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), patience)).unwrap()
+    Bus::open(move || BusSession::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), timeout)).unwrap()
 }
 
 /// A waker that unparks this thread.

@@ -51,7 +51,7 @@ impl Dashboard {
     /// Starts to record the memory segment, and serves the dashboard if that is options.
     pub fn open(
         scenario: &Scenario,
-        scene: &MemorySegment,
+        segment: &MemorySegment,
         master: u8,
         options: &DashboardOptions<'_>,
     ) -> Result<Self, Failure> {
@@ -82,7 +82,7 @@ impl Dashboard {
         let rules = alarms::rules(scenario, SEGMENT, names)?;
         services.alarms().begin(&services, rules, Vec::new()).map_err(StationError::from)?;
         let _watcher = AlarmThread::start(Arc::clone(&services))?;
-        let exhibit = DemoSegment::new(services, SEGMENT, scene, master, names);
+        let exhibit = DemoSegment::new(services, SEGMENT, segment, master, names);
         Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 
@@ -92,8 +92,8 @@ impl Dashboard {
     }
 
     /// Takes over the new samples.
-    pub fn update(&mut self, scene: &mut MemorySegment) {
-        self.exhibit.run_once(scene);
+    pub fn update(&mut self, segment: &mut MemorySegment) {
+        self.exhibit.run_once(segment);
     }
 }
 

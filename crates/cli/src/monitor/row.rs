@@ -55,7 +55,7 @@ impl Row {
             state: master.state(address).map_or_else(String::new, |state| state.to_string()),
             remarks: master
                 .exchange_error(address)
-                .map(|trouble| trouble.to_string())
+                .map(|error| error.to_string())
                 .into_iter()
                 .chain(exceptions)
                 .collect(),
