@@ -1,6 +1,8 @@
 //! Virtual devices on the bench: a slave and its instrument, a power switch, and the vacuum around them.
 
+use crate::action_text::{ActionText, UnknownName};
 use profivac_client::pressure::Pressure;
+use profivac_devices::model::Fault;
 use profivac_devices::{Action, Drive, Principle, SimulatedDevice, StateReport, UnsupportedAction};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::{Slave, SlaveState};
@@ -258,9 +260,20 @@ impl VirtualDevice {
     ///
     /// # Errors
     /// [`Unknown`] when the device has nothing of that name.
-    pub fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
+    pub fn operate(&mut self, action: Action) -> Result<(), UnsupportedAction> {
         self.slave.instrument_mut().operate(action)?;
         self.settle();
+        Ok(())
+    }
+
+    /// Performs an action that a user has written in words.
+    ///
+    /// # Errors
+    /// [`UnknownName`] when the device does not have the fault or control, or the control not the position.
+    pub fn operate_text(&mut self, text: ActionText<'_>) -> Result<(), UnknownName> {
+        let action = text.resolve(self.slave.instrument())?;
+        // The device has it: `resolve` has looked.
+        let _ = self.operate(action);
         Ok(())
     }
 
@@ -342,9 +355,10 @@ fn sensors(
 
 /// A sensor has come to its end: the fault that the device has for it.
 fn break_sensor(instrument: &mut dyn SimulatedDevice, part: usize) {
-    let Some(instance) = instrument.parts().get(part).map(|part| part.instance) else { return };
-    // Every device with a cathode has this fault; without one nobody could be told.
-    let _ = instrument.operate(Action::Fault { name: &format!("sensor{instance}"), present: true });
+    let instance = instrument.parts().get(part).map(|part| part.instance);
+    let Some(fault) = instance.and_then(Fault::of_sensor) else { return };
+    // Every device with a cathode has this fault; a device without it ignores the action.
+    let _ = instrument.operate(Action::Fault { fault, active: true });
 }
 
 /// Devices and sensors are of one rank and know nothing of each other.

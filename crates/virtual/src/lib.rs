@@ -10,6 +10,7 @@
 //! | [`scenario`] | a plant, its gauges, events, and the expected results |
 //! | [`mod@open`] | ports by name, `sim:FILE.toml` included |
 
+pub mod action_text;
 pub mod device;
 pub mod device_spec;
 pub mod memory_segment;

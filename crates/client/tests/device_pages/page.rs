@@ -208,6 +208,6 @@ fn refusals(model: &Model) -> String {
 }
 
 fn faults(model: &Model) -> String {
-    let all = model.faults.names.iter().zip(model.faults.effects);
+    let all = model.faults.names().zip(model.faults.effects);
     table(&["Fault", "What it does"], all.map(|(name, effect)| vec![format!("`{name}`"), (*effect).to_owned()]))
 }

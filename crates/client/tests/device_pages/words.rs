@@ -128,6 +128,7 @@ pub const fn refusal(refusal: AccessError) -> &'static str {
         AccessError::OutOfRange => "outside the range or the enumeration",
         AccessError::StorageFailed => "the nonvolatile memory took nothing",
         AccessError::UnknownTask => "no such instruction",
+        _ => "another reason",
     }
 }
 

@@ -3,9 +3,9 @@
 use super::file::{Entry, Expect, File, Flow};
 use super::plant::{Part, Plant, air};
 use super::quantities::{self, PART, TIME, Text, TextError, flow, pressure, temperature};
+use crate::action_text::ActionText;
 use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
-use profivac_devices::Action;
 use profivac_dp::link::Baud;
 use profivac_vacuum::Atmosphere;
 use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, TurboPump, Volume, Wall};
@@ -78,12 +78,12 @@ pub enum DeviceAction {
 impl DeviceAction {
     /// As the instrument knows it, if it is something people do to it.
     #[must_use]
-    pub fn action(&self) -> Option<Action<'_>> {
+    pub fn action(&self) -> Option<ActionText<'_>> {
         match self {
-            Self::Fault(name, present) => Some(Action::Fault { name, present: *present }),
-            Self::Button(number) => Some(Action::Button(*number)),
-            Self::Switch(name, value) => Some(Action::Switch { name, value }),
-            Self::Pot(which, volts) => Some(Action::Pot { which: *which, volts: *volts }),
+            Self::Fault(name, present) => Some(ActionText::Fault { name, present: *present }),
+            Self::Button(number) => Some(ActionText::Button(*number)),
+            Self::Switch(name, value) => Some(ActionText::Switch { name, value }),
+            Self::Pot(which, volts) => Some(ActionText::Pot { which: *which, volts: *volts }),
             Self::Power(_) | Self::Plug(_) | Self::Write(..) => None,
         }
     }
@@ -271,10 +271,9 @@ impl EventParser<'_> {
     ) -> Result<u8, TextError> {
         let spec = self.spec(device)?;
         let Some(action) = act.action() else { return Ok(spec.address) };
-        let mut unit =
-            spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
+        let unit = spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
         let name = unit.instrument().name();
-        unit.instrument_mut().operate(action).map_err(|unknown| {
+        action.resolve(unit.instrument()).map_err(|unknown| {
             let has = if unknown.expected.is_empty() { "nothing".to_owned() } else { unknown.expected.join(", ") };
             let given = match act {
                 DeviceAction::Fault(fault, _) => fault.clone(),
@@ -283,7 +282,7 @@ impl EventParser<'_> {
                 DeviceAction::Pot(which, _) => which.to_string(),
                 DeviceAction::Power(_) | DeviceAction::Plug(_) | DeviceAction::Write(..) => String::new(),
             };
-            let near = quantities::nearest(&given, unknown.expected.iter().copied());
+            let near = quantities::nearest(&given, unknown.expected.iter().map(String::as_str));
             let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
             TextError::at(at, format!("expected something {name} has, got {given:?}; it has {has}{near}"))
         })?;

@@ -227,7 +227,7 @@ impl Run {
             }
             _ => {
                 // Tried before anything started.
-                let _ = act.action().map(|action| device.operate(action));
+                let _ = act.action().map(|action| device.operate_text(action));
             }
         }
         None
