@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -42,7 +42,7 @@ struct Row<'a> {
 /// Compares and prints the differences.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
-    let differences = arguments.at.with_gauge(|gauge| {
+    let differences = arguments.options.with_gauge(|gauge| {
         let settings = ordered_settings(&file, &arguments.file, gauge)?;
         differences(gauge, &settings, &arguments.file)
     })?;

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Show the changes without writing them
     #[arg(long)]
     dry_run: bool,
@@ -53,7 +53,7 @@ struct Row {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
     let mut rows = Vec::new();
-    let done = arguments.at.with_gauge(|gauge| {
+    let done = arguments.options.with_gauge(|gauge| {
         let settings = ordered_settings(&file, &arguments.file, gauge)?;
         // All values are compared before the first is written.
         let found = differences(gauge, &settings, &arguments.file)?;
@@ -85,8 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn planned(difference: &Difference) -> Row {
-    let Difference { write: order, current: now } = difference;
-    Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
+    let Difference { write, current } = difference;
+    Row { name: write.named.name.clone(), before: current.text.clone(), after: Some(write.text.clone()), error: None }
 }
 
 /// The lock of the parameter set that is open for changes, if any.

@@ -51,7 +51,7 @@ pub struct Arguments {
     time: Option<Duration>,
     /// The addresses of the slaves, or a station's file with segments, ports, rates, masters and gauges
     #[arg(value_name = "ADDR|FILE.toml", required = true)]
-    watched: Vec<String>,
+    targets: Vec<String>,
 }
 
 const EXAMPLES: &str = "\

@@ -117,13 +117,11 @@ fn check_exchanged(session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(
     let master = session.master();
     for address in slaves.iter().map(|slave| slave.address) {
         if master.counters(address).is_some_and(|counters| counters.exchanges == 0) {
-            let trouble = master.exchange_error(address);
-            let reason = trouble.map_or_else(
-                || "the command ended before the slave was ready".to_owned(),
-                |trouble| trouble.to_string(),
-            );
+            let error = master.exchange_error(address);
+            let reason = error
+                .map_or_else(|| "the command ended before the slave was ready".to_owned(), |error| error.to_string());
             let sentence = format!("no data from the slave at address {address}: {reason}");
-            return Err(match trouble {
+            return Err(match error {
                 None | Some(ExchangeError::NoAnswer(_)) => Failure::no_answer(sentence),
                 Some(_) => Failure::refused(sentence),
             });

@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Listen for masters on TCP; port 0 selects a free one
     #[arg(long, value_name = "HOST:PORT", group = "port")]
     tcp: Option<String>,
-    /// Bits per second; delays are counted in its bit times
+    /// Bits per second; delays are counted in bit times of this rate
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
     /// Transmit every octet in the time it takes on a line

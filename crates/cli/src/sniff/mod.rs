@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
     time: Option<Duration>,
     #[command(flatten)]
-    style: PrintOptions,
+    options: PrintOptions,
 }
 
 const EXAMPLES: &str = "\
@@ -49,8 +49,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut tap = Tap::new(port, baud);
     notice(&format_args!("listening on {}; Ctrl-C ends", arguments.port));
     let mut decoder = Decoder::new(baud, TimeSource::Platform);
-    let mut capture = Capture::begin(&arguments.style, baud)?;
-    let printer = Printer::new(&arguments.style, baud);
+    let mut capture = Capture::begin(&arguments.options, baud)?;
+    let printer = Printer::new(&arguments.options, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let mut explained = Vec::new();
     let ended = loop {
