@@ -1,6 +1,6 @@
 # What a script needs on a fresh machine. To be sourced.
 
-# need PACKAGE COMMAND...: the Debian package without which the command fails. Root installs it, everybody else is told its name.
+# need PACKAGE COMMAND...: installs the Debian package if the command fails. Only root can install; other users get its name.
 need() {
     local package=$1
     shift

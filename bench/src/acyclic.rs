@@ -1,16 +1,17 @@
-//! A class 2 master that reads a record of four octets again and again. What the slave answers is ready, so that only the
+//! A class 2 master that reads a record of four octets repeatedly. The answers of the slave are prepared, so that only the
 //! master is counted: request, SC, poll and response, and the tokens between them.
 
-use crate::desk::{BAUD, MASTER, telegram};
+use crate::rig::{BAUD, MASTER, telegram};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
-use profivac_dp::master::{Handle, Master, Ms2Parameters, Outcome, Settings};
+use profivac_dp::master::ms2::Connect;
+use profivac_dp::master::{Handle, Master, Ms2Parameters, Settings};
 use profivac_wire::DataTelegram;
 use std::hint::black_box;
 
 const SLAVE: u8 = 8;
 
-/// What the slave answers: to Initiate, to the poll for its response, and to the poll for the record.
+/// The answers of the slave: to Initiate, to the poll for its response, and to the poll for the record.
 struct Answers {
     manager: Vec<u8>,
     opened: Vec<u8>,
@@ -49,7 +50,7 @@ struct Tool {
 }
 
 impl Tool {
-    /// What the master does next, and the answer if there is one.
+    /// The next telegram of the master, and its answer if there is one.
     fn step(&mut self) {
         self.now = self.station.wake_at().unwrap_or(self.now).max(self.now);
         let Some(transmit) = self.station.poll(self.now) else { return };
@@ -64,14 +65,16 @@ impl Tool {
         }
     }
 
-    fn read(&mut self, connection: Handle) {
-        while !matches!(self.station.user.ms2_read(connection, 1, 16, 4), Ok(())) {
+    fn read(&mut self, connection: Handle<Connect>) {
+        let read = loop {
+            if let Ok(read) = self.station.user.ms2_read(connection, 1, 16, 4) {
+                break read;
+            }
             self.step();
-            black_box(self.station.user.outcome(connection));
-        }
+        };
         loop {
             self.step();
-            if let Some(Outcome::Read(record)) = self.station.user.outcome(connection) {
+            if let Some(Ok(record)) = self.station.user.outcome(read) {
                 black_box(record);
                 return;
             }
@@ -79,7 +82,7 @@ impl Tool {
     }
 }
 
-/// So many reads.
+/// Runs `times` reads.
 pub fn read(times: u32) {
     let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
     let station = Master::on(bus, Settings::new(BAUD), BitTime(0));

@@ -1,40 +1,43 @@
-//! What `cargo bench` counts: one function per operation, which does it so many times.
+//! The operations that `cargo bench` counts: one function each, which repeats the operation.
 //!
-//! Everything that must be ready beforehand is made before the loop, so that the difference between two runs of different
-//! length is the operation alone. [`ROWS`] is the table of `docs/benchmarks.md`.
+//! Each function prepares everything before its loop, so that the difference between two runs of different length is the
+//! operation alone. [`ROWS`] is the table of `docs/benchmarks.md`.
 
 mod acyclic;
 pub mod cycle;
-mod desk;
 mod master;
 mod receiver;
+mod rig;
 mod sensor;
 mod slave;
 mod telegram;
 
-/// Does an operation so many times.
+/// Repeats an operation this number of times.
 pub type Operation = fn(u32);
 
 /// A line of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// What is done, and per what the instructions are counted.
+    /// The name in `bench/baseline.toml`.
+    pub key: &'static str,
+    /// The operation, and the unit per which the instructions are counted.
     pub what: &'static str,
-    /// Our way.
+    /// The operation of this project.
     pub ours: Operation,
-    /// What of it belongs to something else and is taken off.
+    /// The part that is subtracted because it belongs to another operation.
     pub minus: Option<Operation>,
     /// The same by profirust 0.6.0.
     pub peer: Option<Operation>,
-    /// How many of the units named in `what` one operation has.
+    /// The number of units in one operation.
     pub units: u32,
-    /// The instructions per unit we want to stay within, where we want something.
+    /// The target for the instructions per unit, if there is one.
     pub target: Option<u32>,
 }
 
 /// The whole table.
 pub const ROWS: &[Row] = &[
     Row {
+        key: "decode-sd2",
         what: "decode an SD2 of 41 octets from a buffer",
         ours: telegram::decode,
         minus: None,
@@ -43,6 +46,7 @@ pub const ROWS: &[Row] = &[
         target: Some(150),
     },
     Row {
+        key: "encode-sd2",
         what: "encode an SD2 of 41 octets into a buffer",
         ours: telegram::encode,
         minus: None,
@@ -51,6 +55,7 @@ pub const ROWS: &[Row] = &[
         target: Some(150),
     },
     Row {
+        key: "receive-octet-in-one-piece",
         what: "receive one octet of an SD2 of 41 that come in one piece, decoding included",
         ours: receiver::receive_piece,
         minus: None,
@@ -59,6 +64,7 @@ pub const ROWS: &[Row] = &[
         target: Some(12),
     },
     Row {
+        key: "receive-octet-in-pieces-of-8",
         what: "the same, in pieces of eight",
         ours: receiver::receive_pieces,
         minus: None,
@@ -67,6 +73,7 @@ pub const ROWS: &[Row] = &[
         target: Some(12),
     },
     Row {
+        key: "receive-octet-one-by-one",
         what: "the same, one by one",
         ours: receiver::receive_each,
         minus: None,
@@ -75,6 +82,7 @@ pub const ROWS: &[Row] = &[
         target: Some(12),
     },
     Row {
+        key: "slave-exchange-in-one-piece",
         what: "slave, one Data_Exchange of 5 octets out and 2 in, the request in one piece",
         ours: slave::in_one_piece,
         minus: None,
@@ -83,6 +91,7 @@ pub const ROWS: &[Row] = &[
         target: Some(800),
     },
     Row {
+        key: "slave-exchange-octet-by-octet",
         what: "the same, octet by octet",
         ours: slave::octet_by_octet,
         minus: None,
@@ -91,6 +100,7 @@ pub const ROWS: &[Row] = &[
         target: Some(800),
     },
     Row {
+        key: "slave-last-octet-to-answer",
         what: "of that, from the last octet of the request to the answer",
         ours: slave::octet_by_octet,
         minus: Some(slave::all_but_last),
@@ -99,6 +109,7 @@ pub const ROWS: &[Row] = &[
         target: Some(250),
     },
     Row {
+        key: "bcg450-exchange",
         what: "BCG450, one Data_Exchange with parameter channel and float (C6 87 8E ...)",
         ours: slave::bcg450_exchange,
         minus: None,
@@ -107,6 +118,7 @@ pub const ROWS: &[Row] = &[
         target: Some(1500),
     },
     Row {
+        key: "bcg450-ms1-read",
         what: "BCG450, one MS1 read of four octets, request and poll",
         ours: slave::ms1_read,
         minus: None,
@@ -115,6 +127,7 @@ pub const ROWS: &[Row] = &[
         target: Some(2000),
     },
     Row {
+        key: "bcg450-pkw-read",
         what: "BCG450, one read through the parameter channel, instruction and AK 0",
         ours: slave::parameter_channel_read,
         minus: None,
@@ -123,6 +136,7 @@ pub const ROWS: &[Row] = &[
         target: Some(2 * 1500),
     },
     Row {
+        key: "master-exchange-124",
         what: "master, one Data_Exchange of 2 octets each way among 124 slaves",
         ours: master::exchange::<124>,
         minus: None,
@@ -131,6 +145,7 @@ pub const ROWS: &[Row] = &[
         target: Some(1000),
     },
     Row {
+        key: "master-exchange-32",
         what: "the same among 32",
         ours: master::exchange::<32>,
         minus: None,
@@ -139,6 +154,7 @@ pub const ROWS: &[Row] = &[
         target: None,
     },
     Row {
+        key: "master-exchange-8",
         what: "the same among 8",
         ours: master::exchange::<8>,
         minus: None,
@@ -147,6 +163,7 @@ pub const ROWS: &[Row] = &[
         target: None,
     },
     Row {
+        key: "master-exchange-1",
         what: "the same with one slave, a token for each",
         ours: master::exchange::<1>,
         minus: None,
@@ -154,8 +171,9 @@ pub const ROWS: &[Row] = &[
         units: 1,
         target: None,
     },
-    // free choice of the target: what a slave may take for its side.
+    // free choice of the target: the same as for the slave's side.
     Row {
+        key: "master-ms2-read",
         what: "master, one MS2 read of four octets, request and poll",
         ours: acyclic::read,
         minus: None,
@@ -164,6 +182,7 @@ pub const ROWS: &[Row] = &[
         target: Some(2 * 1000),
     },
     Row {
+        key: "sensor-reading",
         what: "one reading of a real sensor, the mean of four principles",
         ours: sensor::four_sensors,
         minus: None,
@@ -172,3 +191,15 @@ pub const ROWS: &[Row] = &[
         target: Some(1000),
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::ROWS;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_row_has_its_own_key() {
+        let keys: BTreeSet<_> = ROWS.iter().map(|row| row.key).collect();
+        assert_eq!(keys.len(), ROWS.len());
+    }
+}

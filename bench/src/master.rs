@@ -4,7 +4,7 @@
 //! is counted. Both masters are called when they have something to do, and no oftener: ours says when that is, profirust is
 //! polled when a request has left, when its answer is there, and when it may speak again.
 
-use crate::desk::{BAUD, MASTER, Mirror, telegram};
+use crate::rig::{BAUD, MASTER, Mirror, telegram};
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
@@ -28,11 +28,11 @@ const T_SDR_TBIT: u64 = 11;
 struct Segment {
     /// At the addresses 1 and up.
     slaves: Vec<Slave<Mirror>>,
-    /// What each answers to Data_Exchange.
+    /// The answer of each slave to Data_Exchange.
     inputs: Vec<Vec<u8>>,
-    /// What each answers to FDL status.
+    /// The answer of each slave to FDL status.
     statuses: Vec<Vec<u8>>,
-    /// What a real slave answered.
+    /// The answer of a real slave.
     answer: Vec<u8>,
     exchanges: u32,
 }
@@ -104,12 +104,12 @@ impl Ours {
         Self { station, receiver: Receiver::new(BitTime(0)), segment: Segment::new(slaves), now: BitTime(0) }
     }
 
-    /// How many exchanges there were, and what time it is.
+    /// The number of exchanges, and the present time.
     pub(crate) const fn clock(&self) -> (u32, BitTime) {
         (self.segment.exchanges, self.now)
     }
 
-    /// What the master does next, and the answer if there is one.
+    /// The next telegram of the master, and its answer if there is one.
     pub(crate) fn step(&mut self) {
         self.now = self.station.wake_at().unwrap_or(self.now).max(self.now);
         let Some(transmit) = self.station.poll(self.now) else { return };
@@ -125,7 +125,7 @@ impl Ours {
     }
 }
 
-/// So many exchanges of our master, once all slaves take part.
+/// Runs `times` exchanges of this project's master, once all slaves exchange data.
 pub fn exchange<const SLAVES: u8>(times: u32) {
     let mut master = Ours::exchanging(SLAVES);
     let goal = master.segment.exchanges + times;
@@ -134,7 +134,7 @@ pub fn exchange<const SLAVES: u8>(times: u32) {
     }
 }
 
-/// The port of profirust: what it sends is answered at once, and the driver lets the time pass that this takes.
+/// The port of profirust: it answers every telegram at once, and the driver advances the time by its duration.
 struct Phy {
     segment: Segment,
     now: BitTime,
@@ -200,7 +200,7 @@ impl Theirs<'_> {
         Self { station, master, phy: Phy { segment: Segment::new(slaves), now: BitTime(0), heard: Vec::new() } }
     }
 
-    /// How many exchanges there were, and what time it is.
+    /// The number of exchanges, and the present time.
     pub(crate) const fn clock(&self) -> (u32, BitTime) {
         (self.phy.segment.exchanges, self.phy.now)
     }
@@ -222,7 +222,7 @@ impl Theirs<'_> {
     }
 }
 
-/// So many exchanges of profirust, once all slaves take part.
+/// Runs `times` exchanges of profirust, once all slaves exchange data.
 pub fn exchange_peer<const SLAVES: u8>(times: u32) {
     let mut master = Theirs::exchanging(SLAVES);
     let goal = master.phy.segment.exchanges + times;

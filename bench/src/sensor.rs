@@ -1,10 +1,10 @@
-//! What a sensor costs: one reading, ten milliseconds after the last.
+//! The cost of a sensor: one reading, ten milliseconds after the last.
 
 use profivac_vacuum::sensor::{Drive, Environment, Principle, REFERENCE_K, Range, Sensor};
 use profivac_vacuum::{Gas, Mixture};
 use std::hint::black_box;
 
-/// What is left in a chamber, so that every gas has to be looked at.
+/// A residual atmosphere in which every gas counts.
 fn around(pa: f64) -> Environment {
     let mut gas = Mixture::pure(Gas::N2, 0.7 * pa);
     (gas[Gas::H2o], gas[Gas::Ar]) = (0.2 * pa, 0.1 * pa);

@@ -1,6 +1,6 @@
 //! Services as a slave sees them, from the first octet of the request to the answer.
 
-use crate::desk::{Desk, Mirror, counted, request};
+use crate::rig::{Mirror, SlaveRig, counted, request};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::profile::Setup;
@@ -20,10 +20,10 @@ const BCG450_USER: [u8; 5] = [0x80, 0x00, 0x00, 0x05, 0x1C];
 /// Read four octets of slot 1, index 19: the process value.
 const READ: [u8; 4] = [0x5E, 1, 19, 4];
 
-const ADDRESS: u8 = Desk::<Mirror>::ADDRESS;
+const ADDRESS: u8 = SlaveRig::<Mirror>::ADDRESS;
 
-fn mirror() -> Desk<Mirror> {
-    Desk::exchanging(Mirror::default(), &[], &CFG)
+fn mirror() -> SlaveRig<Mirror> {
+    SlaveRig::exchanging(Mirror::default(), &[], &CFG)
 }
 
 fn exchanges(outputs: &[u8]) -> [Vec<u8>; 2] {
@@ -32,41 +32,41 @@ fn exchanges(outputs: &[u8]) -> [Vec<u8>; 2] {
 
 /// Data_Exchange, the request in one piece.
 pub fn in_one_piece(times: u32) {
-    let mut desk = mirror();
+    let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
-        black_box(desk.hear(black_box(request)));
+        black_box(rig.hear(black_box(request)));
     }
 }
 
 /// Data_Exchange, the request octet by octet.
 pub fn octet_by_octet(times: u32) {
-    let mut desk = mirror();
+    let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
-        black_box(desk.hear_each(black_box(request)));
+        black_box(rig.hear_each(black_box(request)));
     }
 }
 
 /// All octets of the request but the last; then the line is disturbed, so that the next request begins anew.
 pub fn all_but_last(times: u32) {
-    let mut desk = mirror();
+    let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
         let [octets @ .., _] = black_box(request.as_slice()) else { continue };
-        black_box(desk.hear_each(octets));
-        desk.receiver.character_error(desk.now);
+        black_box(rig.hear_each(octets));
+        rig.receiver.character_error(rig.now);
     }
 }
 
-fn bcg450() -> Desk<Bcg450<RamStore>> {
+fn bcg450() -> SlaveRig<Bcg450<RamStore>> {
     let mut gauge = Bcg450::new(RamStore::default(), Setup::new(ADDRESS));
     gauge.settle();
-    Desk::exchanging(gauge, &BCG450_USER, &BCG450_CFG)
+    SlaveRig::exchanging(gauge, &BCG450_USER, &BCG450_CFG)
 }
 
 /// Data_Exchange with a BCG450 and an idle parameter channel.
 pub fn bcg450_exchange(times: u32) {
-    let mut desk = bcg450();
+    let mut rig = bcg450();
     for request in exchanges(&[0; 8]).iter().cycle().take(times as usize) {
-        black_box(desk.hear(black_box(request)));
+        black_box(rig.hear(black_box(request)));
     }
 }
 
@@ -77,11 +77,11 @@ fn read_and_poll() -> [Vec<u8>; 2] {
 
 /// An MS1 read of a BCG450.
 pub fn ms1_read(times: u32) {
-    let mut desk = bcg450();
+    let mut rig = bcg450();
     let requests = read_and_poll();
     for _ in 0..times {
         for request in black_box(&requests) {
-            black_box(desk.hear(request));
+            black_box(rig.hear(request));
         }
     }
 }
@@ -94,11 +94,11 @@ fn channel_read() -> [Vec<u8>; 2] {
 
 /// A read through the parameter channel of a BCG450.
 pub fn parameter_channel_read(times: u32) {
-    let mut desk = bcg450();
+    let mut rig = bcg450();
     let requests = channel_read();
     for _ in 0..times {
         for request in black_box(&requests) {
-            black_box(desk.hear(request));
+            black_box(rig.hear(request));
         }
     }
 }
@@ -110,15 +110,15 @@ mod tests {
 
     #[test]
     fn each_exchange_is_answered_with_two_octets() {
-        let mut desk = mirror();
+        let mut rig = mirror();
         for request in exchanges(&OUTPUTS) {
             assert_eq!(request.len(), 14);
-            assert_eq!(desk.hear(&request), 11);
+            assert_eq!(rig.hear(&request), 11);
         }
         for request in exchanges(&OUTPUTS) {
-            assert_eq!(desk.hear_each(&request), 11);
+            assert_eq!(rig.hear_each(&request), 11);
         }
-        assert_eq!(desk.slave.device().outputs[..5], OUTPUTS);
+        assert_eq!(rig.slave.device().outputs[..5], OUTPUTS);
     }
 
     #[test]
@@ -128,23 +128,23 @@ mod tests {
 
     #[test]
     fn the_bcg450_answers_with_fifteen_octets() {
-        let mut desk = bcg450();
-        assert_eq!(exchanges(&[0; 8]).map(|request| desk.hear(&request)), [24, 24]);
+        let mut rig = bcg450();
+        assert_eq!(exchanges(&[0; 8]).map(|request| rig.hear(&request)), [24, 24]);
     }
 
     #[test]
     fn the_ms1_read_is_acknowledged_and_its_response_has_four_octets() {
-        let mut desk = bcg450();
-        assert_eq!(read_and_poll().map(|request| desk.hear(&request)), [1, 19]);
+        let mut rig = bcg450();
+        assert_eq!(read_and_poll().map(|request| rig.hear(&request)), [1, 19]);
     }
 
     #[test]
     fn the_parameter_channel_answers_with_a_double_word_and_then_rests() {
-        let mut desk = bcg450();
+        let mut rig = bcg450();
         let mut ak = |octets: &[u8]| {
-            assert_eq!(desk.hear(octets), 24);
+            assert_eq!(rig.hear(octets), 24);
             let mut inputs = [0; 15];
-            desk.slave.device_mut().inputs(&mut inputs);
+            rig.slave.device_mut().inputs(&mut inputs);
             inputs[0] >> 4
         };
         assert_eq!(channel_read().map(|request| ak(&request)), [2, 0]);

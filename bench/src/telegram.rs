@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_sides_mean_the_same_telegram() {
+    fn both_implementations_encode_the_same_telegram() {
         let octets = octets();
         assert_eq!(octets.len(), 41);
         assert_eq!(Telegram::parse(&octets), Ok(Telegram::Data(FRAME)));

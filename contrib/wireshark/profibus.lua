@@ -1,7 +1,7 @@
 -- PROFIBUS DP for Wireshark: FDL telegrams, the services of DP-V0, the PDUs of DP-V1, diagnosis.
 --
--- One packet is one telegram, from start to end delimiter, as `profivac sniff --out` and `profivac decode --out` write them
--- with link type 147 (USER0). See README.md beside this file.
+-- A packet is one telegram, from start to end delimiter, as `profivac sniff --out` and `profivac decode --out` write it with
+-- link type 147 (USER0). See README.md beside this file.
 
 local proto = Proto("profibus", "PROFIBUS DP")
 
@@ -172,7 +172,7 @@ proto.experts = { damaged, refused }
 
 -- DP-V0 ------------------------------------------------------------------------------------------------------------------
 
--- The names of the bits that are set.
+-- The names of the set bits.
 local function set_bits(value, names)
     local words = {}
     for _, name in ipairs(names) do
@@ -252,13 +252,13 @@ local function set_prm(du, tree)
     return string.format("%s, ident %04X", set_bits(du(0, 1):uint(), PRM_BITS), du(4, 2):uint())
 end
 
--- Octets of a length octet: bit 6 counts words.
+-- The number of octets of a length octet; bit 6 selects words.
 local function area(octet)
     local units = octet % 64 + 1
     return math.floor(octet / 64) % 2 == 1 and 2 * units or units
 end
 
--- How many octets go each way: nil if the last identifier is cut off.
+-- The octets in each direction; nil if the last identifier is truncated.
 local function lengths(du)
     local at, outputs, inputs = 0, 0, 0
     while at < du:len() do
@@ -426,7 +426,7 @@ local function service_name(sap)
     return SERVICE[sap] or "SAP " .. sap
 end
 
--- What the data unit says, nil if its service says nothing special.
+-- The description of the data unit; nil if its service has none.
 local function data_unit(sap, du, tree, is_request)
     if sap == 60 and not is_request then return slave_diag(du, tree) end
     if sap == 61 and is_request then return set_prm(du, tree) end
@@ -459,7 +459,7 @@ local function count_words(fc)
     return fcb == 1 and " first" or ""
 end
 
--- DA to the last octet before FCS.
+-- Dissects DA up to the last octet before FCS.
 local function frame(body, tree, pinfo)
     local da, sa = body(0, 1), body(1, 1)
     local extensions = math.floor(da:uint() / 128) + math.floor(sa:uint() / 128)
@@ -510,7 +510,7 @@ local function frame(body, tree, pinfo)
     return nil
 end
 
--- Why octets are no telegram; nil if they are one.
+-- The error of octets that are not a telegram; nil for a telegram.
 local function defect(buffer)
     local first, length = buffer(0, 1):uint(), buffer:len()
     if not START[first] then return string.format("no telegram begins with %02X", first) end

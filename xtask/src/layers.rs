@@ -1,11 +1,14 @@
 //! Arrows point to lower ranks only.
 //!
-//! The ranks stand in the tables of `ARCHITECTURE.md` and nowhere else: a row begins with a rank and the name of a crate
-//! (`dp`) or of a module (`dp::link`); `devices::*` stands for the modules of `devices` that have no row. Between crates
-//! the arrows are what `cargo metadata` says a build needs; inside a crate they are the paths its source mentions. What
-//! only tests need may come from anywhere: it is in nothing that is shipped.
+//! The ranks are in the tables of `ARCHITECTURE.md`: a row begins with a rank and the names of crates (`dp`) or of modules
+//! at the root of a crate (`dp::link`); `devices::*` covers the modules of `devices` without a row. The arrows between
+//! crates are the dependencies of a build according to `cargo metadata`; the arrows between modules are the paths in the
+//! source. Tests may use anything, because no tests are shipped. Below the root modules have no ranks, but no module may use
+//! another one in a circle ([`circles`]).
 
-use crate::{modules, root, verdict};
+use crate::circles;
+use crate::modules::Modules;
+use crate::{root, verdict};
 use anyhow::{Context, Result};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 use std::collections::BTreeMap;
@@ -20,7 +23,7 @@ pub struct Ranks(BTreeMap<String, u8>);
 impl Ranks {
     /// Reads the tables.
     fn parse(architecture: &str) -> Self {
-        Self(architecture.lines().filter_map(row).collect())
+        Self(architecture.lines().flat_map(row).collect())
     }
 
     fn of(&self, name: &str) -> Option<u8> {
@@ -30,12 +33,6 @@ impl Ranks {
     /// The rank of a module of a crate, by its own row or that of `*`.
     fn of_module(&self, krate: &str, module: &str) -> Option<u8> {
         self.of(&format!("{krate}::{module}")).or_else(|| self.of(&format!("{krate}::*")))
-    }
-
-    /// Whether the modules of a crate have ranks.
-    fn has_modules(&self, krate: &str) -> bool {
-        let prefix = format!("{krate}::");
-        self.0.keys().any(|name| name.starts_with(&prefix))
     }
 
     /// Whether `from` may use `to`; both have ranks.
@@ -53,26 +50,27 @@ impl Ranks {
     }
 }
 
-/// `| 1 | `dp` | ...` gives `("dp", 1)`.
-fn row(line: &str) -> Option<(String, u8)> {
-    let mut cells = line.strip_prefix('|')?.split('|').map(str::trim);
-    let rank = cells.next()?.parse().ok()?;
-    let name = cells.next()?.strip_prefix('`')?.strip_suffix('`')?;
-    Some((name.to_owned(), rank))
+/// `| 1 | `dp::slave`, `dp::master` | ...` gives both names with the rank 1.
+fn row(line: &str) -> Vec<(String, u8)> {
+    let mut cells = line.strip_prefix('|').unwrap_or_default().split('|').map(str::trim);
+    let rank = cells.next().and_then(|cell| cell.parse().ok());
+    let (Some(rank), Some(names)) = (rank, cells.next()) else { return Vec::new() };
+    let name = |cell: &str| Some((cell.trim().strip_prefix('`')?.strip_suffix('`')?.to_owned(), rank));
+    names.split(',').filter_map(name).collect()
 }
 
-/// Checks crates, then the modules of those crates that have ranks inside.
+/// Checks the arrows between crates, then those between the modules of each crate.
 pub fn check() -> Result<()> {
     let ranks = Ranks::parse(&std::fs::read_to_string(root().join("ARCHITECTURE.md")).context("ARCHITECTURE.md")?);
     let metadata = MetadataCommand::new().no_deps().current_dir(root()).exec()?;
     let mut defects = between_crates(&metadata, &ranks);
     for package in metadata.workspace_packages() {
+        let modules = Modules::read(package.manifest_path.with_file_name("src").as_std_path())?;
         let name = short(package);
-        if ranks.has_modules(name) {
-            let source = package.manifest_path.with_file_name("src");
-            let uses = modules::uses(source.as_std_path())?;
-            defects.extend(uses.iter().filter_map(|arrow| inside_crate(&ranks, name, arrow)));
+        if package.name.starts_with(PREFIX) {
+            defects.extend(between_modules(&ranks, name, &modules));
         }
+        defects.extend(circles::find(&modules).iter().map(|circle| format!("{name}: {circle}")));
     }
     verdict("layers", &defects)
 }
@@ -96,22 +94,36 @@ fn between_crates(metadata: &Metadata, ranks: &Ranks) -> Vec<String> {
     defects
 }
 
-fn inside_crate(ranks: &Ranks, krate: &str, arrow: &modules::Arrow) -> Option<String> {
-    let file = arrow.file.strip_prefix(root()).unwrap_or(&arrow.file);
-    let complaint = ranks.complaint(Some(krate), &arrow.from, &arrow.to)?;
-    Some(format!("{krate}: {complaint} in {}", file.display()))
+/// The complaints about the modules at the root of a crate: each has a rank and uses lower ones only.
+fn between_modules(ranks: &Ranks, krate: &str, modules: &Modules) -> Vec<String> {
+    let unranked = modules.children(&[]).into_iter().filter(|module| ranks.of_module(krate, module).is_none());
+    let mut defects: Vec<String> =
+        unranked.map(|name| format!("{krate}::{name} has no row in ARCHITECTURE.md")).collect();
+    for arrow in modules.arrows() {
+        let (Some(from), Some(to)) = (arrow.from.first(), arrow.to.first()) else { continue };
+        let ranked = [from, to].into_iter().all(|module| ranks.of_module(krate, module).is_some());
+        if ranked
+            && from != to
+            && let Some(complaint) = ranks.complaint(Some(krate), from, to)
+        {
+            let file = arrow.file.strip_prefix(root()).unwrap_or(&arrow.file);
+            defects.push(format!("{krate}: {complaint} in {}", file.display()));
+        }
+    }
+    defects
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::modules::tests::made_up;
 
     const TABLE: &str = "
 | Rank | Crate | Holds |
 |---|---|---|
 | 0 | `wire` | octets |
 | 1 | `dp` | stations |
-| 0 | `dp::link` | time |
+| 0 | `dp::link`, `dp::ident` | time |
 | 1 | `dp::*` | the rest |
 ";
 
@@ -121,9 +133,25 @@ mod tests {
         assert_eq!(ranks.of("wire"), Some(0));
         assert_eq!(ranks.of("dp"), Some(1));
         assert_eq!(ranks.of_module("dp", "link"), Some(0));
+        assert_eq!(ranks.of_module("dp", "ident"), Some(0));
         assert_eq!(ranks.of_module("dp", "slave"), Some(1));
         assert_eq!(ranks.of("Crate"), None);
-        assert!(ranks.has_modules("dp") && !ranks.has_modules("wire"));
+    }
+
+    #[test]
+    fn every_root_module_needs_a_rank_and_uses_lower_ones_only() {
+        let ranks = Ranks::parse("| 0 | `dp::link` | |\n| 1 | `dp::slave`, `dp::master` | |");
+        let sources = [
+            ("link", "use crate::master::X;"),
+            ("slave", "use crate::link::Y; mod inner { use crate::master::Z; }"),
+            ("master", ""),
+            ("orphan", ""),
+        ];
+        let defects = between_modules(&ranks, "dp", &made_up(&sources));
+        assert_eq!(defects.len(), 3);
+        assert_eq!(defects[0], "dp::orphan has no row in ARCHITECTURE.md");
+        assert!(defects[1].starts_with("dp: link (rank 0) uses master (rank 1)"), "{}", defects[1]);
+        assert!(defects[2].starts_with("dp: slave (rank 1) uses master (rank 1)"), "{}", defects[2]);
     }
 
     #[test]
@@ -134,6 +162,6 @@ mod tests {
         assert_eq!(ranks.complaint(Some("dp"), "slave", "link"), None);
         assert!(ranks.complaint(Some("dp"), "link", "slave").is_some());
         assert!(ranks.complaint(Some("dp"), "slave", "master").is_some());
-        assert!(ranks.complaint(None, "dp", "nobody").is_some_and(|text| text.contains("no row")));
+        assert!(ranks.complaint(None, "dp", "other").is_some_and(|text| text.contains("no row")));
     }
 }

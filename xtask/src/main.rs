@@ -1,11 +1,14 @@
-//! `cargo xtask layers|citations|purity|goldens`: what this repository checks and regenerates about itself.
+//! `cargo xtask layers|citations|architecture|prose|purity|goldens`: what this repository checks and regenerates about itself.
 //!
-//! Each task is a file. A check prints one line when it holds, and every defect it found when it does not.
+//! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
+mod architecture;
+mod circles;
 mod citations;
 mod goldens;
 mod layers;
 mod modules;
+mod prose;
 mod purity;
 
 use anyhow::{Result, bail};
@@ -13,8 +16,10 @@ use std::path::Path;
 
 const USAGE: &str = "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only
        cargo xtask citations every citation leads to a section; with --uncited: the sections that no test cites
+       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
+       cargo xtask prose     no retired words and forms; with --count: how many each crate has
        cargo xtask purity    the inner crates are no_std without alloc, all the way down
-       cargo xtask goldens   write the goldens anew, for review with git diff";
+       cargo xtask goldens   write the golden files again, for review with git diff";
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -22,6 +27,9 @@ fn main() -> Result<()> {
         ["layers"] => layers::check(),
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
+        ["architecture"] => architecture::check(),
+        ["prose"] => prose::check(false),
+        ["prose", "--count"] => prose::check(true),
         ["purity"] => purity::check(),
         ["goldens"] => goldens::bless(),
         _ => {
@@ -36,7 +44,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
-/// Says that a check holds, or prints its defects and fails.
+/// Prints that a check passes, or prints its defects and fails.
 fn verdict(what: &str, defects: &[String]) -> Result<()> {
     if defects.is_empty() {
         println!("{what}: ok");

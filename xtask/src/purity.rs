@@ -1,19 +1,19 @@
 //! The inner crates are `no_std` without `alloc`, all the way down.
 //!
-//! `ci/purity` is a static library outside the workspace that has a panic handler, no allocator, and all inner crates
-//! below it. With `std` anywhere in that tree there are two panic handlers, with `alloc` an allocator is missing; the
-//! compiler refuses both. The features `std` and `alloc` of that library do the wrong thing on purpose: the check fails
-//! as well when they are not refused.
+//! `ci/purity` is a static library outside the workspace with a panic handler, without an allocator, that depends on all
+//! inner crates. If any dependency uses `std` there are two panic handlers, and with `alloc` the allocator is missing; the
+//! compiler rejects both. The features `std` and `alloc` of that library cause these errors on purpose, and the check
+//! fails if the compiler accepts them.
 
 use crate::{root, verdict};
 use anyhow::{Context, Result};
 use std::fs::read_to_string;
 use std::process::Command;
 
-/// A feature of `ci/purity`, and what the compiler says to it.
+/// A feature of `ci/purity` and the expected error of the compiler.
 const WRONG: [(&str, &str); 2] = [("std", "panic_impl"), ("alloc", "no global memory allocator")];
 
-/// Builds the library as it is, and in the two ways that must fail.
+/// Builds the library without features, and with each of the two features that must fail.
 pub fn check() -> Result<()> {
     let mut defects = forgotten(&read_to_string(root().join("ARCHITECTURE.md"))?, &manifest()?);
     let (built, said) = build(&[])?;
@@ -23,13 +23,13 @@ pub fn check() -> Result<()> {
     for (feature, expected) in WRONG {
         let (built, said) = build(&["--features", feature])?;
         if built || !said.contains(expected) {
-            defects.push(format!("{feature} is not noticed, so this check proves nothing\n{said}"));
+            defects.push(format!("{feature} compiles, so this check does not detect it\n{said}"));
         }
     }
     verdict("purity", &defects)
 }
 
-/// The crates that `ARCHITECTURE.md` calls `no_std` and that nobody put into the library.
+/// The crates that `ARCHITECTURE.md` calls `no_std` and that are missing in the library.
 fn forgotten(architecture: &str, manifest: &str) -> Vec<String> {
     let inner = architecture.lines().filter_map(|line| {
         let mut cells = line.split('|').map(str::trim).skip(2);
@@ -44,7 +44,7 @@ fn manifest() -> Result<String> {
     read_to_string(root().join("ci/purity/Cargo.toml")).context("ci/purity/Cargo.toml")
 }
 
-/// Whether it builds, and what the compiler said.
+/// Whether the library builds, and the output of the compiler.
 fn build(options: &[&str]) -> Result<(bool, String)> {
     let output = Command::new(env!("CARGO"))
         .args(["build", "--quiet", "--manifest-path", "ci/purity/Cargo.toml", "--target-dir", "target/purity"])

@@ -1,4 +1,4 @@
-//! `profivac address`: a new station address for a slave.
+//! `profivac address`: sets the station address of a slave.
 
 use crate::bus::BusOptions;
 use crate::failure::Failure;
@@ -9,25 +9,25 @@ use clap::Args;
 use profivac_client::address::{AddressError, change, check};
 use serde::Serialize;
 
-/// Give a slave another station address.
+/// Set the station address of a slave.
 ///
-/// The address switch of the device must stand outside 0 to 125, and no master may own it. The new address must be free; after
-/// the change the slave is looked for there.
+/// The address switch of the device must be set outside 0 to 125, and no master may own the slave. The new address must be free.
+/// After the change the command checks that the slave answers there.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     bus: BusOptions,
-    /// The address it has; 126 is where slaves wait that were never given one
+    /// The present address; 126 is a slave that has no address yet
     #[arg(long, value_name = "N", value_parser = values::any_address)]
     from: u8,
-    /// The address it shall have
+    /// The new address
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     to: u8,
-    /// Lock it: it takes no other address over the bus afterwards
+    /// Lock the address: the slave then refuses another address over the bus
     #[arg(long)]
     lock: bool,
-    /// Do not ask
+    /// Do not ask for confirmation
     #[arg(long)]
     yes: bool,
     /// Print JSON
@@ -49,20 +49,19 @@ struct Row {
     locked: bool,
 }
 
-/// Looks, asks, changes, looks again.
+/// Checks both addresses, asks for confirmation of a lock, changes the address, checks it.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { from, to, lock, .. } = *arguments;
     for (option, address) in [("--from", from), ("--to", to)] {
         arguments.bus.check_not_own_address(address, option)?;
     }
-    let mut tool = arguments.bus.open()?;
-    let slave = check(&mut tool, from, to)?;
+    let mut session = arguments.bus.open()?;
+    let slave = check(&mut session, from, to)?;
     if lock {
-        let risk =
-            format!("address {to} would be locked: nothing on the bus changes it any more, only the address switch");
+        let risk = format!("address {to} would be locked: only the address switch of the device could change it again");
         confirm(&risk, arguments.yes)?;
     }
-    change(&mut tool, from, to, slave.ident, lock)?;
+    change(&mut session, from, to, slave.ident, lock)?;
     let devices = slave.device_names();
     let row = Row { from, to, ident: format!("0x{:04X}", slave.ident), devices, locked: lock };
     let name = if row.devices.is_empty() { "unknown".to_owned() } else { row.devices.join(" or ") };

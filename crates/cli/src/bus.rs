@@ -1,4 +1,4 @@
-//! The options of every command that is a master on a bus.
+//! The options of every command that acts as a master.
 
 use crate::failure::Failure;
 use crate::output::{notice, notices};
@@ -15,10 +15,10 @@ use profivac_station::config::Segment;
 use profivac_virtual::open;
 use std::time::Duration;
 
-/// How long a command waits if nobody says otherwise.
+/// The timeout unless `--timeout` sets another.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Where the bus is and how to be a master on it.
+/// The port and the options of the master.
 #[derive(Args, Clone, Debug)]
 pub struct BusOptions {
     /// A serial device, a pty, tcp://HOST:PORT, or sim:FILE.toml for a segment in memory
@@ -28,10 +28,10 @@ pub struct BusOptions {
     options: MasterOptions,
 }
 
-/// How to be a master on a bus.
+/// The options of the master.
 #[derive(Args, Clone, Debug)]
 pub struct MasterOptions {
-    /// Bits per second; on a serial device auto listens until a telegram of another master is heard at some rate
+    /// Bits per second; with auto, a serial device listens at each rate until it receives a telegram
     #[arg(long, value_name = "RATE|auto", default_value = "19200", value_parser = values::rate)]
     baud: Rate,
     /// The address of this master
@@ -40,50 +40,49 @@ pub struct MasterOptions {
     /// The highest station address
     #[arg(long, value_name = "N", default_value_t = 126)]
     hsa: u8,
-    /// How long to wait for the beginning of an answer, in bit times; by default what the rate asks for and 20 ms more
+    /// The slot time in bit times; default: the slot time of the rate and 20 ms
     #[arg(long, value_name = "BITS")]
     slot_time: Option<u32>,
-    /// How long to wait for the line, and for somebody to answer; by default 5, and for the line as long as a ring of such
-    /// masters may take to let this one in
+    /// The longest wait for the line and for an answer; default: 5, and for the line the time in which a ring admits a master
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     timeout: Option<Duration>,
 }
 
 impl BusOptions {
-    /// A bus at `port`.
+    /// The bus at `port`.
     pub fn new(port: &str, line: &MasterOptions) -> Self {
         Self { port: port.to_owned(), options: line.clone() }
     }
 
-    /// A segment of a station's file.
+    /// The bus of a segment of a station's file.
     pub fn of_segment(segment: &Segment, line: &MasterOptions) -> Self {
         let line = MasterOptions { baud: Rate::Known(segment.baud), master: segment.master, ..line.clone() };
         Self { port: segment.port.clone(), options: line }
     }
 
-    /// A master on the bus that has not said anything yet. A port that is lost ends it.
+    /// Opens the port and makes a master that has sent nothing yet. A lost port is an error.
     pub fn open(&self) -> Result<BusSession, Failure> {
-        self.open_session().map(|(tool, _)| tool)
+        self.open_session().map(|(session, _)| session)
     }
 
-    /// The same for a command that runs for long: a port that is lost is looked for until it is back.
+    /// The same for a command that runs for long: a lost port is opened again until that succeeds.
     pub fn open_lasting(&self) -> Result<BusSession, Failure> {
-        let (tool, baud) = self.open_session()?;
-        Ok(tool.lasting(open::opener(&self.port, baud)))
+        let (session, baud) = self.open_session()?;
+        Ok(session.lasting(open::opener(&self.port, baud)))
     }
 
-    /// A station on the bus that says anything, also what no master would.
+    /// Opens the port for `conform`, which also sends telegrams that no master sends.
     pub fn open_probe(&self) -> Result<PortLink, Failure> {
         let (port, baud) = open_port(&self.port, self.options.baud)?;
         Ok(PortLink::new(port, baud, self.parameters(baud)))
     }
 
     fn open_session(&self) -> Result<(BusSession, Baud), Failure> {
-        // What can be wrong before anything is opened.
+        // Parameters are checked before the port is opened.
         self.parameters(self.options.baud.initial()).check().map_err(|error| Failure::usage(error.to_string()))?;
         let (port, baud) = open_port(&self.port, self.options.baud)?;
-        let tool = BusSession::new(port, baud, self.parameters(baud), self.options.timeout.unwrap_or(TIMEOUT))?;
-        Ok((if self.options.timeout.is_none() { tool.wait_for_ring_entry() } else { tool }, baud))
+        let session = BusSession::new(port, baud, self.parameters(baud), self.options.timeout.unwrap_or(TIMEOUT))?;
+        Ok((if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session }, baud))
     }
 
     fn parameters(&self, baud: Baud) -> BusParameters {
@@ -91,10 +90,12 @@ impl BusOptions {
         BusParameters { hsa: self.options.hsa, slot_tbit: self.options.slot_time.unwrap_or(bus.slot_tbit), ..bus }
     }
 
-    /// Nobody else has the address of this master.
+    /// Fails if `address` is the address of this master; `option` is the option or argument that named it.
     pub fn check_not_own_address(&self, address: u8, option: &str) -> Result<(), Failure> {
         if address == self.options.master {
-            return Err(Failure::usage(format!("{option} {address} is the address of this master; say --master N")));
+            return Err(Failure::usage(format!(
+                "{option} {address} is the address of this master; choose another with --master N"
+            )));
         }
         Ok(())
     }
@@ -115,7 +116,7 @@ impl BusOptions {
     }
 }
 
-/// Opens a port, and finds its rate if nobody knows it.
+/// Opens a port, and finds its rate if that is `auto`.
 pub fn open_port(name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
     let mut port = open::port(name, rate.initial())?;
     let baud = match rate {

@@ -1,14 +1,14 @@
-//! `profivac completions`: what a shell needs to complete this command line.
+//! `profivac completions`: prints completions for a shell.
 
 use crate::failure::Failure;
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-/// Print the completions of a shell: commands, options and what they take.
+/// Print completions for a shell: commands, options and values.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The shell
+    /// The shell to complete for
     #[arg(value_name = "SHELL")]
     shell: Shell,
 }

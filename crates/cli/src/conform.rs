@@ -1,10 +1,10 @@
-//! `profivac conform`: whether a slave keeps the rules.
+//! `profivac conform`: tests a slave against the rules.
 
 use crate::bus::BusOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
-use crate::values;
+use crate::values::{self, Expected, ValueError};
 use clap::Args;
 use profivac_client::cyclic::{CyclicError, CyclicSlave};
 use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
@@ -17,11 +17,11 @@ use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
 
-/// Hold a slave against the rules of PROFIBUS DP: what was asked, what came, where the rule stands.
+/// Test a slave against the rules of PROFIBUS DP, and show request, answer and section for each.
 ///
-/// The slave may be anybody's. It is parameterised, led into data exchange and released again and again, with outputs of
-/// zero, and hears many damaged telegrams; nobody may need it meanwhile, and no other master may use the line. What it
-/// stores is not changed. Exit code 1 says that it breaks a rule.
+/// Any slave can be tested, not only a gauge. It is parameterised, brought into data exchange with outputs of zero, and released
+/// many times, and receives damaged telegrams: it must not be in use, and no other master may use the line. Its stored values
+/// do not change. Exit code 1 means that it breaks a rule.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -30,13 +30,13 @@ pub struct Arguments {
     /// The address of the slave
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     address: u8,
-    /// The configuration it takes, in hex; by default what Get_Cfg says
+    /// The configuration that the slave accepts, in hex; default: the answer to Get_Cfg
     #[arg(long, value_name = "HEX", value_parser = octets)]
     cfg: Option<Octets>,
-    /// The user parameters it takes, in hex; by default those that leave a known gauge as it is, and none for others
+    /// The user parameters that the slave accepts, in hex; default: those that keep the unit of a known gauge, otherwise none
     #[arg(long, value_name = "HEX", value_parser = octets)]
     prm: Option<Octets>,
-    /// Take the slave over without telling anybody: needed where no terminal is
+    /// Take ownership of the slave without an announcement; required without a terminal
     #[arg(long)]
     own: bool,
     /// Print JSON
@@ -52,13 +52,13 @@ Examples:
 
 Sections are those of the protocol reference that docs/conformance.md follows.";
 
-/// Octets on a command line.
+/// Octets given in hex.
 #[derive(Clone, Debug)]
 struct Octets(Vec<u8>);
 
-fn octets(text: &str) -> Result<Octets, String> {
+fn octets(text: &str) -> Result<Octets, ValueError> {
     let digits: String = text.chars().filter(|letter| !letter.is_whitespace()).collect();
-    let wrong = || format!("expected octets in hex like '11 21', got {text:?}");
+    let wrong = || Expected::Octets.but_found(text);
     if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
         return Err(wrong());
     }
@@ -66,22 +66,26 @@ fn octets(text: &str) -> Result<Octets, String> {
     pairs.map(|pair| u8::from_str_radix(pair, 16)).collect::<Result<_, _>>().map(Octets).map_err(|_| wrong())
 }
 
-/// Asks everything, shows what came of it. A broken rule is a refusal.
+/// Runs all checks and prints their outcome. A broken rule is exit code 1.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let address = arguments.address;
     arguments.bus.check_not_own_address(address, "--address")?;
     if arguments.own {
-        // Nobody has to be told.
+        // The user has agreed.
     } else if stdin().is_terminal() {
-        notice(&format_args!("conform parameterises the slave at address {address} and releases it again and again"));
+        notice(&format_args!("conform parameterises the slave at address {address} and releases it, many times"));
     } else {
-        return Err(Failure::usage("conform parameterises the slave and owns it: say --own in a script"));
+        return Err(Failure::usage(
+            "conform parameterises the slave and takes ownership of it; without a terminal add --own",
+        ));
     }
     let subject = subject(arguments)?;
     let signals = Signals::catch()?;
     let mut wire = arguments.bus.open_probe()?;
     if let Some(master) = wire.listen()? {
-        return Err(Failure::no_answer(format!("master {master} is using the line; conform needs it for itself")));
+        return Err(Failure::no_answer(format!(
+            "master {master} is using the line; conform needs the line without other masters"
+        )));
     }
     let (mut rows, mut stopped) = (Vec::new(), false);
     let findings = run_checks(&mut wire, &subject, |finding| {
@@ -108,7 +112,7 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     let broken = count(|outcome| matches!(outcome, Outcome::Violated { .. }));
     let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
     let holds = count(|outcome| *outcome == Outcome::Passed);
-    writeln!(stderr(), "{holds} rules hold, {broken} are broken, {skipped} were not asked for").ok();
+    writeln!(stderr(), "{holds} rules hold, {broken} are broken, {skipped} were skipped").ok();
     match broken {
         0 => Ok(()),
         1 => Err(Failure::refused(format!("the slave at address {address} breaks a rule"))),
@@ -116,60 +120,62 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     }
 }
 
-/// What is known of the slave before, without changing it.
+/// Reads identity, configuration and unit of the slave without changing it.
 fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
-    let mut tool = arguments.bus.open()?;
+    let mut session = arguments.bus.open()?;
     let (address, master) = (arguments.address, arguments.bus.master());
-    let slave = find_slave(&mut tool, address)?;
+    let slave = find_slave(&mut session, address)?;
     if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
         return Err(Failure::refused(format!("the slave at address {address} belongs to master {owner}")));
     }
     let user_prm = match &arguments.prm {
         Some(octets) => octets.0.clone(),
-        None => known_prm(&mut tool, address, master)?,
+        None => known_prm(&mut session, address, master)?,
     };
     let cfg = match &arguments.cfg {
         Some(octets) => octets.0.clone(),
-        None => present_cfg(&mut tool, address)?,
+        None => present_cfg(&mut session, address)?,
     };
     Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
 }
 
-fn find_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {
-    let nobody = || Failure::no_answer(format!("no slave answers at address {address}"));
-    probe(tool, address)?.and_then(|seen| seen.slave).ok_or_else(nobody)
+fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {
+    let missing = || Failure::no_answer(format!("no slave answers at address {address}"));
+    probe(session, address)?.and_then(|seen| seen.slave).ok_or_else(missing)
 }
 
-/// The user parameters that keep the unit of a gauge; none for a slave that nobody knows.
-fn known_prm(tool: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
-    match CyclicSlave::find(tool, address, master) {
-        Ok(watched) => Ok(watched.parameters(tool.baud()).user_prm.to_vec()),
+/// The user parameters that keep the unit of a gauge; none for an unknown slave.
+fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
+    match CyclicSlave::find(session, address, master) {
+        Ok(watched) => Ok(watched.parameters(session.baud()).user_prm.to_vec()),
         Err(CyclicError::UnknownDevice { .. }) => Ok(Vec::new()),
         Err(CyclicError::UnreadableUnit { .. }) => Err(Failure::usage(format!(
-            "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one: say which with --prm, see \
-             `profivac gsd`"
+            "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one; give the user parameters with \
+             --prm, see `profivac gsd`"
         ))),
         Err(error) => Err(error.into()),
     }
 }
 
-fn present_cfg(tool: &mut BusSession, address: u8) -> Result<Vec<u8>, Failure> {
-    match tool.request(&services::get_cfg(address))? {
+fn present_cfg(session: &mut BusSession, address: u8) -> Result<Vec<u8>, Failure> {
+    match session.request(&services::get_cfg(address))? {
         Reply::Answer { du, .. } if !du.is_empty() => Ok(du),
-        _ => Err(Failure::refused(format!("the slave at address {address} does not answer Get_Cfg: say --cfg HEX"))),
+        _ => Err(Failure::refused(format!(
+            "the slave at address {address} does not answer Get_Cfg; give its configuration with --cfg HEX"
+        ))),
     }
 }
 
-/// A finding for people: a line, and for a broken rule what was asked and what came.
+/// A finding as a line; for a broken rule also request and answer.
 fn line(finding: &CheckResult) -> String {
     let check = finding.check;
     let head = |word: &str| format!("{word:<8}{:<26}{} ({})", check.name, check.rule, check.section);
     match &finding.outcome {
         Outcome::Passed => head("ok"),
-        Outcome::Skipped(why) => format!("{}\n        not asked: {why}", head("-")),
+        Outcome::Skipped(why) => format!("{}\n        skipped: {why}", head("-")),
         Outcome::Violated { expected, shown } => {
             let shown = shown.as_ref().map(|shown| {
-                format!("\n        asked     {}\n        came      {}", hex(&shown.sent), answer_text(shown))
+                format!("\n        request   {}\n        answer    {}", hex(&shown.sent), answer_text(shown))
             });
             format!("{}{}\n        expected  {expected}", head("BROKEN"), shown.unwrap_or_default())
         }
@@ -188,7 +194,7 @@ fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
-/// What JSON says about a check.
+/// A check in the JSON output.
 #[derive(Debug, Serialize)]
 struct Row {
     name: &'static str,
@@ -230,28 +236,31 @@ mod tests {
     }
 
     #[test]
-    fn octets_are_read_with_and_without_spaces() {
+    fn octets_are_parsed_with_and_without_spaces() {
         assert_eq!(octets("11 21").unwrap().0, [0x11, 0x21]);
         assert_eq!(octets("c6878E").unwrap().0, [0xC6, 0x87, 0x8E]);
         for bad in ["1", "0x11", "zz", "1é"] {
-            assert_eq!(octets(bad).unwrap_err(), format!("expected octets in hex like '11 21', got {bad:?}"));
+            assert_eq!(
+                octets(bad).unwrap_err().to_string(),
+                format!("expected octets in hex like '11 21', got {bad:?}")
+            );
         }
     }
 
     #[test]
-    fn a_broken_rule_is_shown_with_the_octets_that_broke_it() {
+    fn a_broken_rule_is_shown_with_request_and_answer() {
         let shown = LoggedCycle { sent: vec![0x10, 8], received: Received::Telegram(vec![0xE5]) };
         let broken = Outcome::Violated { expected: "SD1 with FC 00".to_owned(), shown: Some(shown) };
         let expected = "\
 BROKEN  layer2.fdl-status         FDL status is answered as a slave, without access points (1.11)
-        asked     10 08
-        came      E5
+        request   10 08
+        answer    E5
         expected  SD1 with FC 00";
         assert_eq!(line(&finding(broken)), expected);
     }
 
     #[test]
-    fn a_broken_rule_is_a_refusal() {
+    fn a_broken_rule_fails_with_a_count() {
         assert!(verdict(5, &[finding(Outcome::Passed), finding(Outcome::Skipped("no MS2"))]).is_ok());
         let broken = || finding(Outcome::Violated { expected: String::new(), shown: None });
         let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Lines from standard input and the wish to stop, beside whatever else a command waits for.
+//! Lines from standard input and signals, as descriptors that a command waits for beside its others.
 
 use profivac_host::port;
 use rustix::fd::{AsFd, BorrowedFd};
@@ -8,29 +8,29 @@ use std::io;
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-/// A line longer than this is no command.
+/// The longest line in octets; a longer one is split.
 const MAX_LINE: usize = 4096;
 
-/// What people and scripts say.
+/// Input of a user or a script.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// A line.
+    /// A line, without white space at its ends.
     Line(String),
-    /// A signal.
+    /// A signal that ends the program.
     Stop,
 }
 
-/// The signals that end a program. They are no longer deadly, but make a descriptor readable.
+/// The signals that end a program, as a descriptor that becomes readable.
 #[derive(Debug)]
 pub struct Signals(UnixStream);
 
 impl Signals {
-    /// Catches SIGHUP, SIGINT and SIGTERM from here on.
+    /// Catches SIGHUP, SIGINT and SIGTERM from now on.
     pub fn catch() -> io::Result<Self> {
         Self::of(&[SIGHUP, SIGINT, SIGTERM])
     }
 
-    /// Catches these signals from here on.
+    /// Catches these signals from now on.
     pub fn of(all: &[i32]) -> io::Result<Self> {
         let (signals, handler) = UnixStream::pair()?;
         signals.set_nonblocking(true)?;
@@ -40,12 +40,12 @@ impl Signals {
         Ok(Self(signals))
     }
 
-    /// Whether one has come.
+    /// Whether a signal has arrived.
     pub fn are_pending(&self) -> bool {
         port::wait(&[self.as_fd()], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
     }
 
-    /// Forgets signals that came: what follows are new ones.
+    /// Discards the signals that have arrived.
     pub fn clear(&mut self) {
         let mut buffer = [0; 64];
         while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
@@ -62,37 +62,37 @@ impl AsFd for Signals {
 #[derive(Debug)]
 pub struct Console {
     stdin: io::Stdin,
-    /// End of file has not come.
+    /// Whether standard input has not ended.
     open: bool,
     partial_line: Vec<u8>,
     signals: Signals,
 }
 
 impl Console {
-    /// Listens to both.
+    /// Opens standard input and catches signals.
     pub fn open() -> io::Result<Self> {
         Ok(Self { stdin: io::stdin(), open: true, partial_line: Vec::new(), signals: Signals::catch()? })
     }
 
-    /// What to wait for.
+    /// The descriptors to wait for.
     pub fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
         let stdin = self.open.then(|| self.stdin.as_fd());
         [Some(self.signals.as_fd()), stdin].into_iter().flatten().collect()
     }
 
-    /// What was said, if what is [`watched`](Self::watched) became `readable`.
+    /// The input, when [`descriptors`](Self::descriptors) became `readable`.
     pub fn take_input(&mut self, readable: &[bool]) -> Vec<Input> {
-        let mut said = Vec::new();
+        let mut input = Vec::new();
         if readable.get(1) == Some(&true) {
-            self.read(&mut said);
+            self.read(&mut input);
         }
         if readable.first() == Some(&true) {
-            said.push(Input::Stop);
+            input.push(Input::Stop);
         }
-        said
+        input
     }
 
-    fn read(&mut self, said: &mut Vec<Input>) {
+    fn read(&mut self, input: &mut Vec<Input>) {
         let mut buffer = [0; MAX_LINE];
         match rustix::io::read(&self.stdin, &mut buffer) {
             Ok(0) => self.open = false,
@@ -100,19 +100,19 @@ impl Console {
             Err(Errno::INTR | Errno::AGAIN) => {}
             Err(_) => self.open = false,
         }
-        lines(&mut self.partial_line, said);
-        // The last line may end with the file.
+        lines(&mut self.partial_line, input);
+        // The last line may lack a line end.
         if (!self.open && !self.partial_line.is_empty()) || self.partial_line.len() > MAX_LINE {
-            said.push(line(&std::mem::take(&mut self.partial_line)));
+            input.push(line(&std::mem::take(&mut self.partial_line)));
         }
     }
 }
 
-/// Takes the complete lines out of what has been read.
-fn lines(begun: &mut Vec<u8>, said: &mut Vec<Input>) {
-    while let Some(end) = begun.iter().position(|octet| *octet == b'\n') {
-        let complete: Vec<u8> = begun.drain(..=end).collect();
-        said.push(line(&complete));
+/// Removes the complete lines from `partial`.
+fn lines(partial: &mut Vec<u8>, input: &mut Vec<Input>) {
+    while let Some(end) = partial.iter().position(|octet| *octet == b'\n') {
+        let complete: Vec<u8> = partial.drain(..=end).collect();
+        input.push(line(&complete));
     }
 }
 
@@ -125,11 +125,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_taken_as_they_become_complete() {
-        let mut begun = b"state 5\r\n\nqui".to_vec();
-        let mut said = Vec::new();
-        lines(&mut begun, &mut said);
-        assert_eq!(said, [Input::Line("state 5".to_owned()), Input::Line(String::new())]);
-        assert_eq!(begun, b"qui");
+    fn complete_lines_are_taken_and_a_partial_line_stays() {
+        let mut partial = b"state 5\r\n\nqui".to_vec();
+        let mut input = Vec::new();
+        lines(&mut partial, &mut input);
+        assert_eq!(input, [Input::Line("state 5".to_owned()), Input::Line(String::new())]);
+        assert_eq!(partial, b"qui");
     }
 }

@@ -1,4 +1,4 @@
-//! `profivac diff`: a gauge and a file of settings.
+//! `profivac diff`: compares a gauge with a settings file.
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
@@ -10,10 +10,10 @@ use profivac_client::settings::{Difference, Setting, SettingsFile, SettingsFileE
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What differs between a gauge and the settings in a file of `profivac dump`.
+/// Compare a gauge with the settings in a file of `profivac dump`.
 ///
-/// This claims nothing and changes nothing; where several instances share a slot, the Channel Instance Selector is moved and put
-/// back. Pressures are compared whatever unit they are in.
+/// This takes no ownership and changes nothing; where several instances share a slot, the Channel Instance Selector is moved and
+/// restored. Pressures in different units are converted before they are compared.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// The file
+    /// The settings file
     #[arg(value_name = "FILE")]
     file: PathBuf,
 }
@@ -39,7 +39,7 @@ struct Row<'a> {
     gauge: &'a str,
 }
 
-/// Compares.
+/// Compares and prints the differences.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
     let differences = arguments.at.with_gauge(|gauge| {
@@ -67,7 +67,7 @@ fn table(rows: &[Row<'_>]) -> String {
     rows.iter().fold(header, |text, row| text + &format!("\n{:<name$}  {:<file$}  {}", row.name, row.file, row.gauge))
 }
 
-/// Reads a file of settings.
+/// Reads a settings file.
 pub fn load(path: &Path) -> Result<SettingsFile, Failure> {
     let text = profivac_host::text_file::read(path)
         .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", path.display())))?;
@@ -78,7 +78,7 @@ fn file_failure(path: &Path, error: &SettingsFileError) -> Failure {
     Failure::usage(format!("{}: {error}", path.display()))
 }
 
-/// The settings of a file, if it is for this gauge.
+/// The settings of a file in the order in which they are written. A file of another device is an error.
 pub fn ordered_settings(
     file: &SettingsFile,
     path: &Path,
@@ -88,7 +88,7 @@ pub fn ordered_settings(
     file.in_order(gauge).map_err(|error| file_failure(path, &error))
 }
 
-/// Every setting that is not what the file says. A value that cannot be one is the file's fault.
+/// The settings whose value differs from the file. A value that the gauge cannot have is an error of the file.
 pub fn differences(
     gauge: &mut AnyGauge<'_>,
     settings: &[(NamedParameter, Setting)],

@@ -1,4 +1,4 @@
-//! `profivac dump`: everything a gauge tells about itself.
+//! `profivac dump`: reads every parameter of a gauge.
 
 use crate::failure::Failure;
 use crate::gauge::GaugeOptions;
@@ -12,22 +12,22 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Every parameter of a gauge that can be read, with its value; or a file of them with --out.
+/// Read every readable parameter of a gauge; with --out, into a file.
 ///
-/// This claims nothing. Where several instances share a slot, the Channel Instance Selector is moved and put back. The file is TOML: its settings can be compared with a gauge by `profivac diff` and written to a
-/// replacement by `profivac restore`.
+/// Reading takes no ownership. Where several instances share a slot, the Channel Instance Selector is moved and restored. The file
+/// is TOML: `profivac diff` compares its settings with a gauge, `profivac restore` writes them to a replacement.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     at: GaugeOptions,
-    /// Write a file of settings and readings instead
+    /// Write settings and readings to this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "target"])]
     out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// A word of the names that shall be shown
+    /// Show only names that contain this
     #[arg(value_name = "TARGET")]
     target: Option<String>,
 }
@@ -38,19 +38,19 @@ Examples:
   profivac dump --port /dev/ttyUSB0 --address 5 --out gauge.toml
   profivac dump --port /tmp/line --address 5 trip-point --json";
 
-/// What JSON says about a parameter.
+/// A parameter in the JSON output.
 #[derive(Debug, Serialize)]
 struct DumpRow {
     #[serde(flatten)]
     row: Option<Row>,
-    /// Whose value it would be, where there is none.
+    /// The name of a parameter that could not be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     unread: Option<String>,
     setting: bool,
     error: Option<String>,
 }
 
-/// Reads all of it.
+/// Reads all parameters.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let dump = arguments.at.with_gauge(|gauge| {
         let mut progress = Progress::of("parameters");
@@ -92,19 +92,19 @@ fn print(arguments: &Arguments, dump: &Dump) {
     out(&tree(&heading, &shown, |_| readings.next().unwrap_or_default()));
 }
 
-/// Writes a file as a whole or not at all. What is there and is no file, a device or a pipe, is written to as it is.
+/// Writes a file completely or not at all. A device or a pipe is written directly.
 fn write_whole(path: &Path, text: &str) -> Result<(), Failure> {
     let wrong = |error: io::Error| Failure::usage(format!("{} cannot be written: {error}", path.display()));
-    if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+    if fs::metadata(path).is_ok_and(|existing| !existing.is_file()) {
         return fs::write(path, text).map_err(wrong);
     }
-    let mut begun = path.as_os_str().to_owned();
-    begun.push(".part");
-    let begun = PathBuf::from(begun);
-    let written = fs::write(&begun, text).and_then(|()| fs::rename(&begun, path));
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".part");
+    let partial = PathBuf::from(partial);
+    let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
     if written.is_err() {
-        // Nothing half written stays; why it could not be written says enough.
-        fs::remove_file(&begun).ok();
+        // Remove the partial file; the error of the write is reported.
+        fs::remove_file(&partial).ok();
     }
     written.map_err(wrong)
 }

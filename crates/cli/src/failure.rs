@@ -1,5 +1,6 @@
-//! How a command fails: a sentence for people and an exit code for scripts.
+//! The failure of a command: a sentence for users and an exit code for scripts.
 
+use crate::values::ValueError;
 use profivac_client::cyclic::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
@@ -13,14 +14,14 @@ use profivac_virtual::scenario::{MemorySegmentError, ScenarioError};
 use std::fmt;
 use std::process::ExitCode;
 
-/// Why a command ended early.
+/// Why a command failed.
 #[derive(Debug)]
 pub struct Failure {
     kind: Kind,
     sentence: String,
 }
 
-/// The exit codes, as the help lists them.
+/// The exit codes that the help lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Refused = 1,
@@ -29,37 +30,37 @@ enum Kind {
 }
 
 impl Failure {
-    /// The device refused, or belongs to somebody else.
+    /// The device refused, or another master owns it: exit code 1.
     pub fn refused(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Refused, sentence: sentence.into() }
     }
 
-    /// Nobody reads the output any more: there is nobody to tell it to.
+    /// The reader of standard output has closed it: exit code 3, without a message.
     pub const fn quiet() -> Self {
         Self { kind: Kind::Port, sentence: String::new() }
     }
 
-    /// The command line asks for what cannot be, and that was said.
+    /// The command line is wrong, and the parser has already printed why: exit code 2.
     pub const fn quiet_usage() -> Self {
         Self { kind: Kind::Usage, sentence: String::new() }
     }
 
-    /// Whether there is nothing left to say.
+    /// Whether no message is left to print.
     pub const fn is_quiet(&self) -> bool {
         self.sentence.is_empty()
     }
 
-    /// The same kind, in other words.
+    /// The same exit code with another sentence.
     pub fn with_sentence(&self, sentence: &str) -> Self {
         Self { kind: self.kind, sentence: sentence.to_owned() }
     }
 
-    /// The command line asks for what cannot be.
+    /// The command line or a file is wrong: exit code 2.
     pub fn usage(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, sentence: sentence.into() }
     }
 
-    /// Nobody answers, or another master has the line.
+    /// No station answers, the port failed, or another master uses the line: exit code 3.
     pub fn no_answer(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Port, sentence: sentence.into() }
     }
@@ -129,6 +130,12 @@ impl From<ConfigError> for Failure {
     }
 }
 
+impl From<ValueError> for Failure {
+    fn from(error: ValueError) -> Self {
+        Self::usage(error.to_string())
+    }
+}
+
 impl From<StationError> for Failure {
     fn from(error: StationError) -> Self {
         let kind = match error {
@@ -174,7 +181,7 @@ impl From<MemorySegmentError> for Failure {
 }
 
 impl From<std::io::Error> for Failure {
-    /// What the system refuses beside a port: signals, the terminal.
+    /// Errors of the operating system other than those of a port: signals, the terminal.
     fn from(error: std::io::Error) -> Self {
         Self { kind: Kind::Port, sentence: error.to_string() }
     }

@@ -1,4 +1,4 @@
-//! What every command has that speaks with one gauge.
+//! Options and steps of every command that works with one gauge.
 
 use crate::bus::BusOptions;
 use crate::console::Signals;
@@ -19,10 +19,10 @@ use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
-/// How long people are waited for at a time.
+/// The longest single wait for an answer of the user.
 const MAX_WAIT: Duration = Duration::from_secs(3600);
 
-/// Which gauge, and how to reach it.
+/// The options that select a gauge and the access path to it.
 #[derive(Args, Debug)]
 pub struct GaugeOptions {
     #[command(flatten)]
@@ -30,16 +30,16 @@ pub struct GaugeOptions {
     /// The address of the gauge
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     pub address: u8,
-    /// How to reach its parameters: ms2 claims nothing; ms1 and pkw, the parameter channel, take the gauge over and unlock it
-    /// at the end
+    /// The access path to its parameters: ms2 takes no ownership; ms1 and pkw (the parameter channel) take ownership and unlock
+    /// the gauge at the end
     #[arg(long, value_name = "WAY", default_value = "ms2")]
     via: Via,
-    /// With --via ms1 or pkw: take the gauge over without telling anybody; needed where no terminal is
+    /// With --via ms1 or pkw: take ownership of the gauge without an announcement; required without a terminal
     #[arg(long)]
     own: bool,
 }
 
-/// The ways to parameters.
+/// The access paths to parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Via {
     Ms2,
@@ -47,7 +47,7 @@ enum Via {
     Pkw,
 }
 
-/// The same for a command that can do without: port and address are needed unless `--device` is given.
+/// The same for a command that also works without a gauge: port and address are required unless `--device` is given.
 #[derive(Debug)]
 pub struct OptionalGaugeOptions(pub Option<GaugeOptions>);
 
@@ -64,8 +64,8 @@ impl Args for OptionalGaugeOptions {
 
 impl FromArgMatches for OptionalGaugeOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let there = matches.contains_id("port") && matches.contains_id("address");
-        Ok(Self(there.then(|| GaugeOptions::from_arg_matches(matches)).transpose()?))
+        let is_given = matches.contains_id("port") && matches.contains_id("address");
+        Ok(Self(is_given.then(|| GaugeOptions::from_arg_matches(matches)).transpose()?))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -74,8 +74,8 @@ impl FromArgMatches for OptionalGaugeOptions {
     }
 }
 
-/// Records until somebody wants to stop: then the next request fails, once, so that what was changed on the way can still be
-/// put back.
+/// Records that a signal interrupts: the next request after the signal fails, once, so that the gauge can still restore
+/// what was changed meanwhile.
 struct Interruptible<R> {
     records: R,
     signals: Signals,
@@ -108,18 +108,18 @@ impl<R: Records> Records for Interruptible<R> {
     }
 }
 
-/// A gauge, whichever way it is reached.
+/// A gauge on any access path.
 pub type AnyGauge<'a> = Gauge<Box<dyn Records + 'a>>;
 
 impl GaugeOptions {
-    /// Works with the gauge, and leaves it as it was found, however the work ends.
+    /// Runs `work` with the gauge, and restores the state of the gauge also if `work` fails.
     pub fn with_gauge<T>(&self, work: impl FnOnce(&mut AnyGauge<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
         self.bus.check_not_own_address(self.address, "--address")?;
-        let mut tool = self.bus.open()?;
-        let seen = identify::wait_for_slave(&mut tool, self.address)?;
-        let mut gauge = self.gauge(&mut tool, &seen)?;
+        let mut session = self.bus.open()?;
+        let seen = identify::wait_for_slave(&mut session, self.address)?;
+        let mut gauge = self.gauge(&mut session, &seen)?;
         let done = work(&mut gauge);
-        // Why the work failed says more than what followed from it.
+        // The failure of the work is more important than a failure to restore that follows from it.
         let left = gauge.restore_selector();
         if let (true, Some(master)) = (gauge.selector_moved(), seen.owner) {
             notice(&format_args!(
@@ -131,28 +131,28 @@ impl GaugeOptions {
         Ok(done)
     }
 
-    fn gauge<'a>(&self, tool: &'a mut BusSession, seen: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
+    fn gauge<'a>(&self, session: &'a mut BusSession, seen: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
-        let model = identify::model(seen.ident, address, &mut Ms2::new(tool, address))?;
-        // Until here a signal may end it anywhere: nothing has to be put back.
+        let model = identify::model(seen.ident, address, &mut Ms2::new(session, address))?;
+        // Before this a signal may end the program at any point: nothing has to be restored.
         let signals = Signals::catch()?;
         let via = match self.via {
             Via::Ms2 => {
-                let records = Interruptible { records: Ms2::new(tool, address), signals, reported: false };
+                let records = Interruptible { records: Ms2::new(session, address), signals, reported: false };
                 return Ok(Gauge::with_model(Box::new(records), address, model));
             }
             Via::Ms1 => AccessPath::Class1,
             Via::Pkw => AccessPath::ParameterChannel,
         };
-        let (records, unit) = self.take_ownership(tool, seen, model, via, &signals)?;
+        let (records, unit) = self.take_ownership(session, seen, model, via, &signals)?;
         let records: Box<dyn Records> = Box::new(Interruptible { records, signals, reported: false });
         Ok(Gauge::with_model(records, address, model).with_unit(unit))
     }
 
-    /// Takes the gauge over, if nobody else has it and somebody wants it.
+    /// Takes ownership of the gauge if no other master owns it and the user has agreed.
     fn take_ownership<'a>(
         &self,
-        tool: &'a mut BusSession,
+        session: &'a mut BusSession,
         seen: &SlaveStatus,
         model: &'static Model,
         via: AccessPath,
@@ -162,16 +162,18 @@ impl GaugeOptions {
             return Err(CyclicError::OwnedByOther { address: self.address, master }.into());
         }
         if !self.own && !is_interactive() {
-            return Err(Failure::usage("--via ms1 and pkw parameterise the gauge and own it: say --own in a script"));
+            return Err(Failure::usage(
+                "--via ms1 and pkw parameterise the gauge and take ownership of it; without a terminal add --own",
+            ));
         }
         notice(&format_args!(
-            "{} at address {} is parameterised now, with the unit it has, and unlocked at the end",
+            "{} at address {} is parameterised now, keeps its unit, and is unlocked at the end",
             model.name, self.address
         ));
-        let watched = CyclicSlave::find(tool, self.address, self.bus.master())?;
+        let watched = CyclicSlave::find(session, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
         let owned =
-            Class1Session::open_unless(tool, &watched, via, &|| signals.are_pending()).map_err(
+            Class1Session::open_unless(session, &watched, via, &|| signals.are_pending()).map_err(
                 |error| match error {
                     RecordError::Session(error) => error.into(),
                     RecordError::Interrupted(reason) => {
@@ -195,24 +197,24 @@ impl From<ClientError> for Failure {
     }
 }
 
-/// Whether people sit in front of standard input and see what is said.
+/// Whether standard input and standard error are terminals, so that a user can be asked.
 fn is_interactive() -> bool {
     io::stdin().is_terminal() && io::stderr().is_terminal()
 }
 
-/// Shows a risk and asks whether to go on. In a script somebody must have said `--yes`.
+/// Shows a risk and asks whether to continue. Without a terminal `--yes` is required.
 pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if yes {
         return Ok(());
     }
     if !is_interactive() {
-        return Err(Failure::usage(format!("{risk}; nothing was sent: say --yes in a script")));
+        return Err(Failure::usage(format!("{risk}; nothing was sent; without a terminal add --yes")));
     }
-    // Before anybody sees the question.
+    // Before the question is visible.
     let signals = Signals::catch()?;
-    write!(io::stderr(), "profivac: {risk}. Go on? [y/N] ")?;
+    write!(io::stderr(), "profivac: {risk}. Continue? [y/N] ")?;
     io::stderr().flush()?;
-    // Whoever is asked may also answer with Ctrl-C.
+    // The user may also answer with Ctrl-C.
     if !wait_for_line(&signals)? {
         writeln!(io::stderr())?;
         return Err(Failure::usage("nothing was sent"));
@@ -225,7 +227,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     }
 }
 
-/// Waits for a line. False if a signal comes instead.
+/// Waits for a line. Returns false if a signal arrives first.
 fn wait_for_line(signals: &Signals) -> Result<bool, Failure> {
     let stdin = io::stdin();
     loop {

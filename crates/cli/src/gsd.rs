@@ -7,7 +7,7 @@ use profivac_virtual::device_spec::entry;
 
 /// The GSD file of a device, for the engineering tool of a master.
 ///
-/// It is generated from the device's manual and is not the vendor's. Every configuration of the manual is a module.
+/// profivac generates it from the device's tables; it is not the vendor's file. Every configuration of the manual is a module.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -3,7 +3,7 @@
 use crate::console::{Console, Input};
 use crate::failure::Failure;
 use crate::output::{notice, notices, out};
-use crate::values;
+use crate::values::{self, ValueError};
 use clap::Args;
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
@@ -14,43 +14,43 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// A virtual RS-485 line: what one program writes to its pty, all others read from theirs.
+/// Make a virtual RS-485 line: each program reads from its pty what the others write to theirs.
 ///
-/// Prints `ready` and the paths once it serves. Then it takes lines on standard input and answers each with one line that
-/// begins `ok` or `error:`. End of file keeps it serving; `quit`, SIGTERM and SIGINT end it.
+/// Prints `ready` and the paths once it serves. Then it reads commands from standard input and answers each with one line that
+/// begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Make a pty and link PATH to it; at least two
     #[arg(long = "pty", value_name = "PATH", required = true)]
     ptys: Vec<PathBuf>,
-    /// How likely a bit of an octet is flipped on the line
+    /// The probability that a bit of an octet is inverted on the line
     #[arg(long, value_name = "P", default_value = "0", value_parser = values::probability, allow_hyphen_values = true)]
     flip: f64,
-    /// How likely an octet is lost on the line
+    /// The probability that an octet is lost on the line
     #[arg(long, value_name = "P", default_value = "0", value_parser = values::probability, allow_hyphen_values = true)]
     drop: f64,
-    /// Which of all possible disturbances: the same number, the same disturbances
+    /// The seed of the disturbances: the same seed gives the same disturbances
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Give every octet the time it would take at this rate
+    /// Transmit every octet in the time it takes at this rate
     #[arg(long, value_name = "BAUD", value_parser = values::baud)]
     pace: Option<Baud>,
 }
 
 const EXAMPLES: &str = "\
 Lines on standard input:
-  mute PATH SECONDS             what PATH writes reaches nobody for so long
+  mute PATH SECONDS             discards the octets that PATH writes for this time
   quit                          ends the hub
 
 Examples:
-  profivac hub --pty /tmp/master --pty /tmp/ear
+  profivac hub --pty /tmp/master --pty /tmp/tap
   profivac hub --pty /tmp/master --pty /tmp/a --pty /tmp/b --flip 0.002 --seed 7
-and the devices of the second, while a master opens /tmp/master:
+and the devices for the second one, while a master opens /tmp/master:
   profivac simulate --serial /tmp/a bcg450@5
   profivac simulate --serial /tmp/b bcg450@6";
 
-/// Serves until somebody wants it to end.
+/// Serves until `quit` or a signal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     check_paths(&arguments.ptys)?;
     let mut hub = Hub::open(arguments)?;
@@ -64,17 +64,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (wait(&watched, hub.time_until_due())?, wanted)
         };
         hub.serve()?;
-        for said in console.take_input(readable.get(..wanted).unwrap_or_default()) {
-            if handle_input(&mut hub, &said).is_break() {
+        for input in console.take_input(readable.get(..wanted).unwrap_or_default()) {
+            if handle_input(&mut hub, &input).is_break() {
                 let Noise { passed, flipped, dropped, .. } = hub.noise;
-                notice(&format_args!("{passed} octets, {flipped} with a flipped bit, {dropped} lost"));
+                notice(&format_args!("{passed} octets, {flipped} with an inverted bit, {dropped} lost"));
                 return Ok(());
             }
         }
     }
 }
 
-/// A line has two ends at least, and no two in one place.
+/// Fails unless there are at least two paths, all different.
 fn check_paths(ptys: &[PathBuf]) -> Result<(), Failure> {
     if ptys.len() < 2 {
         return Err(Failure::usage("expected at least two --pty, got one"));
@@ -86,13 +86,13 @@ fn check_paths(ptys: &[PathBuf]) -> Result<(), Failure> {
     }
 }
 
-fn handle_input(hub: &mut Hub, said: &Input) -> ControlFlow<()> {
-    let Input::Line(line) = said else { return ControlFlow::Break(()) };
+fn handle_input(hub: &mut Hub, input: &Input) -> ControlFlow<()> {
+    let Input::Line(line) = input else { return ControlFlow::Break(()) };
     let words: Vec<&str> = line.split_whitespace().collect();
     match words[..] {
         ["mute", path, seconds] => match hub.mute(path, seconds) {
             Ok(()) => out("ok"),
-            Err(reason) => out(&format!("error: {reason}")),
+            Err(error) => out(&format!("error: {error}")),
         },
         ["quit"] => {
             out("ok");
@@ -103,13 +103,25 @@ fn handle_input(hub: &mut Hub, said: &Input) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// One pty of the line.
+/// Why `mute` failed.
+#[derive(Debug, thiserror::Error)]
+enum MuteError {
+    #[error(transparent)]
+    Seconds(#[from] ValueError),
+    #[error("expected a shorter time")]
+    TooLong,
+    /// `known` are the paths of the hub.
+    #[error("no pty {path}; there are {known}")]
+    UnknownPty { path: String, known: String },
+}
+
+/// A pty on the line.
 struct HubPort {
     pty: Pty,
     muted_until: Option<Instant>,
 }
 
-/// The line.
+/// The virtual line.
 struct Hub {
     ports: Vec<HubPort>,
     noise: Noise,
@@ -117,12 +129,12 @@ struct Hub {
     received: Vec<Character>,
 }
 
-/// Octets on their way at the pace of a rate.
+/// Octets that are being transmitted at a rate.
 struct Pace {
     clock: Clock,
-    /// When the line is free again.
+    /// The time at which the line is free again.
     free: BitTime,
-    /// When an octet has passed, whose it is, and which.
+    /// For each octet: the time at which it has passed, the number of its port, the octet.
     queue: VecDeque<(BitTime, usize, u8)>,
 }
 
@@ -149,16 +161,16 @@ impl Hub {
         self.ports.iter().flat_map(|tap| tap.pty.watched())
     }
 
-    /// How long nothing happens by itself.
+    /// The time until the next octet is due.
     fn time_until_due(&self) -> Duration {
         let next = self.pace.as_ref().and_then(|pace| pace.queue.front().map(|(end, ..)| pace.clock.time_until(*end)));
         next.unwrap_or(Duration::MAX)
     }
 
-    fn mute(&mut self, path: &str, seconds: &str) -> Result<(), String> {
+    fn mute(&mut self, path: &str, seconds: &str) -> Result<(), MuteError> {
         let duration = values::seconds(seconds)?;
-        let until = Instant::now().checked_add(duration).ok_or("that is too long")?;
-        let unknown = format!("no pty {path}; there are {}", self.names().join(", "));
+        let until = Instant::now().checked_add(duration).ok_or(MuteError::TooLong)?;
+        let unknown = MuteError::UnknownPty { path: path.to_owned(), known: self.names().join(", ") };
         let tap = self.ports.iter_mut().find(|tap| tap.pty.name() == path).ok_or(unknown)?;
         tap.muted_until = Some(until);
         Ok(())
@@ -172,7 +184,7 @@ impl Hub {
         self.deliver_due()
     }
 
-    /// What a tap says, as the line carries it.
+    /// The octets that a port writes, with disturbances.
     fn receive(&mut self, from: usize) -> Result<Vec<u8>, PortError> {
         let Some(tap) = self.ports.get_mut(from) else { return Ok(Vec::new()) };
         self.received.clear();
@@ -197,7 +209,7 @@ impl Hub {
         Ok(())
     }
 
-    /// Octets whose time has passed arrive.
+    /// Delivers the octets that are due.
     fn deliver_due(&mut self) -> Result<(), PortError> {
         while let Some(pace) = &mut self.pace
             && let Some((_, from, octet)) = pace.queue.pop_front_if(|(end, ..)| *end <= pace.clock.now())
@@ -218,7 +230,7 @@ impl Hub {
     }
 }
 
-/// Flipped bits and lost octets: the same seed, the same ones.
+/// Inverts bits and drops octets, reproducibly by seed.
 struct Noise {
     rng: Rng,
     flip: f64,
@@ -233,7 +245,7 @@ impl Noise {
         Self { rng: Rng::with_seed(seed), flip, drop, passed: 0, flipped: 0, dropped: 0 }
     }
 
-    /// What becomes of an octet. Draws three numbers for each, so that neither probability moves what the other hits.
+    /// Disturbs an octet. It always draws three numbers, so that one probability does not change the octets that the other affects.
     fn disturb(&mut self, octet: u8) -> Option<u8> {
         let (drop, flip, bit) = (self.rng.f64() < self.drop, self.rng.f64() < self.flip, self.rng.u8(..8));
         self.passed += 1;
@@ -267,13 +279,13 @@ mod tests {
     }
 
     #[test]
-    fn disturbances_are_as_frequent_as_asked_for_and_flip_one_bit() {
+    fn disturbances_have_the_requested_frequency_and_invert_one_bit() {
         let (mut lost, mut flipped) = (0, 0);
-        for (sent, came) in (0..=255_u8).cycle().zip(disturbed(0.02, 0.01, 7)) {
-            match came {
+        for (sent, received) in (0..=255_u8).cycle().zip(disturbed(0.02, 0.01, 7)) {
+            match received {
                 None => lost += 1,
-                Some(came) if came != sent => {
-                    assert_eq!((came ^ sent).count_ones(), 1);
+                Some(received) if received != sent => {
+                    assert_eq!((received ^ sent).count_ones(), 1);
                     flipped += 1;
                 }
                 Some(_) => {}

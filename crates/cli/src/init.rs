@@ -1,4 +1,4 @@
-//! `profivac init`: a station's file, made from who is on a bus.
+//! `profivac init`: makes a station's file from a scan.
 
 use crate::bus::BusOptions;
 use crate::failure::Failure;
@@ -11,15 +11,15 @@ use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 
-/// A file for `profivac run`, made from who answers on a bus.
+/// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
-/// Only looks, like `scan`. Gauges get names from what they are and their address; change them as you like.
+/// This only reads, like `scan`. The name of a gauge is its device and address; edit the file to change it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     bus: BusOptions,
-    /// Write to this file, which must not be there yet, instead of standard output
+    /// Write to this file, which must not exist, instead of standard output
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
 }
@@ -29,18 +29,18 @@ Examples:
   profivac init --port /dev/ttyUSB0
   profivac init --port tcp://127.0.0.1:4000 --out plant.toml";
 
-/// Looks at every address and writes the file.
+/// Asks every address and writes the file.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
-    let mut tool = bus.open()?;
+    let mut session = bus.open()?;
     let mut gauges = Vec::new();
     for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
-        let Some(seen) = probe(&mut tool, address)? else { continue };
+        let Some(seen) = probe(&mut session, address)? else { continue };
         match seen.slave.map(|slave| slave.device_names()) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
-            Some(_) => notice(&format_args!("the slave at address {address} is no device that profivac knows")),
+            Some(_) => notice(&format_args!("the slave at address {address} is unknown to profivac")),
             None if seen.station_type == StationType::Slave => {
-                notice(&format_args!("the slave at address {address} gives no diagnosis"));
+                notice(&format_args!("the slave at address {address} sends no diagnosis"));
             }
             None => notice(&format_args!("address {address} is another master")),
         }
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
-    let text = station_file(bus.port(), tool.baud().bits_per_second(), bus.master(), &gauges);
+    let text = station_file(bus.port(), session.baud().bits_per_second(), bus.master(), &gauges);
     match &arguments.out {
         None => out(text.trim_end()),
         Some(path) => write(path, &text)?,
@@ -56,19 +56,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Never over a file that is there: it may have been worked on. Its owner's alone: it will say where secrets are.
+/// Writes a new file, readable by its owner alone because it may later name secrets. An existing file is an error: a user may have edited it.
 fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
     let failed = |error: std::io::Error| {
         let name = path.display();
         Failure::usage(match error.kind() {
-            ErrorKind::AlreadyExists => format!("{name} is there already and stays as it is: choose another name"),
+            ErrorKind::AlreadyExists => format!("{name} exists already and was not changed; choose another name"),
             _ => format!("{name} cannot be written: {error}"),
         })
     };
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path).map_err(failed)?;
     let written = file.write_all(text.as_bytes());
     if written.is_err() {
-        // It would be in the way next time.
+        // A partial file would prevent the next attempt.
         std::fs::remove_file(path).ok();
     }
     written.map_err(failed)
@@ -97,7 +97,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn the_file_describes_a_station() {
+    fn the_station_accepts_the_file() {
         let text = station_file("/dev/ttyUSB0", 19200, 1, &[(5, vec!["bcg450"]), (6, vec!["pcg550", "psg550"])]);
         let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
         let gauges = &config.segments[0].gauges;

@@ -1,4 +1,4 @@
-//! `profivac list`: which parameters a gauge has.
+//! `profivac list`: lists the parameters of a gauge.
 
 use crate::failure::Failure;
 use crate::gauge::OptionalGaugeOptions;
@@ -9,25 +9,24 @@ use profivac_devices::model::{Codes, Model};
 use profivac_virtual::device_spec::entry;
 use serde::Serialize;
 
-/// Which parameters a gauge has: its block tree with names, numbers, types, access, sections of the manual and what the
-/// numbers mean.
+/// List the parameters of a gauge: its block tree with names, numbers, types, access, sections of the manual and codes.
 ///
-/// With --port and --address of the gauge that is there, with --device of one that need not be. TARGET shows only what has the
-/// word in its name. Access is as printed in the manual: 1_R read by the class 1 master, 2_W written by class 2, 0_XI in the
-/// cyclic data. Of the store classes N is kept without power, V lost, R stored on request, D follows from others.
-/// A BY_TYPE is a pressure: an integer or a float, as the data type of the gauge says.
+/// With --port and --address it asks a gauge for its model; with --device it needs no gauge. TARGET selects names that contain it.
+/// Access is as printed in the manual: 1_R read by a class 1 master, 2_W written by class 2, 0_XI in the cyclic data. Store classes:
+/// N survives power loss, V is lost, R is stored on request, D follows from others. BY_TYPE is a pressure: an integer or a float,
+/// depending on the data type of the gauge.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     at: OptionalGaugeOptions,
-    /// A device by its name, for instance bcg450: no bus is needed
+    /// A device by its name, for instance bcg450; needs no bus
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// A word of the names that shall be shown
+    /// Show only names that contain this
     #[arg(value_name = "TARGET")]
     target: Option<String>,
 }
@@ -39,7 +38,7 @@ Examples:
   profivac list --device bcg450 command         # the commands it has
   profivac list --device bcg450 --json";
 
-/// What JSON says about a parameter.
+/// A parameter in the JSON output.
 #[derive(Debug, Serialize)]
 struct Row<'a> {
     name: &'a str,
@@ -48,7 +47,7 @@ struct Row<'a> {
     index: u8,
     place: &'static str,
     block: &'static str,
-    /// As in the manual.
+    /// The name as printed in the manual.
     printed: &'static str,
     #[serde(rename = "type")]
     data_type: String,
@@ -67,7 +66,7 @@ struct Code {
     risk: &'static str,
 }
 
-/// Shows the tables.
+/// Prints the list.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (model, place) = match (&arguments.at.0, &arguments.device) {
         (_, Some(device)) => (entry(device)?.model, String::new()),
@@ -80,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let shown: Vec<_> = names.all().iter().filter(|named| matches_target(named, arguments.target.as_deref())).collect();
     if let (true, Some(target)) = (shown.is_empty(), &arguments.target) {
         names.find(model.name, target).map_err(profivac_client::ClientError::from)?;
-        return Err(Failure::usage(format!("{} has nothing with {target:?} in its name", model.name)));
+        return Err(Failure::usage(format!("{} has no parameter with {target:?} in its name", model.name)));
     }
     if arguments.json {
         out(&json(&shown.iter().map(|named| row(named, model)).collect::<Vec<_>>()));
@@ -91,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether the words of `target` are in the name, or its numbers begin so.
+/// Whether the name contains `target`, or the numbers are `target`.
 pub fn matches_target(named: &NamedParameter, target: Option<&str>) -> bool {
     target.is_none_or(|target| {
         let wanted = slug(target);
@@ -101,7 +100,7 @@ pub fn matches_target(named: &NamedParameter, target: Option<&str>) -> bool {
     })
 }
 
-/// A heading, a line for each place and block, and one for each parameter with what `facts` says about it.
+/// A heading, a line for each place and block, and one for each parameter with the text of `facts`.
 pub fn tree(heading: &str, shown: &[&NamedParameter], mut facts: impl FnMut(&NamedParameter) -> String) -> String {
     let width = shown.iter().map(|named| named.name.len()).max().unwrap_or_default();
     let mut text = heading.to_owned();
@@ -126,7 +125,7 @@ fn facts(named: &NamedParameter, model: &Model) -> String {
     format!("{data_type:<12} {:<18} {}  {:<9} {}", row.access_text, row.storage, row.section, code_names(named, model))
 }
 
-/// What the numbers mean.
+/// The codes of a parameter, as text.
 fn code_names(named: &NamedParameter, model: &Model) -> String {
     let codes = &named.parameter.row.codes;
     let list =

@@ -34,7 +34,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;
 use std::process::ExitCode;
 
-/// PROFIBUS DP for vacuum gauges: virtual devices, a bus master, and the tools around them.
+/// PROFIBUS DP for vacuum gauges: virtual devices, a bus master, and a station.
 #[derive(Debug, Parser)]
 #[command(name = "profivac", version, arg_required_else_help = true, after_help = EXIT_CODES)]
 struct Profivac {
@@ -43,19 +43,19 @@ struct Profivac {
 }
 
 const EXIT_CODES: &str = "\
-Where to begin, without a bus:
+Where to start, without a bus:
   profivac demo
   profivac simulate --pty /tmp/line --pressure '5e-6 mbar' bcg450@5
 and in another terminal, or with the port of an adapter:
   profivac scan --port /tmp/line
   profivac dump --port /tmp/line --address 5
-`profivac help COMMAND` has examples of every command. docs/first-steps.md is a quarter of an hour with all of them.
+`profivac help COMMAND` has examples for every command. docs/first-steps.md introduces all of them in fifteen minutes.
 
 Exit codes:
   0  done
   1  the device refused
   2  wrong usage, unknown device, two devices at one address, or a bad file
-  3  the port is missing, busy or lost, or nobody answers";
+  3  the port is missing, busy or lost, or no station answers";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -85,7 +85,7 @@ enum Command {
 fn main() -> ExitCode {
     let done = match Profivac::try_parse() {
         Ok(profivac) => run(profivac.command).and_then(|()| output::check()),
-        Err(said) => output::print_usage(&said),
+        Err(error) => output::print_usage(&error),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -129,7 +129,7 @@ fn run(command: Command) -> Result<(), Failure> {
 mod tests {
     use super::*;
 
-    /// The command lines of a help, in words as a shell splits them: up to a redirection or a comment.
+    /// The command lines of a help text, split into words as a shell does, up to a redirection or a comment.
     fn examples(help: &str) -> Vec<Vec<String>> {
         let lines = help.lines().filter_map(|line| line.strip_prefix("  profivac "));
         lines.map(|line| words(&format!("profivac {line}"))).collect()
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn every_command_and_every_option_has_a_help() {
+    fn every_command_and_every_option_has_a_help_text() {
         Profivac::command().debug_assert();
         for command in Profivac::command().get_subcommands() {
             let name = command.get_name();
@@ -158,9 +158,8 @@ mod tests {
         }
     }
 
-    /// An example that the program itself does not take teaches nothing.
     #[test]
-    fn every_command_has_examples_and_they_can_be_typed() {
+    fn every_command_has_examples_that_the_parser_accepts() {
         for command in Profivac::command().get_subcommands() {
             let name = command.get_name();
             let help = command.get_after_help().unwrap_or_else(|| panic!("{name}")).to_string();
@@ -176,7 +175,6 @@ mod tests {
         }
     }
 
-    /// The README names what there is, and nothing else.
     #[test]
     fn the_readme_has_a_row_for_every_command() {
         let readme = include_str!("../../../README.md");
@@ -190,10 +188,10 @@ mod tests {
                 cell.split('`').skip(1).step_by(2)
             })
             .collect();
-        let mut there: Vec<String> =
+        let mut existing: Vec<String> =
             Profivac::command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
         named.sort_unstable();
-        there.sort_unstable();
-        assert_eq!(named, there);
+        existing.sort_unstable();
+        assert_eq!(named, existing);
     }
 }

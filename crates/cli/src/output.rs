@@ -1,8 +1,7 @@
-//! Data on standard output, remarks on standard error.
+//! Data on standard output, notices on standard error.
 //!
-//! Whoever reads them may stop reading, and a disk may be full. Nothing panics over it; what could not be written is
-//! remembered, and [`check`] turns it into the end of the command: at the latest when it is done, because a command whose
-//! output is lost has not done what it was asked for.
+//! A reader may close the pipe, and a disk may be full. Neither panics: the first write error is kept, and [`check`] returns it
+//! as a failure, at the latest when the command is done, because a command whose output is lost has failed.
 
 use crate::failure::Failure;
 use profivac_host::port::Notice;
@@ -10,61 +9,61 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::OnceLock;
 
-/// What kept output from being written, first.
+/// The first error that prevented output from being written.
 static WRITE_ERROR: OnceLock<ErrorKind> = OnceLock::new();
 
-/// Writes lines.
+/// Writes lines to standard output.
 pub fn out(lines: &str) {
     let mut out = io::stdout().lock();
     keep_error(writeln!(out, "{lines}").and_then(|()| out.flush()));
 }
 
-/// What could not be written is lost.
+/// Keeps the first write error for [`check`].
 fn keep_error(written: io::Result<()>) {
     if let Err(error) = written {
         WRITE_ERROR.get_or_init(|| error.kind());
     }
 }
 
-/// Whether all output was written: for a command that goes on for long, so that it ends when nobody reads it any more.
+/// Fails if output could not be written. A command that runs for long calls it, so that it ends when its reader has gone.
 pub fn check() -> Result<(), Failure> {
     match WRITE_ERROR.get() {
         None => Ok(()),
-        // Whoever closed the pipe knows: as quiet as a program that the system ends for it.
+        // The reader closed the pipe, so it needs no message.
         Some(ErrorKind::BrokenPipe) => Err(Failure::quiet()),
         Some(kind) => Err(Failure::no_answer(format!("standard output cannot be written: {kind}"))),
     }
 }
 
-/// What the command line library has to say: help to standard output, complaints to standard error.
-pub fn print_usage(said: &clap::Error) -> Result<(), Failure> {
-    let printed = said.print();
-    if said.use_stderr() {
+/// Prints what the command line parser returns: help to standard output, errors to standard error.
+pub fn print_usage(message: &clap::Error) -> Result<(), Failure> {
+    let printed = message.print();
+    if message.use_stderr() {
         return Err(Failure::quiet_usage());
     }
     keep_error(printed.and_then(|()| io::stdout().flush()));
     check()
 }
 
-/// Something as JSON.
+/// A value as indented JSON.
 pub fn json(value: &impl serde::Serialize) -> String {
-    // Texts, numbers and lists always have a JSON form.
+    // Strings, numbers and lists always have a JSON form.
     serde_json::to_string_pretty(value).unwrap_or_default()
 }
 
-/// Says what somebody should know although the command goes on. Nobody has to listen.
-pub fn notice(said: &impl Display) {
-    writeln!(io::stderr().lock(), "profivac: {said}").ok();
+/// Prints a notice on standard error. A failure to do so is ignored.
+pub fn notice(message: &impl Display) {
+    writeln!(io::stderr().lock(), "profivac: {message}").ok();
 }
 
-/// Says all that there is to remark.
+/// Prints all pending notices of a port.
 pub fn notices(mut next: impl FnMut() -> Option<Notice>) {
-    while let Some(said) = next() {
-        notice(&said);
+    while let Some(message) = next() {
+        notice(&message);
     }
 }
 
-/// How far something is that takes long on a slow line: one line on a terminal that is gone afterwards, otherwise nothing.
+/// The progress of a long operation: one line on a terminal, cleared at the end; nothing if standard error is no terminal.
 pub struct Progress<W: Write> {
     to: Option<W>,
     label: &'static str,
@@ -72,14 +71,14 @@ pub struct Progress<W: Write> {
 }
 
 impl Progress<io::Stderr> {
-    /// Counts these, where people look at standard error.
+    /// Shows progress on standard error if that is a terminal; `label` is what is counted, in the plural.
     pub fn of(what: &'static str) -> Self {
         Self { to: io::stderr().is_terminal().then(io::stderr), label: what, shown: false }
     }
 }
 
 impl<W: Write> Progress<W> {
-    /// So many of all are done.
+    /// Shows that `done` of `all` are done.
     pub fn update(&mut self, done: usize, all: usize) {
         if let Some(to) = &mut self.to {
             write!(to, "\rprofivac: {done} of {all} {}", self.label).and_then(|()| to.flush()).ok();
@@ -89,7 +88,7 @@ impl<W: Write> Progress<W> {
 }
 
 impl<W: Write> Drop for Progress<W> {
-    /// What comes next begins on an empty line.
+    /// Clears the line.
     fn drop(&mut self) {
         if let Some(to) = self.to.as_mut().filter(|_| self.shown) {
             write!(to, "\r\x1b[K").and_then(|()| to.flush()).ok();
@@ -103,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn progress_is_one_line_that_is_gone_at_the_end() {
+    fn progress_is_one_line_that_is_cleared_at_the_end() {
         let mut terminal = Vec::new();
         let mut progress = Progress { to: Some(&mut terminal), label: "parameters", shown: false };
         progress.update(9, 10);
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_began_leaves_no_mark() {
+    fn progress_without_a_step_writes_nothing() {
         let mut terminal = Vec::new();
         drop(Progress { to: Some(&mut terminal), label: "parameters", shown: false });
         assert!(terminal.is_empty());

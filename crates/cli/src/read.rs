@@ -1,4 +1,4 @@
-//! `profivac read`: parameters of a gauge.
+//! `profivac read`: reads parameters of a gauge.
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
@@ -9,11 +9,11 @@ use profivac_client::values::{Value, hex};
 use profivac_client::{ClientError, ErrorKind, ParameterReading};
 use serde::Serialize;
 
-/// Read parameters of a gauge by the manual's words or its numbers.
+/// Read parameters of a gauge by name or number.
 ///
-/// TARGET is a name like pirani.process-value, a slot and an index like 1/19, or those of instance 2 like 1:2/19. `profivac
-/// list` shows all. Reading claims nothing and changes nothing: where several instances share a slot, the Channel Instance
-/// Selector is moved to the one that is asked for and put back.
+/// TARGET is a name like pirani.process-value, slot and index like 1/19, or those of instance 2 like 1:2/19; `profivac list`
+/// shows all. Reading takes no ownership and changes nothing: where several instances share a slot, the Channel Instance Selector
+/// is set to the wanted instance and restored.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Print JSON: a list
     #[arg(long)]
     json: bool,
-    /// What to read
+    /// The parameters
     #[arg(value_name = "TARGET", required = true)]
     targets: Vec<String>,
 }
@@ -33,19 +33,19 @@ Examples:
   profivac read --port /tmp/line --address 5 device.device-state trip-point.1/high-trip-point
   profivac read --port /tmp/line --address 5 --json 1:2/19";
 
-/// What JSON says about a parameter.
+/// A parameter in the JSON output.
 #[derive(Debug, Serialize)]
 pub struct Row {
     pub name: Option<String>,
     pub slot: u8,
     pub instance: u8,
     pub index: u8,
-    /// A number, a text, or octets as hexadecimal digits.
+    /// A number, a string, or octets as hexadecimal digits.
     pub value: serde_json::Value,
     pub text: String,
     pub unit: Option<&'static str>,
     pub octets: String,
-    /// Of a Process Value: whether the gauge calls it a pressure.
+    /// Of a Process Value: whether the gauge reports it as valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub valid: Option<bool>,
 }
@@ -70,8 +70,8 @@ impl Row {
 fn value(value: &Value) -> serde_json::Value {
     match value {
         Value::Integer(number) => (*number).into(),
-        // As the float of 32 bits it is, not with the digits it does not have.
-        #[expect(clippy::cast_possible_truncation, reason = "it came as a float of 32 bits")]
+        // Printed with the digits of a 32-bit float.
+        #[expect(clippy::cast_possible_truncation, reason = "the value was a 32-bit float")]
         Value::Number(number) => {
             (*number as f32).to_string().parse::<f64>().map_or(serde_json::Value::Null, Into::into)
         }
@@ -80,7 +80,7 @@ fn value(value: &Value) -> serde_json::Value {
     }
 }
 
-/// What JSON says about one of several.
+/// One of several targets in the JSON output.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum JsonRow<'a> {
@@ -88,7 +88,7 @@ enum JsonRow<'a> {
     Failed { target: &'a str, error: String },
 }
 
-/// Reads one after the other. What is refused does not hide the rest.
+/// Reads all targets; a refused one does not end the command.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut answers, mut refused) = (Vec::new(), None);
     let done = arguments.at.with_gauge(|gauge| {
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                     answers.push(JsonRow::Failed { target, error: error.to_string() });
                     match &mut refused {
                         None => refused = Some(Failure::from(error)),
-                        // The first is said at the end, as the reason for the exit code.
+                        // The first refusal is printed at the end, as the reason for the exit code.
                         Some(_) => notice(&error),
                     }
                 }
@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Ok(())
     });
-    // Of a single one that was refused there is nothing to show.
+    // A single refused target gives no JSON.
     let is_read = answers.iter().any(|answer| matches!(answer, JsonRow::Read(_)));
     if arguments.json && (is_read || answers.len() > 1) {
         out(&json(&answers));
@@ -142,14 +142,14 @@ fn validity(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<b
     is_pressure.then(|| gauge.is_valid(named)).transpose()
 }
 
-/// The number of a safe state looks like a pressure: it is said that it is none, and what can be done.
+/// Prints a notice that the value is no pressure: the value of a safe state looks like one.
 fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
     let is_idle = gauge.parameter("device.device-state").is_ok_and(|state| state.text == "IDLE");
     let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
-    notice(&format_args!("{name} is no valid pressure now{advice}"));
+    notice(&format_args!("{name} is not a valid pressure{advice}"));
 }
 
-/// A record of which nothing is known.
+/// The row of a record without a name.
 fn raw_row(slot: u8, index: u8, octets: &[u8]) -> Row {
     let octets = hex(octets);
     let (value, text) = (octets.clone().into(), octets.clone());

@@ -1,4 +1,4 @@
-//! `profivac restore`: the settings of a file into a gauge.
+//! `profivac restore`: writes a settings file to a gauge.
 
 use crate::diff::{differences, load, ordered_settings};
 use crate::failure::Failure;
@@ -11,22 +11,22 @@ use profivac_devices::model::Storage;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Write the settings in a file of `profivac dump` to a gauge, for instance to the replacement of another.
+/// Write the settings in a file of `profivac dump` to a gauge, for instance to a replacement.
 ///
-/// A file of a device with another ident number is refused. Only what differs is written, unit and number type first and what
-/// enables something last; each value is read back and reported. What the gauge refuses is told, and the rest goes on.
+/// A file of a device with another ident number is refused. Only settings that differ are written, unit and data type first and
+/// enabling parameters last; each is read back and reported. A setting that the gauge refuses is reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     at: GaugeOptions,
-    /// Show what would be written, and write nothing
+    /// Show the changes without writing them
     #[arg(long)]
     dry_run: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// The file
+    /// The settings file
     #[arg(value_name = "FILE")]
     file: PathBuf,
 }
@@ -36,15 +36,15 @@ Examples:
   profivac restore --port /dev/ttyUSB0 --address 5 gauge.toml --dry-run
   profivac restore --port /dev/ttyUSB0 --address 5 gauge.toml";
 
-/// A value that was written may move another: they are looked at once more.
+/// A written value may change another setting, so the settings are compared this often again.
 const ROUNDS: usize = 2;
 
-/// What JSON says about one setting.
+/// A setting in the JSON output.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
     before: String,
-    /// What it is then, or would be with --dry-run.
+    /// The new value; with --dry-run the value that would be written.
     after: Option<String>,
     error: Option<String>,
 }
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut rows = Vec::new();
     let done = arguments.at.with_gauge(|gauge| {
         let settings = ordered_settings(&file, &arguments.file, gauge)?;
-        // All values are looked at before the first is written.
+        // All values are compared before the first is written.
         let found = differences(gauge, &settings, &arguments.file)?;
         if arguments.dry_run {
             rows = found.iter().map(planned).collect();
@@ -70,14 +70,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let written = rows.iter().filter(|row| row.error.is_none()).count();
         if written > 0 {
             notice(&format_args!(
-                "{written} settings were written before it ended; `profivac diff` shows what is missing"
+                "{written} settings were written before the failure; `profivac diff` shows the others"
             ));
         }
         return Err(failure);
     }
     let refused = rows.iter().filter(|row| row.error.is_some()).count();
     if refused > 0 {
-        return Err(Failure::refused(format!("{refused} of {} differing settings were not taken", rows.len())));
+        return Err(Failure::refused(format!("the gauge refused {refused} of {} differing settings", rows.len())));
     }
     let verb = if arguments.dry_run { "would be" } else { "were" };
     notice(&format_args!("{} of {} settings differed and {verb} written", rows.len(), file.settings.len()));
@@ -89,11 +89,11 @@ fn planned(difference: &Difference) -> Row {
     Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
 }
 
-/// The set of parameters that is open for changes.
+/// The lock of the parameter set that is open for changes, if any.
 struct OpenSet(Option<NamedParameter>);
 
 impl OpenSet {
-    /// Opens the set of the parameter that comes next, after handing over the one before.
+    /// Closes the open set if `next` is in another one, and opens that.
     fn move_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&NamedParameter>) -> Result<(), Failure> {
         let next = next.and_then(|named| lock_of(&gauge.names(), named));
         let name = |lock: &Option<NamedParameter>| lock.as_ref().map(|lock| lock.name.clone());
@@ -118,7 +118,7 @@ fn write_all(
     let mut lock = OpenSet(None);
     for round in 0..=ROUNDS {
         for (named, setting) in settings {
-            // What was refused once is not asked again.
+            // A setting that was refused is not written again.
             if round > 0 && rows.iter().any(|row| row.name == named.name && row.error.is_some()) {
                 continue;
             }
@@ -135,9 +135,9 @@ fn write_all(
     Ok(())
 }
 
-/// Two settings that never hold together.
+/// The row of a setting that another setting keeps changing.
 fn conflicting(named: &NamedParameter, difference: &Difference) -> Row {
-    let error = format!("another setting moves it whenever it is {}", difference.write.text);
+    let error = format!("another setting changes it whenever it is {}", difference.write.text);
     Row { name: named.name.clone(), before: difference.current.text.clone(), after: None, error: Some(error) }
 }
 
@@ -151,13 +151,15 @@ fn write_one(gauge: &mut AnyGauge<'_>, named: &NamedParameter, difference: Diffe
     })
 }
 
-/// Values that a device keeps on request only.
+/// Prints a notice if a written setting is stored on request only.
 fn remind_to_store(settings: &[(NamedParameter, Setting)], rows: &[Row]) {
     let on_request = |(named, _): &(NamedParameter, Setting)| {
         named.parameter.row.storage == Storage::OnRequest && rows.iter().any(|row| row.name == named.name)
     };
     if settings.iter().any(on_request) {
-        notice(&format_args!("the device keeps these without power only when it is told to: write store"));
+        notice(&format_args!(
+            "the device stores some of these settings only on request; send `profivac write ... store` to keep them without power"
+        ));
     }
 }
 
@@ -169,7 +171,7 @@ fn print(arguments: &Arguments, rows: &[Row]) {
     for row in rows {
         match (&row.after, &row.error) {
             (Some(after), _) => out(&format!("{}: {} -> {after}", row.name, row.before)),
-            (None, Some(error)) => out(&format!("{}: {} stays: {error}", row.name, row.before)),
+            (None, Some(error)) => out(&format!("{}: {} unchanged: {error}", row.name, row.before)),
             (None, None) => {}
         }
     }
@@ -185,8 +187,7 @@ mod tests {
     use profivac_virtual::device_spec::entry;
     use std::collections::BTreeMap;
 
-    /// A gauge that takes everything, until its cable breaks after so many writes. What is written to relay 3 switches relay 1
-    /// off, so many times.
+    /// Records that accept every write until `writes_left` is used up. The first `moves` writes to relay 3 switch relay 1 off.
     struct FailingRecords {
         records: BTreeMap<(u8, u8), Vec<u8>>,
         writes_left: usize,
@@ -252,20 +253,20 @@ ident = 0x0947
     }
 
     #[test]
-    fn a_line_that_is_lost_ends_it_and_what_was_written_is_known() {
+    fn a_lost_line_ends_the_restore_and_reports_what_was_written() {
         let all = ["relay.1/low-trip-enable", "relay.2/low-trip-enable", "relay.3/low-trip-enable"];
         let (rows, done) = restored(FailingRecords::gauge(100, 0));
         assert_eq!(names(&rows), all);
         done.unwrap();
         let (rows, done) = restored(FailingRecords::gauge(3, 0));
         assert_eq!(names(&rows), all[..2]);
-        let said = done.unwrap_err().to_string();
+        let error = done.unwrap_err().to_string();
         let lost = "img400 at address 5, relay.3/low-trip-enable (slot 7, index 20): writing was cut short: no answer; it may have been written, read it";
-        assert_eq!(said, lost);
+        assert_eq!(error, lost);
     }
 
     #[test]
-    fn what_another_setting_moved_is_written_again() {
+    fn a_setting_that_another_setting_changed_is_written_again() {
         let (rows, done) = restored(FailingRecords::gauge(100, 1));
         done.unwrap();
         let expected = [
@@ -278,9 +279,9 @@ ident = 0x0947
         assert!(rows.iter().all(|row| row.error.is_none()), "{rows:?}");
     }
 
-    /// Key Lock is lost with the power: it is no setting, and a file that has it is not of `dump`.
+    /// Key Lock does not survive power loss, so `dump` never writes it as a setting.
     #[test]
-    fn what_is_not_kept_is_no_setting() {
+    fn a_volatile_parameter_is_no_setting() {
         let gauge = FailingRecords::gauge(1, 0);
         let error = SettingsFile::parse(FILE).unwrap().in_order(&gauge).unwrap_err().to_string();
         assert_eq!(error, "line 8, column 21: device.key-lock is no setting of img400");

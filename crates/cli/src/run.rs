@@ -1,4 +1,4 @@
-//! `profivac run`: the station.
+//! `profivac run`: runs the station.
 
 use crate::console::Signals;
 use crate::failure::Failure;
@@ -15,21 +15,21 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The station: many segments, a recorder, a dashboard, left running for years.
+/// Run the station: segments, recorder, alarms and dashboard.
 ///
-/// The file is checked completely before anything starts. Gauges are parameterised, with the unit they have, and released
-/// at the end. What is not there is waited for, what is lost comes back. SIGHUP reads the file again, and certificate and key:
-/// what did not change goes on undisturbed. Without users (see `profivac user`) everybody on this computer may look.
+/// The file is checked completely before anything starts. The station parameterises gauges, keeps their units, and releases them
+/// at the end. It waits for missing gauges and reopens lost ports. SIGHUP makes it read the file, certificate and key again;
+/// unchanged segments continue. Without users (see `profivac user`) every user of this computer may view the dashboard.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The file that describes the station
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// Where the dashboard is, instead of where the file says; port 0 lets the system choose one
+    /// The address of the dashboard, instead of that in the file; port 0 selects a free one
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Only check the file, and what it names: ports of segments in memory, users, certificate, key
+    /// Only check the file and the files it names: segments in memory, users, certificate, key
     #[arg(long)]
     check: bool,
 }
@@ -42,10 +42,10 @@ Examples:
   profivac run plant.toml --listen 127.0.0.1:9090
   profivac run plant.toml --listen 0.0.0.0:8443          # with users and [tls], see docs/station.md";
 
-/// How often somebody looks whether all threads live.
+/// How often the threads of the station are checked.
 const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
 
-/// Runs until a signal comes.
+/// Runs until SIGINT or SIGTERM.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
     config.notices().iter().for_each(notice);
@@ -61,23 +61,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let stop = Signals::of(&[SIGINT, SIGTERM])?;
     let mut reload = Signals::of(&[SIGHUP])?;
-    let begun = config.clone();
+    let started_with = config.clone();
     let mut station = Station::start(config)?;
     let server = Server::start(station.services(), setup)?;
     out(&format!("ready {}", server.url()));
     loop {
-        let said = wait(&[stop.as_fd(), reload.as_fd()], THREAD_CHECK_PERIOD)?;
-        if said.first() == Some(&true) {
+        let readable = wait(&[stop.as_fd(), reload.as_fd()], THREAD_CHECK_PERIOD)?;
+        if readable.first() == Some(&true) {
             break;
         }
-        if said.get(1) == Some(&true) {
+        if readable.get(1) == Some(&true) {
             reload.clear();
             if let Err(error) = server.renew() {
-                notice(&format_args!("{error}; the certificate stays as it was"));
+                notice(&format_args!("{error}; the station keeps the present certificate"));
             }
             match Config::read(&arguments.file) {
-                Ok(config) => apply_config(&mut station, &begun, config)?,
-                Err(error) => notice(&format_args!("{error}; the station goes on as it was")),
+                Ok(config) => apply_config(&mut station, &started_with, config)?,
+                Err(error) => notice(&format_args!("{error}; the station keeps the present configuration")),
             }
         }
         station.restart_ended_threads()?;
@@ -87,24 +87,27 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A file that holds secrets or says where they are is its owner's alone; any other one hardly is for everybody, and no more is
-/// the record: who did what stands there, and some let others read it on purpose.
+/// Fails if a file with secrets, or with the names of such files, is readable by others. Any other file and the database, which
+/// contains the audit trail, only cause a notice: some sites let others read them on purpose.
 fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
     if let Err(PermissionError::Open(record, _)) = file_permissions::check(&config.database) {
-        notice(&format_args!("the record {record} is open to others: chmod 600 {record}", record = record.display()));
+        notice(&format_args!(
+            "other users can read the database {record}; run chmod 600 {record}",
+            record = record.display()
+        ));
     }
     match file_permissions::check(file) {
         Err(PermissionError::Open(..)) if !config.is_private() => {
-            notice(&format_args!("{file} is open to others: chmod 600 {file}", file = file.display()));
+            notice(&format_args!("other users can read {file}; run chmod 600 {file}", file = file.display()));
             Ok(())
         }
         checked => Ok(checked?),
     }
 }
 
-/// What only a restart brings about is told: whoever changed it believes that it holds.
-fn apply_config(station: &mut Station, begun: &Config, config: Config) -> Result<(), Failure> {
-    begun.needs_restart(&config).iter().for_each(notice);
+/// Applies a changed configuration, and prints a notice for each change that needs a restart.
+fn apply_config(station: &mut Station, started_with: &Config, config: Config) -> Result<(), Failure> {
+    started_with.needs_restart(&config).iter().for_each(notice);
     config.notices().iter().for_each(notice);
     Ok(station.reconfigure(config)?)
 }

@@ -1,4 +1,4 @@
-//! `profivac scan`: who is on a bus.
+//! `profivac scan`: finds the stations of a bus.
 
 use crate::bus::BusOptions;
 use crate::failure::Failure;
@@ -9,9 +9,9 @@ use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
 
-/// Who is on a bus: a map of its addresses, and what each slave says about itself.
+/// Find the stations of a bus: a map of the addresses, and the identity and state of each slave.
 ///
-/// Only looks: asks every address for its FDL status and every slave for its diagnosis, and never sends Set_Prm.
+/// It asks every address for its FDL status and every slave for its diagnosis, and never sends Set_Prm.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -28,17 +28,17 @@ Examples:
   profivac scan --port /tmp/line --hsa 20
   profivac scan --port tcp://127.0.0.1:4000 --json";
 
-/// Asks everybody, shows who answered. Nobody at all is a failure.
+/// Asks every address and prints the stations that answered. A bus without an answer is a failure.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
-    let mut tool = bus.open()?;
+    let mut session = bus.open()?;
     let mut seen = Vec::new();
     let mut others = (0..=bus.hsa()).filter(|address| *address != bus.master());
     let looked = others.try_for_each(|address| {
-        seen.extend(probe(&mut tool, address)?);
+        seen.extend(probe(&mut session, address)?);
         Ok(())
     });
-    notices(|| tool.next_notice());
+    notices(|| session.next_notice());
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
         out(&json(&rows));
@@ -48,21 +48,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             out(&table(&seen));
         }
     }
-    // What was seen before the line was lost is told all the same.
+    // The stations found before the line was lost have been printed.
     looked.map_err(|error: SessionError| Failure::from(error))?;
     if seen.is_empty() {
-        return Err(Failure::no_answer(format!("nobody answers on {}", bus.port())));
+        return Err(Failure::no_answer(format!("no station answers on {}", bus.port())));
     }
     Ok(())
 }
 
-/// What JSON says about a station.
+/// A station in the JSON output.
 #[derive(Debug, Serialize)]
 struct Row {
     address: u8,
     kind: &'static str,
     ident: Option<String>,
-    /// The names in profivac; several devices may share an ident number.
+    /// The names of the device in profivac; several devices may share an ident number.
     devices: Vec<&'static str>,
     state: Option<String>,
     /// The master that owns the slave.
@@ -91,7 +91,7 @@ const fn kind(station: StationType) -> &'static str {
     }
 }
 
-/// Ten addresses a line: `S` a slave, `M` a master, `*` ourselves, `.` nobody.
+/// A map with ten addresses per line: `S` slave, `M` master, `*` this master, `.` no station.
 fn map(seen: &[FoundStation], own: u8, hsa: u8) -> String {
     let mark = |address: u8| match seen.iter().find(|seen| seen.address == address) {
         _ if address == own => '*',
@@ -105,10 +105,10 @@ fn map(seen: &[FoundStation], own: u8, hsa: u8) -> String {
             (first..=hsa.min(first.saturating_add(9))).map(|address| mark(address).to_string()).collect();
         text.push_str(&format!("{first:>4}  {}\n", marks.join(" ")));
     }
-    text + "S slave, M master, * this master, . nobody\n"
+    text + "S slave, M master, * this master, . no station\n"
 }
 
-/// One line a station. Of devices that share an ident number the names follow at the end, they may be many.
+/// A line for each station. The names of the devices are last, because several may share an ident number.
 fn table(seen: &[FoundStation]) -> String {
     let header = format!("{:>4}  {:<8}{:<8}{:<10}{:<36}{}\n", "ADDR", "KIND", "IDENT", "OWNER", "STATE", "DEVICE");
     seen.iter().fold(header, |text, station| text + &line(station)).trim_end().to_owned()
@@ -118,7 +118,7 @@ fn line(seen: &FoundStation) -> String {
     let FoundStation { address, station_type: station, slave } = seen;
     let Some(slave) = slave else {
         let (kind, state) = match station {
-            StationType::Slave => ("slave", "gives no diagnosis"),
+            StationType::Slave => ("slave", "sends no diagnosis"),
             StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing => {
                 ("master", kind(*station))
             }
@@ -128,7 +128,7 @@ fn line(seen: &FoundStation) -> String {
     let SlaveStatus { ident, owner, .. } = slave;
     let devices = slave.device_names().join(" or ");
     let devices = if devices.is_empty() { "unknown" } else { &devices };
-    let owner = owner.map_or_else(|| "nobody".to_owned(), |owner| format!("master {owner}"));
+    let owner = owner.map_or_else(|| "none".to_owned(), |owner| format!("master {owner}"));
     format!("{address:>4}  {:<8}0x{ident:04X}  {owner:<10}{:<36}{devices}\n", "slave", slave.state_text())
 }
 
@@ -145,18 +145,18 @@ mod tests {
     #[test]
     fn the_map_has_a_mark_for_every_address() {
         let master = FoundStation { address: 2, station_type: StationType::MasterInRing, slave: None };
-        let expected = "      0 1 2 3 4 5 6 7 8 9\n   0  * . M . . S . . . .\n  10  . . .\nS slave, M master, * this master, . nobody\n";
+        let expected = "      0 1 2 3 4 5 6 7 8 9\n   0  * . M . . S . . . .\n  10  . . .\nS slave, M master, * this master, . no station\n";
         assert_eq!(map(&[master, slave(5)], 0, 12), expected);
         assert!(map(&[], 0, 126).contains("\n 120  . . . . . . .\n"));
     }
 
     #[test]
-    fn the_table_tells_what_a_slave_is_and_whose() {
+    fn the_table_shows_the_device_and_the_owner_of_a_slave() {
         let silent = FoundStation { slave: None, ..slave(7) };
         let expected = "\
 ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
    5  slave   0x08E6  master 2  exchanges data                      bcg450
-   7  slave   -       -         gives no diagnosis                  -";
+   7  slave   -       -         sends no diagnosis                  -";
         assert_eq!(table(&[slave(5), silent]), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! The terminal as a screen: what `monitor` and `demo` share. Left as it was found, however the command ends.
+//! The terminal as a screen for `monitor` and `demo`. Its state is restored when the screen is dropped.
 
 use ratatui::DefaultTerminal;
 use ratatui::Frame;
@@ -12,12 +12,12 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Whether people sit in front of standard input and output.
+    /// Whether standard input and output are terminals.
     pub fn is_possible() -> bool {
         io::stdin().is_terminal() && io::stdout().is_terminal()
     }
 
-    /// Takes the terminal.
+    /// Switches the terminal to a screen.
     pub fn open() -> io::Result<Self> {
         Ok(Self { terminal: ratatui::try_init()? })
     }
@@ -27,7 +27,7 @@ impl Screen {
         self.terminal.draw(picture).map(|_| ())
     }
 
-    /// Whether somebody wants to leave: `q`, Escape, or Ctrl-C, which is no signal on such a screen.
+    /// Whether the user pressed `q`, Escape, or Ctrl-C, which is no signal on such a screen.
     pub fn is_quit_requested(&self) -> io::Result<bool> {
         while event::poll(Duration::ZERO)? {
             if let Event::Key(key) = event::read()?

@@ -1,8 +1,9 @@
-//! `profivac user`: who may log in to a station.
+//! `profivac user`: manages the users of a station.
 
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{notice, out};
+use crate::values;
 use clap::{Args, Subcommand};
 use profivac_host::port::wait;
 use profivac_station::auth::Role;
@@ -15,10 +16,10 @@ use std::io::{self, IsTerminal, Stdin, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Who may log in to a station, and what they may do.
+/// Manage the users of a station.
 ///
-/// Names, roles and hashed passwords stand in a file beside the station's file, readable by its owner alone. A station that runs
-/// sees a change by itself within a second. Sessions of somebody who is removed or gets a new password end then.
+/// Names, roles and hashed passwords are in a file beside the station's file, readable by its owner alone. A running station
+/// sees a change within a second and ends the sessions of a user who was removed or got a new password.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -27,7 +28,7 @@ pub struct Arguments {
 }
 
 const EXAMPLES: &str = "\
-A viewer looks. An operator also acknowledges alarms and carries out commands of a gauge. An engineer may do everything.
+A viewer reads. An operator also acknowledges alarms and sends commands to gauges. An engineer has all rights.
 
 Examples:
   profivac user add ada --role engineer plant.toml
@@ -39,15 +40,15 @@ Examples:
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Let somebody in
+    /// Add a user
     #[command(
         after_help = "Examples:\n  profivac user add ada --role engineer plant.toml\n  profivac user add wall --role viewer plant.toml --password-stdin"
     )]
     Add {
         #[command(flatten)]
         who: UserArguments,
-        /// What they may do: viewer, operator or engineer
-        #[arg(long, value_parser = role)]
+        /// The role: viewer, operator or engineer
+        #[arg(long, value_parser = values::role)]
         role: Role,
         #[command(flatten)]
         typed: PasswordArguments,
@@ -59,26 +60,26 @@ enum Action {
         #[arg(value_name = "FILE.toml")]
         file: PathBuf,
     },
-    /// Let somebody in no longer
+    /// Remove a user
     #[command(after_help = "Examples:\n  profivac user remove ada plant.toml")]
     Remove {
         #[command(flatten)]
         who: UserArguments,
     },
-    /// Change what somebody may do
+    /// Change the role of a user
     #[command(after_help = "Examples:\n  profivac user role ada operator plant.toml")]
     Role {
-        /// Their name
+        /// The name of the user
         #[arg(value_name = "NAME")]
         name: String,
-        /// What they may do from now on: viewer, operator or engineer
-        #[arg(value_parser = role)]
+        /// The new role: viewer, operator or engineer
+        #[arg(value_parser = values::role)]
         role: Role,
         /// The file that describes the station
         #[arg(value_name = "FILE.toml")]
         file: PathBuf,
     },
-    /// Give somebody a new password
+    /// Set a new password for a user
     #[command(after_help = "Examples:\n  profivac user password ada plant.toml")]
     Password {
         #[command(flatten)]
@@ -90,7 +91,7 @@ enum Action {
 
 #[derive(Args, Debug)]
 struct UserArguments {
-    /// Their name: letters, digits, dots, dashes and underscores
+    /// The name of the user: letters, digits, dots, dashes and underscores
     #[arg(value_name = "NAME")]
     name: String,
     /// The file that describes the station
@@ -100,17 +101,12 @@ struct UserArguments {
 
 #[derive(Args, Debug)]
 struct PasswordArguments {
-    /// Take the first line of standard input as the password, instead of asking twice on the terminal
+    /// Read the password from the first line of standard input instead of asking twice on the terminal
     #[arg(long)]
     password_stdin: bool,
 }
 
-fn role(text: &str) -> Result<Role, String> {
-    let role = Role::ALL.into_iter().find(|role| role.word() == text);
-    role.ok_or_else(|| "expected viewer, operator or engineer".to_owned())
-}
-
-/// Looks into the file of users or changes it.
+/// Reads or changes the file of users.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.action {
         Action::Add { who, role, typed } => {
@@ -120,9 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let first = !file.exists();
             Users::change(&file, |users| users.add(&who.name, *role, hash))?;
             if first {
-                notice(
-                    &"this is the first user: a station that runs without users takes them when it is started again",
-                );
+                notice(&"this is the first user; restart a station that was started without users");
             }
         }
         Action::List { file } => list(&users(file)?)?,
@@ -144,14 +138,16 @@ fn users(station: &Path) -> Result<PathBuf, Failure> {
     Ok(Config::read(station)?.users.path)
 }
 
-/// Those there are before anything is asked: who asks for a password in vain annoys.
+/// The present users, to check a name before the password is asked for.
 fn existing_users(file: &Path) -> Result<Users, Failure> {
     if file.exists() { Ok(Users::read(file)?) } else { Ok(Users::default()) }
 }
 
 fn list(file: &Path) -> Result<(), Failure> {
     if !file.exists() {
-        notice(&"there are no users: everybody on this computer may look, and nobody else comes in");
+        notice(
+            &"there are no users: every user of this computer may view the dashboard, and other computers are refused",
+        );
         return Ok(());
     }
     let users = Users::read(file)?;
@@ -161,20 +157,20 @@ fn list(file: &Path) -> Result<(), Failure> {
 }
 
 impl PasswordArguments {
-    /// A password that will do, for whoever has this name.
+    /// Reads a password for the user `name`, checks and hashes it.
     fn password(&self, name: &str) -> Result<Hash, Failure> {
         let mut keyboard = PasswordInput::open()?;
         let password = if self.password_stdin { keyboard.line()? } else { keyboard.ask_twice(name)? };
         let unfit = |error: password::PasswordError| Failure::usage(error.to_string());
         password::check(&password, name).map_err(unfit)?;
         if password.chars().count() < ADVISED {
-            notice(&format_args!("this will do; {ADVISED} characters or more would be better"));
+            notice(&format_args!("the password is accepted; {ADVISED} characters or more are better"));
         }
         Hash::of(&password).map_err(unfit)
     }
 }
 
-/// Standard input, in silence if it is a terminal. Left as it was found, however the command ends.
+/// Standard input, without echo if it is a terminal. The terminal settings are restored when it is dropped.
 struct PasswordInput {
     stdin: Stdin,
     signals: Signals,
@@ -189,12 +185,14 @@ impl PasswordInput {
     /// Asks twice on the terminal.
     fn ask_twice(&mut self, name: &str) -> Result<String, Failure> {
         if !self.stdin.is_terminal() {
-            return Err(Failure::usage("there is no terminal to ask for the password on: say --password-stdin"));
+            return Err(Failure::usage(
+                "expected a terminal to ask for the password; without one add --password-stdin",
+            ));
         }
         self.disable_echo()?;
         let first = self.ask(&format!("Password for {name}: "))?;
-        let second = self.ask("Once more: ")?;
-        if first == second { Ok(first) } else { Err(Failure::usage("the two passwords are not the same")) }
+        let second = self.ask("Repeat: ")?;
+        if first == second { Ok(first) } else { Err(Failure::usage("the two passwords differ; nothing was changed")) }
     }
 
     fn disable_echo(&mut self) -> io::Result<()> {
@@ -214,15 +212,15 @@ impl PasswordInput {
         line
     }
 
-    /// A line, exactly as it comes.
+    /// Reads a line without changing it.
     fn line(&self) -> Result<String, Failure> {
         let (mut line, mut octet) = (Vec::new(), [0]);
         loop {
-            let said = wait(&[self.signals.as_fd(), self.stdin.as_fd()], Duration::MAX)?;
-            if said.first() == Some(&true) {
+            let readable = wait(&[self.signals.as_fd(), self.stdin.as_fd()], Duration::MAX)?;
+            if readable.first() == Some(&true) {
                 return Err(Failure::usage("nothing was changed"));
             }
-            if said.get(1) != Some(&true) {
+            if readable.get(1) != Some(&true) {
                 continue;
             }
             let read = rustix::io::read(&self.stdin, &mut octet).map_err(io::Error::from)?;
@@ -239,7 +237,7 @@ impl PasswordInput {
 impl Drop for PasswordInput {
     fn drop(&mut self) {
         if let Some(before) = &self.before {
-            // There is nobody left to tell.
+            // An error cannot be reported any more.
             tcsetattr(&self.stdin, OptionalActions::Now, before).ok();
         }
     }

@@ -1,28 +1,92 @@
-//! Values on the command line that more than one command takes.
+//! Values on the command line that several commands accept.
 
 use profivac_dp::link::Baud;
+use profivac_station::auth::Role;
+use std::fmt;
 use std::time::Duration;
 
-/// A transmission rate in bits per second.
-pub fn baud(text: &str) -> Result<Baud, String> {
-    let known = text.parse().ok().and_then(Baud::from_bits_per_second);
-    known.ok_or_else(|| {
-        let rates = Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
-        format!("expected a PROFIBUS rate out of {rates}, got {text:?}")
-    })
+/// A value that cannot be used: what was expected, and the text that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ValueError {
+    expected: Expected,
+    found: String,
 }
 
-/// A transmission rate, or the wish to have it found.
+/// What a value has to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    Rate,
+    RateOrAuto,
+    Probability,
+    Volume,
+    Seconds,
+    /// From 0 to this address.
+    SlaveAddress(u8),
+    Speed,
+    Role,
+    LinkType,
+    Octets,
+    Time,
+    Number {
+        min: f64,
+        max: f64,
+    },
+}
+
+impl Expected {
+    /// The error for `text`.
+    pub fn but_found(self, text: &str) -> ValueError {
+        ValueError { expected: self, found: text.to_owned() }
+    }
+}
+
+impl std::error::Error for ValueError {}
+
+impl fmt::Display for ValueError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {}, got {:?}", self.expected, self.found)
+    }
+}
+
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rates = || Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
+        match self {
+            Self::Rate => write!(f, "a PROFIBUS rate out of {}", rates()),
+            Self::RateOrAuto => write!(f, "auto or a PROFIBUS rate out of {}", rates()),
+            Self::Probability => f.write_str("a probability from 0 to 1"),
+            Self::Volume => f.write_str("a volume like '50 l' or '1.2 m3'"),
+            Self::Seconds => f.write_str("a number of seconds"),
+            Self::SlaveAddress(last) => write!(f, "the address of a slave from 0 to {last}"),
+            Self::Speed => f.write_str("a speed from 0.01 to 10000"),
+            Self::Role => f.write_str("viewer, operator or engineer"),
+            Self::LinkType => f.write_str("user0 or profibus-dl"),
+            Self::Octets => f.write_str("octets in hex like '11 21'"),
+            Self::Time => {
+                f.write_str("a time like '2026-11-21 14:00', 2026-11-21, 14:00, yesterday, -2h or 2026-11-21T13:00:00Z")
+            }
+            Self::Number { min, max } => write!(f, "a number from {min} to {max}"),
+        }
+    }
+}
+
+/// Parses a transmission rate in bits per second.
+pub fn baud(text: &str) -> Result<Baud, ValueError> {
+    let known = text.parse().ok().and_then(Baud::from_bits_per_second);
+    known.ok_or_else(|| Expected::Rate.but_found(text))
+}
+
+/// A transmission rate, or `auto`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rate {
-    /// This one.
+    /// A rate given as a number.
     Known(Baud),
-    /// The one at which somebody is heard.
+    /// The rate at which a telegram is received.
     Auto,
 }
 
 impl Rate {
-    /// The rate to begin with: nearly every adapter has the one that stands in for those to be tried.
+    /// The rate to open the port with; for `auto` one that nearly every adapter has.
     pub const fn initial(self) -> Baud {
         match self {
             Self::Known(baud) => baud,
@@ -31,23 +95,23 @@ impl Rate {
     }
 }
 
-/// A transmission rate, or `auto`.
-pub fn rate(text: &str) -> Result<Rate, String> {
+/// Parses a transmission rate or `auto`.
+pub fn rate(text: &str) -> Result<Rate, ValueError> {
     if text == "auto" {
         return Ok(Rate::Auto);
     }
-    baud(text).map(Rate::Known).map_err(|error| format!("{error}; or auto"))
+    baud(text).map(Rate::Known).map_err(|_| Expected::RateOrAuto.but_found(text))
 }
 
-/// A probability.
-pub fn probability(text: &str) -> Result<f64, String> {
+/// Parses a probability from 0 to 1.
+pub fn probability(text: &str) -> Result<f64, ValueError> {
     let probability = text.parse().ok().filter(|number| (0.0..=1.0).contains(number));
-    probability.ok_or_else(|| format!("expected a probability from 0 to 1, got {text:?}"))
+    probability.ok_or_else(|| Expected::Probability.but_found(text))
 }
 
-/// A volume in m³.
-pub fn volume(text: &str) -> Result<f64, String> {
-    let wrong = || format!("expected a volume like '50 l' or '1.2 m3', got {text:?}");
+/// Parses a volume with a unit, into m³.
+pub fn volume(text: &str) -> Result<f64, ValueError> {
+    let wrong = || Expected::Volume.but_found(text);
     let trimmed = text.trim();
     let end = trimmed.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).ok_or_else(wrong)?;
     let (number, unit) = trimmed.split_at(end);
@@ -61,26 +125,38 @@ pub fn volume(text: &str) -> Result<f64, String> {
     volume.filter(|volume| volume.is_finite() && *volume > 0.0).ok_or_else(wrong)
 }
 
-/// A time in seconds.
-pub fn seconds(text: &str) -> Result<Duration, String> {
+/// Parses a time in seconds.
+pub fn seconds(text: &str) -> Result<Duration, ValueError> {
     let duration = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    duration.ok_or_else(|| format!("expected a number of seconds, got {text:?}"))
+    duration.ok_or_else(|| Expected::Seconds.but_found(text))
 }
 
-/// The address of a slave that can be owned.
-pub fn slave_address(text: &str) -> Result<u8, String> {
+/// Parses the address of a slave that a master can own, 0 to 125.
+pub fn slave_address(text: &str) -> Result<u8, ValueError> {
     let address = text.parse().ok().filter(|address| *address <= 125);
-    address.ok_or_else(|| format!("expected the address of a slave from 0 to 125, got {text:?}"))
+    address.ok_or_else(|| Expected::SlaveAddress(125).but_found(text))
 }
 
-/// The address of a slave, also of one that waits for its address.
-pub fn any_address(text: &str) -> Result<u8, String> {
+/// Parses the address of a slave, 0 to 126; 126 is a slave without an address.
+pub fn any_address(text: &str) -> Result<u8, ValueError> {
     let address = text.parse().ok().filter(|address| *address <= 126);
-    address.ok_or_else(|| format!("expected the address of a slave from 0 to 126, got {text:?}"))
+    address.ok_or_else(|| Expected::SlaveAddress(126).but_found(text))
 }
 
-/// How much faster than real time.
-pub fn speed(text: &str) -> Result<f64, String> {
+/// Parses a speed relative to real time.
+pub fn speed(text: &str) -> Result<f64, ValueError> {
     let speed = text.parse().ok().filter(|speed| (0.01..=10_000.0).contains(speed));
-    speed.ok_or_else(|| format!("expected a speed from 0.01 to 10000, got {text:?}"))
+    speed.ok_or_else(|| Expected::Speed.but_found(text))
+}
+
+/// Parses the role of a user.
+pub fn role(text: &str) -> Result<Role, ValueError> {
+    let role = Role::ALL.into_iter().find(|role| role.to_string() == text);
+    role.ok_or_else(|| Expected::Role.but_found(text))
+}
+
+/// Parses a number from `min` to `max`.
+pub fn number(text: &str, min: f64, max: f64) -> Result<f64, ValueError> {
+    let number = text.parse().ok().filter(|number| (min..=max).contains(number));
+    number.ok_or_else(|| Expected::Number { min, max }.but_found(text))
 }

@@ -1,4 +1,4 @@
-//! `profivac write`: a parameter of a gauge, or a command.
+//! `profivac write`: writes a parameter of a gauge, or sends a command.
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions, confirm};
@@ -8,31 +8,31 @@ use clap::Args;
 use profivac_client::{ClientError, PreparedWrite, WriteResult};
 use serde::Serialize;
 
-/// Write a parameter of a gauge, or send a command by its name.
+/// Write a parameter of a gauge, or send a command by name.
 ///
 /// TARGET VALUE is a parameter and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A value is a number, one of the names
-/// that `profivac list` shows, or a pressure in any unit of the gauge; without a unit it is in the one the gauge has now.
-/// A command stands for itself: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; where several parts have it, name the
+/// that `profivac list` shows, or a pressure in any unit of the gauge; without a unit it is in the present unit of the gauge.
+/// A command needs no value: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; if several parts have it, name the
 /// part: `cdg.zero-adjust`, `channel.1/degas on`.
 ///
-/// The value is checked against the table, and the conditions of a command against the gauge, before anything is sent. What was
-/// there is shown beside what is there then. What switches emission or degas, adjusts, or stops the measurement is asked about on
-/// a terminal and needs --yes without one.
+/// Before anything is sent, the value is checked against the table and the conditions of a command against the gauge. The output
+/// shows the value before and after. A command that switches emission or degas, adjusts, or stops the measurement asks for
+/// confirmation on a terminal and needs --yes without one.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     at: GaugeOptions,
-    /// Do not ask
+    /// Do not ask for confirmation
     #[arg(long)]
     yes: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// What to write, and its value; or a command
+    /// The parameter to write, or a command
     #[arg(value_name = "TARGET", required = true)]
     target: String,
-    /// The value
+    /// The new value
     #[arg(value_name = "VALUE", allow_hyphen_values = true)]
     value: Option<String>,
 }
@@ -44,7 +44,7 @@ Examples:
   profivac write --port /dev/ttyUSB0 --address 5 execute
   profivac write --port /dev/ttyUSB0 --address 5 --yes degas on";
 
-/// What JSON says about a write.
+/// A write in the JSON output.
 #[derive(Debug, Serialize)]
 struct Change {
     name: String,
@@ -56,7 +56,7 @@ struct Change {
     after: Option<Row>,
 }
 
-/// Checks, asks, sends, reads back.
+/// Checks, asks for confirmation, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.at.with_gauge(|gauge| {
         let order = prepare(gauge, &arguments.target, arguments.value.as_deref())?;
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-/// What is to be sent: a command, or a parameter and its value.
+/// Prepares a command, or a parameter and its value.
 fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Result<PreparedWrite, Failure> {
     let names = gauge.names();
     let words = value.map_or_else(|| target.to_owned(), |value| format!("{target} {value}"));
@@ -78,7 +78,7 @@ fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Resul
     }
     let named = gauge.find(target)?;
     let value = value.ok_or_else(|| {
-        Failure::usage(format!("what shall {named} be? Say a VALUE behind it; `profivac list` shows what it takes"))
+        Failure::usage(format!("expected a VALUE for {named}, got none; `profivac list` shows the values it accepts"))
     })?;
     Ok(gauge.prepare(&named, value)?)
 }
@@ -96,7 +96,7 @@ fn change(written: &WriteResult) -> Change {
     }
 }
 
-/// `NAME: OLD -> NEW`, or what was sent where nothing can be read.
+/// `NAME: OLD -> NEW`, or the value sent if the parameter cannot be read.
 fn line(written: &WriteResult) -> String {
     let name = &written.named.name;
     match (&written.before, &written.after) {

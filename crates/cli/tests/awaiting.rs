@@ -1,4 +1,4 @@
-//! Programs that await gauges: many at once, answers nobody waits for any more, a port that goes away.
+//! Programs that await gauges: many at once, cancelled requests, a lost port.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -21,7 +21,7 @@ fn bus(simulation: &Program, patience: Duration) -> Bus {
     Bus::open(move || BusSession::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), patience)).unwrap()
 }
 
-/// This thread, woken.
+/// A waker that unparks this thread.
 fn block_on<T>(future: impl Future<Output = T>) -> T {
     struct Unpark(Thread);
     impl Wake for Unpark {
@@ -62,7 +62,7 @@ fn many_threads_await_many_gauges() {
 }
 
 #[test]
-fn what_nobody_awaits_any_more_disturbs_nobody() {
+fn a_cancelled_request_does_not_disturb_others() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let bus = bus(&simulation, Duration::from_secs(5));
     let gauge = bus.gauge(5);
@@ -72,12 +72,12 @@ fn what_nobody_awaits_any_more_disturbs_nobody() {
         assert!(given_up.as_mut().poll(&mut context).is_pending());
     }
     assert_eq!(block_on(gauge.parameter("device.device-state")).unwrap().text, "IDLE");
-    // The selector is where it was, although nobody waited for that.
+    // The selector is restored although the request was cancelled.
     assert_eq!(block_on(gauge.parameter("1/46")).unwrap().text, "1");
 }
 
 #[test]
-fn a_port_that_goes_away_ends_every_wait() {
+fn a_lost_port_ends_every_wait() {
     let mut simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let bus = bus(&simulation, Duration::from_secs(60));
     let gauge = bus.gauge(9);

@@ -1,4 +1,4 @@
-//! What cannot be done is said in one sentence, with the exit code of the contract.
+//! Wrong command lines fail with one sentence and the exit code of the contract.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -6,17 +6,17 @@ mod common;
 
 use common::{Folder, Program, run};
 
-/// Runs a command and checks its exit code and what it says on standard error. Standard output stays empty.
+/// Runs a command and checks its exit code and standard error. Standard output stays empty.
 #[track_caller]
 fn fails(arguments: &[&str], code: i32, sentence: &str) {
     let output = run(arguments);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-    assert!(said.contains(sentence), "{arguments:?}: {said}");
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    assert!(message.contains(sentence), "{arguments:?}: {message}");
     assert!(output.stdout.is_empty(), "{arguments:?}");
 }
 
-/// A simulation on a pty that is never made.
+/// Checks the error of a simulation that fails before it makes its pty.
 fn simulate(arguments: &[&str], sentence: &str) {
     fails(&[&["simulate", "--pty", "/nowhere/at/all"], arguments].concat(), 2, sentence);
 }
@@ -49,14 +49,14 @@ fn options_are_checked_before_anything_is_opened() {
 }
 
 #[test]
-fn what_is_not_built_is_absent_and_refused() {
+fn an_unknown_command_is_refused_and_absent_from_the_help() {
     fails(&["dance"], 2, "unrecognized subcommand");
     let help = String::from_utf8(run(&["simulate", "--help"]).stdout).unwrap();
     assert!(help.contains("--scenario") && !help.contains("--listen"), "{help}");
 }
 
 #[test]
-fn a_port_that_cannot_be_opened_is_named() {
+fn the_error_names_a_port_that_cannot_be_opened() {
     let folder = Folder::new();
     let file = folder.name("file");
     std::fs::write(&file, "precious").unwrap();

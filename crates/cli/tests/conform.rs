@@ -1,4 +1,4 @@
-//! `conform` holds slaves against the rules and tells which they break.
+//! `conform` tests slaves against the rules and reports which they break.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -16,20 +16,20 @@ fn on_tcp(devices: &[&str]) -> (Program, String) {
 fn a_gauge_keeps_all_rules() {
     let (_program, port) = on_tcp(&["bcg450@5"]);
     let output = run(&["conform", "--port", &port, "--address", "5", "--own"]);
-    let told = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    let lines: Vec<_> = told.lines().collect();
-    assert!(lines.iter().all(|line| line.starts_with("ok ")), "{told}");
+    let stderr = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let lines: Vec<_> = stderr.lines().collect();
+    assert!(lines.iter().all(|line| line.starts_with("ok ")), "{stderr}");
     assert_eq!(
         lines.first(),
         Some(&"ok      layer2.fdl-status         FDL status is answered as a slave, without access points (1.11)")
     );
-    let remarks = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(remarks.trim(), format!("{} rules hold, 0 are broken, 0 were not asked for", lines.len()));
+    let notices = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(notices.trim(), format!("{} rules hold, 0 are broken, 0 were skipped", lines.len()));
 }
 
 #[test]
-fn a_configuration_that_the_slave_does_not_take_is_told_rule_by_rule() {
+fn a_configuration_that_the_slave_refuses_breaks_rules_that_are_listed() {
     let (_program, port) = on_tcp(&["psg550@5"]);
     let output =
         run(&["conform", "--port", &port, "--address", "5", "--own", "--json", "--cfg", "11", "--slot-time", "4000"]);
@@ -43,7 +43,7 @@ fn a_configuration_that_the_slave_does_not_take_is_told_rule_by_rule() {
 }
 
 #[test]
-fn nobody_is_no_slave() {
+fn an_address_without_a_slave_is_no_answer() {
     let (_program, port) = on_tcp(&["bcg450@5"]);
     let output = run(&["conform", "--port", &port, "--address", "6", "--own"]);
     assert_eq!(output.status.code(), Some(3));
@@ -51,20 +51,23 @@ fn nobody_is_no_slave() {
 }
 
 #[test]
-fn a_script_has_to_say_own() {
+fn a_script_must_give_own() {
     let output = run(&["conform", "--port", "/dev/null", "--address", "6"]);
     assert_eq!(output.status.code(), Some(2));
     let complaint = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(complaint.trim(), "profivac: conform parameterises the slave and owns it: say --own in a script");
+    assert_eq!(
+        complaint.trim(),
+        "profivac: conform parameterises the slave and takes ownership of it; without a terminal add --own"
+    );
 }
 
-/// Ctrl-C ends it after the check that runs, and the slave belongs to nobody.
+/// Ctrl-C ends it after the present check, and no master owns the slave afterwards.
 #[test]
-fn who_stops_it_finds_the_slave_released() {
+fn an_interrupted_run_releases_the_slave() {
     for options in [&[][..], &["--json"]] {
         let (mut simulation, port) = on_tcp(&["bcg450@5"]);
         let mut program = Program::start(&[&["conform", "--port", &port, "--address", "5", "--own"], options].concat());
-        // Under way: until it has parameterised the slave the first time.
+        // Waits until it has parameterised the slave for the first time.
         while simulation.state(5)["device_state"] != "EXECUTING" && !program.has_ended() {}
         program.interrupt();
         assert_eq!(program.complaint(), "profivac: interrupted by a signal; the slave is released");

@@ -1,4 +1,4 @@
-//! `profivac decode` from outside: what it prints, what it refuses, and its exit codes.
+//! `profivac decode` as a program: output, errors and exit codes.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -6,7 +6,7 @@ mod common;
 
 use common::{Folder, Program, run};
 
-/// What a master printed: words, times, an answer in two pieces with a pause between, damage, an octet that cannot be read.
+/// The log of a master: words, times, an answer in two pieces with a pause, damaged octets, an octet that cannot be parsed.
 const LOG: &str = "\
 Starting master 2 ...
 12.000 PHY-serial: TX   68 05 05 68 85 82 6D 3C 3E EE 16
@@ -22,7 +22,7 @@ Starting master 2 ...
 12.090 PHY-serial: RX   68 0B 0B 68 82 85 08 3E 3C 06 05 00 FF 08 E6 81 16
 ";
 
-const STORY: &str = "   12.005000 s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready
+const EXPLANATION: &str = "   12.005000 s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready
    12.030000 s    5  master 2 sets its parameters: lock, watchdog 100 ms, min T_SDR 11, ident 08E6, groups 00, user 80 00 00 05 1C (unit mbar)
    12.050000 s    5  master 2 asks for the configuration 44 86 05 05 0A 08: 0 octets out, 7 in
    12.070000 s       damaged, 17 octets: character error in octet 7: 68 0B 0B 68 82 85 00 3E 3C 06 05 00 FF 08 E6 81 16
@@ -43,15 +43,15 @@ fn decode(folder: &Folder, name: &str, content: &[u8], options: &[&str]) -> (Opt
 }
 
 #[test]
-fn a_log_becomes_a_story() {
+fn a_log_is_explained() {
     let folder = Folder::new();
-    let (code, story, remark) = decode(&folder, "log", LOG.as_bytes(), &[]);
-    assert_eq!(story, STORY);
-    assert_eq!((code, remark.as_str()), (Some(0), "profivac: log: 1 line without octets, the first is line 1\n"));
+    let (code, text, notice) = decode(&folder, "log", LOG.as_bytes(), &[]);
+    assert_eq!(text, EXPLANATION);
+    assert_eq!((code, notice.as_str()), (Some(0), "profivac: log: 1 line without octets, the first is line 1\n"));
 }
 
 #[test]
-fn raw_shows_every_telegram_and_what_it_means() {
+fn raw_shows_every_telegram_with_its_meaning() {
     let folder = Folder::new();
     let log = "TX 68 05 05 68 05 02 7D AA 55 83 16\nRX E5 00\nTX DC 02 02";
     let (code, text, _) = decode(&folder, "log", log.as_bytes(), &["--raw"]);
@@ -80,9 +80,9 @@ fn json_has_a_line_for_every_sentence_and_a_summary() {
     assert_eq!(summary["slaves"][0]["device"], "bcg450");
 }
 
-/// A log becomes a capture of either link type, and the capture tells the same story.
+/// A log becomes a capture of either link type, and the capture has the same explanation.
 #[test]
-fn a_capture_file_tells_the_same_story() {
+fn a_capture_file_has_the_same_explanation() {
     let folder = Folder::new();
     for link_type in ["user0", "profibus-dl", "147", "257"] {
         let capture = folder.name("capture.pcapng");
@@ -91,12 +91,12 @@ fn a_capture_file_tells_the_same_story() {
         let file = std::fs::read(&capture).unwrap();
         let number = u16::from_le_bytes([file[36], file[37]]);
         assert_eq!(number, if matches!(link_type, "user0" | "147") { 147 } else { 257 });
-        assert_eq!(decode(&folder, "again", &file, &[]), (Some(0), STORY.to_owned(), String::new()));
+        assert_eq!(decode(&folder, "again", &file, &[]), (Some(0), EXPLANATION.to_owned(), String::new()));
     }
 }
 
 #[test]
-fn a_capture_that_was_cut_off_is_told_up_to_there_and_ends_with_2() {
+fn a_truncated_capture_is_explained_up_to_its_end_with_exit_code_2() {
     let folder = Folder::new();
     let capture = folder.name("capture.pcapng");
     decode(&folder, "log", LOG.as_bytes(), &["--out", &capture]);
@@ -105,14 +105,14 @@ fn a_capture_that_was_cut_off_is_told_up_to_there_and_ends_with_2() {
     assert!(story.contains("8 telegrams, 1 damaged piece (11.1 %)"), "{story}");
     let offset = file.len() - 52;
     let expected = format!(
-        "profivac: cut: the file ends within the block at octet {offset}: it was cut off, or is still being written; what comes \
-         before it is told above\n"
+        "profivac: cut: the file ends within the block at octet {offset}: it was cut off, or is still being written; the \
+         output above explains everything before this position\n"
     );
     assert_eq!((code, complaint), (Some(2), expected));
 }
 
 #[test]
-fn what_cannot_be_decoded_is_named_and_ends_with_2() {
+fn a_file_that_cannot_be_decoded_is_named_with_exit_code_2() {
     let folder = Folder::new();
     for (content, message) in [
         (&b""[..], "profivac: file: expected telegrams, found an empty file\n"),
@@ -122,7 +122,7 @@ fn what_cannot_be_decoded_is_named_and_ends_with_2() {
         ),
         (
             b"# 500 kbit/s\n10 | E5\nsoon | E5\n",
-            "profivac: file: line 3: expected a bit time, found 'soon'; what comes before it is told above\n",
+            "profivac: file: line 3: expected a bit time, found 'soon'; the output above explains everything before this position\n",
         ),
         (b"# 500 kbit/s\nsoon | E5\n", "profivac: file: line 2: expected a bit time, found 'soon'\n"),
         (
@@ -149,7 +149,7 @@ fn what_cannot_be_decoded_is_named_and_ends_with_2() {
 }
 
 #[test]
-fn wrong_options_end_with_2() {
+fn wrong_options_have_exit_code_2() {
     let folder = Folder::new();
     for options in [&["--link-type", "user0"][..], &["--out", "x", "--link-type", "ethernet"], &["--baud", "19201"]] {
         let (code, story, complaint) = decode(&folder, "log", LOG.as_bytes(), options);
@@ -162,11 +162,11 @@ fn wrong_options_end_with_2() {
     assert!(complaint.contains("cannot be written"), "{complaint}");
 }
 
-/// A log that somebody is still writing.
+/// A log that another program is still writing.
 #[test]
-fn what_comes_through_a_pipe_is_told_at_once() {
+fn input_from_a_pipe_is_explained_at_once() {
     let mut program = Program::start(&["decode"]);
-    // Each is told because of the next: a telegram may still go on.
+    // Each line is explained when the next one arrives, because a telegram may continue in the next line.
     for request in ["TX 68 05 05 68 85 82 6D 3C 3E EE 16", "RX 68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16"] {
         program.say(request);
     }

@@ -1,4 +1,4 @@
-//! `demo` exchanges data in memory and tells a script whether all of it arrived.
+//! `demo` exchanges data in memory; its exit code reports whether all of it arrived.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -12,7 +12,7 @@ fn row(line: &str) -> Value {
 }
 
 #[test]
-fn what_the_master_reads_is_the_pressure_of_the_chamber() {
+fn the_master_reads_the_pressure_of_the_chamber() {
     let done = run(&["demo", "--headless", "--json", "--speed", "20", "--for", "2"]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     let rows: Vec<_> = String::from_utf8(done.stdout).unwrap().lines().map(row).collect();
@@ -20,7 +20,7 @@ fn what_the_master_reads_is_the_pressure_of_the_chamber() {
     let mut exchanges = 0;
     for row in rows {
         let number = |key: &str| row[key].as_f64().unwrap();
-        // Real sensors: within half.
+        // Real sensors: within a factor of two.
         assert!((number("read_mbar") / number("true_mbar") - 1.0).abs() < 0.5, "{row}");
         assert!(row["exchanges"].as_u64().unwrap() > exchanges, "{row}");
         assert_eq!(row["lost"], 0);
@@ -30,7 +30,7 @@ fn what_the_master_reads_is_the_pressure_of_the_chamber() {
 }
 
 #[test]
-fn a_table_is_printed_until_somebody_ends_it() {
+fn a_table_is_printed_until_a_signal() {
     let mut demo = Program::start(&["demo", "--headless"]);
     assert_eq!(demo.line(), "  SECONDS   TRUE mbar   READ mbar  INSTANCE  EXCHANGES  LOST");
     let columns = demo.line();
@@ -40,16 +40,19 @@ fn a_table_is_printed_until_somebody_ends_it() {
 }
 
 #[test]
-fn without_a_terminal_it_says_so_and_prints_rows() {
+fn without_a_terminal_demo_prints_a_notice_and_rows() {
     let done = run(&["demo", "--for", "1"]);
     assert_eq!(done.status.code(), Some(0));
-    let said = String::from_utf8(done.stderr).unwrap();
-    assert!(said.starts_with("profivac: there is no terminal to draw on: rows as with --headless\n"), "{said}");
-    assert!(said.contains("profivac: the dashboard is at http://127.0.0.1:"), "{said}");
+    let message = String::from_utf8(done.stderr).unwrap();
+    assert!(
+        message.starts_with("profivac: standard output is no terminal; printing rows as with --headless\n"),
+        "{message}"
+    );
+    assert!(message.contains("profivac: the dashboard is at http://127.0.0.1:"), "{message}");
     assert!(done.stdout.starts_with(b"  SECONDS   TRUE mbar"));
 }
 
-/// A scenario of two seconds that expects this of its chamber.
+/// A scenario of two seconds with this expectation of its chamber.
 fn scenario(expected: &str) -> tempfile::NamedTempFile {
     let text = format!(
         "title = \"t\"\nuntil = \"2 s\"\n[volumes]\nchamber = {{ volume = \"1 l\" }}\n[gauges]\n\"bcg450@5\" = \"chamber\"\n\
@@ -61,7 +64,7 @@ fn scenario(expected: &str) -> tempfile::NamedTempFile {
 }
 
 #[test]
-fn a_scenario_ends_with_its_verdict() {
+fn the_exit_code_reports_the_expectations_of_a_scenario() {
     for (expected, code, sentence) in [
         ("near = \"1013 mbar\"", 0, ""),
         (
@@ -74,9 +77,9 @@ fn a_scenario_ends_with_its_verdict() {
         let file = scenario(expected);
         let path = file.path().to_str().unwrap();
         let done = run(&["demo", "--headless", "--speed", "10", "--scenario", path]);
-        let said = String::from_utf8(done.stderr).unwrap();
-        assert_eq!(done.status.code(), Some(code), "{said}");
-        assert!(said.contains(sentence), "{said}");
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(code), "{message}");
+        assert!(message.contains(sentence), "{message}");
     }
 }
 
@@ -86,24 +89,24 @@ fn impossible_options_are_refused() {
         (["--speed", "0"], "expected a speed from 0.01 to 10000, got \"0\""),
         (["--for", "-1"], "expected a number of seconds, got \"-1\""),
         (["--listen", "here"], "invalid socket address syntax"),
-        (["--listen", "0.0.0.0:0"], "expected an address like 127.0.0.1:8080, got 0.0.0.0:0"),
+        (["--listen", "0.0.0.0:0"], "expected an address of this computer like 127.0.0.1:8080, got 0.0.0.0:0"),
         (["--scenario", "x.toml"], "x.toml: No such file or directory"),
     ] {
         let failed = run(&[&["demo", "--headless"], &arguments[..]].concat());
         assert_eq!(failed.status.code(), Some(2));
-        let said = String::from_utf8(failed.stderr).unwrap();
-        assert!(said.contains(sentence), "{said}");
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert!(message.contains(sentence), "{message}");
     }
 }
 
 #[test]
-fn a_record_that_is_faster_than_the_plant_says_so() {
+fn a_database_with_accelerated_time_causes_a_notice() {
     let folder = tempfile::tempdir().unwrap();
-    for (speed, is_told) in [("20", true), ("1", false)] {
+    for (speed, has_notice) in [("20", true), ("1", false)] {
         let record = folder.path().join(format!("{speed}.db"));
         let done = run(&["demo", "--headless", "--speed", speed, "--for", "1", "--record", record.to_str().unwrap()]);
-        let told = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(0), "{told}");
-        assert_eq!(told.contains("everything in it is 20 times as fast as in the plant"), is_told, "{told}");
+        let stderr = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(0), "{stderr}");
+        assert_eq!(stderr.contains("everything in it is 20 times as fast as in the plant"), has_notice, "{stderr}");
     }
 }

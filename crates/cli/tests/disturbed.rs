@@ -1,4 +1,4 @@
-//! Our master holds three of our slaves in exchange over a line on which one octet in 500 has a flipped bit.
+//! A master exchanges data with three virtual slaves over a line on which one octet in 500 has an inverted bit.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -7,16 +7,16 @@ mod common;
 use common::{Folder, Program};
 use serde_json::Value;
 
-/// So many exchanges with each slave.
+/// The number of exchanges with each slave.
 const EXCHANGES: u64 = 1000;
 
-/// More rows than a busy computer needs for them: it takes some seconds on a quiet one.
+/// The most rows that a loaded computer needs for them; an idle one needs a few seconds.
 const ROUNDS: usize = 300;
 
-/// The check octet sees every single flipped bit: no row ever shows another pressure than the one that is set, and every
-/// slave keeps exchanging.
+/// The check octet detects every single inverted bit: no row shows a pressure that was not set, and every slave continues to
+/// exchange data.
 #[test]
-fn exchange_goes_on_and_no_wrong_value_is_shown() {
+fn exchange_continues_and_no_wrong_value_is_shown() {
     let folder = Folder::new();
     let names = ["master", "a", "b", "c"].map(|name| folder.name(name));
     let ptys: Vec<&str> = names.iter().flat_map(|name| ["--pty", name.as_str()]).collect();
@@ -37,7 +37,7 @@ fn exchange_goes_on_and_no_wrong_value_is_shown() {
     while least < EXCHANGES {
         let rows: Vec<Value> = (0..3).map(|_| serde_json::from_str(&monitor.line()).unwrap()).collect();
         for row in &rows {
-            // Nothing, while a slave is being brought up.
+            // No value while a slave starts.
             assert!(row["mbar"].is_null() || row["mbar"] == 2e-7, "{row}");
         }
         let counts = |key: &str| rows.iter().map(|row| row[key].as_u64().unwrap()).collect::<Vec<_>>();
@@ -49,7 +49,7 @@ fn exchange_goes_on_and_no_wrong_value_is_shown() {
     monitor.terminate();
     assert_eq!(monitor.exit_code(), 0);
     assert_eq!(hub.tell("quit"), "ok");
-    // "profivac: 123456 octets, 250 with a flipped bit, 0 lost"
+    // "profivac: 123456 octets, 250 with an inverted bit, 0 lost"
     let complaint = hub.complaint();
     let numbers: Vec<u64> = complaint.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     assert!(numbers[1] > 20, "{complaint}");

@@ -1,4 +1,4 @@
-//! The examples of the library, run against virtual devices: what they print is what their readers will see.
+//! The examples of the client library, run against virtual devices.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -12,7 +12,7 @@ mod blocking;
 use common::{Folder, Program};
 
 #[test]
-fn a_program_that_waits_reads_writes_and_is_refused() {
+fn the_blocking_example_reads_writes_and_shows_a_refusal() {
     let folder = Folder::new();
     let path = folder.name("line");
     let simulation = Program::start(&["simulate", "--pty", &path, "--pressure", "5e-6 mbar", "bcg450@5"]);
@@ -28,7 +28,7 @@ fn a_program_that_waits_reads_writes_and_is_refused() {
 }
 
 #[test]
-fn several_gauges_are_awaited_on_one_bus() {
+fn the_async_example_reads_several_gauges_on_one_bus() {
     let folder = Folder::new();
     let path = folder.name("line");
     let devices = ["bcg450@5", "hpg400@6", "psg550@7", "img400@8"];

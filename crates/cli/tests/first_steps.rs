@@ -1,13 +1,12 @@
-//! A new user's first quarter of an hour, as docs/first-steps.md tells it: every command of its console blocks is run, in order,
-//! in an empty folder, and what comes must be what stands there.
+//! Runs docs/first-steps.md: every command of its console blocks, in order, in an empty folder, and compares the output.
 //!
-//! | In a block | Means |
+//! | In a block | Meaning |
 //! |---|---|
-//! | `$ COMMAND` | typed in a shell; what follows is all that it prints. It must end with 0 unless `$ echo $?` comes next |
-//! | `NAME$ COMMAND` | typed in a terminal of its own, where it goes on running; what follows comes from it before anything else is done |
-//! | `NAME: LINE` | typed there for the running command; without a line: what has come there meanwhile |
-//! | `NAME: ^C` | Ctrl-C there: it must end with 0, and what follows is all that had not been looked at |
-//! | `...` | within a line any text, as a line any lines |
+//! | `$ COMMAND` | typed in a shell; the following lines are its complete output. The exit code must be 0 unless `$ echo $?` is next |
+//! | `NAME$ COMMAND` | typed in another terminal, where it keeps running; the following lines appear before the next step |
+//! | `NAME: LINE` | typed there for the running command; without a line: its output since then |
+//! | `NAME: ^C` | Ctrl-C there: the exit code must be 0, and the following lines are the rest of its output |
+//! | `...` | any text within a line; as a line, any lines |
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -18,10 +17,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What may stand for any text.
+/// The mark for any text.
 const ANY: &str = "...";
 
-/// Something typed, and what comes.
+/// A command or a line of input, and the expected output.
 #[derive(Debug, PartialEq, Eq)]
 struct Step {
     line: usize,
@@ -31,11 +30,11 @@ struct Step {
 
 #[derive(Debug, PartialEq, Eq)]
 enum Typed {
-    /// In the shell.
+    /// A command in the shell.
     Command(String),
-    /// In the shell of another terminal.
+    /// A command in another terminal, which keeps running.
     Start(String, String),
-    /// For the program in another terminal.
+    /// A line for the program in another terminal.
     Say(String, String),
 }
 
@@ -67,12 +66,12 @@ fn typed(text: &str, terminals: &[String]) -> Option<Typed> {
             _ => None,
         };
     }
-    let (name, said) = text.split_once(':')?;
+    let (name, message) = text.split_once(':')?;
     let is_there = terminals.iter().any(|terminal| terminal == name);
-    is_there.then(|| Typed::Say(name.to_owned(), said.trim().to_owned()))
+    is_there.then(|| Typed::Say(name.to_owned(), message.trim().to_owned()))
 }
 
-/// Whether a text is what stands on the page.
+/// Whether a line matches the page.
 fn is_text(expected: &str, text: &str) -> bool {
     match expected.split_once(ANY) {
         None => expected == text,
@@ -82,7 +81,7 @@ fn is_text(expected: &str, text: &str) -> bool {
     }
 }
 
-/// Whether lines are what stands on the page.
+/// Whether lines match the page.
 fn are_lines(expected: &[String], lines: &[String]) -> bool {
     match (expected.split_first(), lines.split_first()) {
         (None, first) => first.is_none(),
@@ -92,11 +91,11 @@ fn are_lines(expected: &[String], lines: &[String]) -> bool {
     }
 }
 
-/// The desk of a user: a folder, a home with the sources, and programs that run in other terminals.
+/// The environment of a user: a folder, a home with the sources, and programs in other terminals.
 struct Desk {
     folder: Folder,
     programs: BTreeMap<String, Program>,
-    /// How the last command ended.
+    /// The exit code of the last command.
     code: i32,
 }
 
@@ -114,7 +113,7 @@ impl Desk {
         Self { folder, programs: BTreeMap::new(), code: 0 }
     }
 
-    /// A command as a shell takes it. What it says and what it complains about come on one terminal.
+    /// Runs a command in a shell. Standard output and standard error share one terminal.
     fn shell(&self, command: &str) -> Command {
         let program = Path::new(env!("CARGO_BIN_EXE_profivac")).parent().unwrap();
         let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
@@ -124,7 +123,7 @@ impl Desk {
         shell
     }
 
-    /// Does one step and returns what came.
+    /// Runs one step and returns its output.
     fn follow(&mut self, step: &Step) -> Vec<String> {
         match &step.typed {
             Typed::Command(command) if command == "echo $?" => vec![std::mem::take(&mut self.code).to_string()],
@@ -136,21 +135,21 @@ impl Desk {
             }
             Typed::Start(name, command) => {
                 let program = Program::of(&mut self.shell(&format!("exec {command}")));
-                let came = until(&program, &step.expected);
+                let output = until(&program, &step.expected);
                 self.programs.insert(name.clone(), program);
-                came
+                output
             }
-            Typed::Say(name, said) if said == "^C" => {
+            Typed::Say(name, message) if message == "^C" => {
                 let mut program = self.programs.remove(name).unwrap();
                 program.interrupt();
-                let came = std::iter::from_fn(|| program.next_line()).collect();
+                let output = std::iter::from_fn(|| program.next_line()).collect();
                 assert_eq!(program.exit_code(), 0, "line {}", step.line);
-                came
+                output
             }
-            Typed::Say(name, said) => {
+            Typed::Say(name, message) => {
                 let program = self.programs.get_mut(name).unwrap();
-                if !said.is_empty() {
-                    program.say(said);
+                if !message.is_empty() {
+                    program.say(message);
                 }
                 until(program, &step.expected)
             }
@@ -158,38 +157,37 @@ impl Desk {
     }
 }
 
-/// What a running program prints, until it is what is expected.
+/// The output of a running program, read until it matches.
 fn until(program: &Program, expected: &[String]) -> Vec<String> {
-    let mut came = Vec::new();
-    while !are_lines(expected, &came) {
+    let mut output = Vec::new();
+    while !are_lines(expected, &output) {
         match program.next_line() {
-            Some(line) => came.push(line),
-            None => return came,
+            Some(line) => output.push(line),
+            None => return output,
         }
     }
-    came
+    output
 }
 
 #[test]
-fn the_first_quarter_of_an_hour_is_as_it_is_told() {
+fn every_step_prints_what_the_page_shows() {
     let page = std::fs::read_to_string(sources().join("docs/first-steps.md")).unwrap();
     let mut desk = Desk::new();
     for step in steps(&page) {
-        let came = desk.follow(&step);
+        let output = desk.follow(&step);
         let Step { line, typed, expected } = &step;
         assert!(
-            are_lines(expected, &came),
+            are_lines(expected, &output),
             "docs/first-steps.md:{line}: {typed:?}\nexpected:\n{}\ncame:\n{}\n",
             expected.join("\n"),
-            came.join("\n")
+            output.join("\n")
         );
     }
     assert_eq!(desk.code, 0, "the last command failed");
 }
 
-/// Nothing a new user needs is left out.
 #[test]
-fn every_command_is_met() {
+fn the_page_uses_every_command() {
     let page = std::fs::read_to_string(sources().join("docs/first-steps.md")).unwrap();
     let commands: Vec<String> = steps(&page)
         .into_iter()
@@ -226,14 +224,14 @@ fn every_command_is_met() {
 }
 
 #[test]
-fn a_page_is_read_as_it_is_meant() {
+fn the_steps_of_a_page_are_parsed() {
     let page = "text\n```sh\n$ no\n```\n```console\n$ a b\nc: d\nx$ e\nready\nx: ^C\nx:\n```\n$ no";
     let step = |line, typed, expected: &[&str]| Step {
         line,
         typed,
         expected: expected.iter().map(|&line| line.to_owned()).collect(),
     };
-    let say = |said: &str| Typed::Say("x".to_owned(), said.to_owned());
+    let say = |message: &str| Typed::Say("x".to_owned(), message.to_owned());
     let expected = [
         step(6, Typed::Command("a b".to_owned()), &["c: d"]),
         step(8, Typed::Start("x".to_owned(), "e".to_owned()), &["ready"]),
@@ -244,16 +242,17 @@ fn a_page_is_read_as_it_is_meant() {
 }
 
 #[test]
-fn dots_stand_for_anything_and_nothing_else_does() {
-    let are = |expected: &str, came: &str| {
+fn only_dots_match_any_text() {
+    let are = |expected: &str, output: &str| {
         let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
-        are_lines(&lines(expected), &lines(came))
+        are_lines(&lines(expected), &lines(output))
     };
-    for (expected, came) in [("a\nb", "a\nb"), ("a ... c", "a b c"), ("...\nb\n...", "b"), ("a\n...\nd", "a\nb\nc\nd")]
+    for (expected, output) in
+        [("a\nb", "a\nb"), ("a ... c", "a b c"), ("...\nb\n...", "b"), ("a\n...\nd", "a\nb\nc\nd")]
     {
-        assert!(are(expected, came), "{expected:?} {came:?}");
+        assert!(are(expected, output), "{expected:?} {output:?}");
     }
-    for (expected, came) in [("a", "a\nb"), ("a\nb", "a"), ("a ... c", "a b d"), ("...\nb", "b\nc"), ("", "a")] {
-        assert!(!are(expected, came), "{expected:?} {came:?}");
+    for (expected, output) in [("a", "a\nb"), ("a\nb", "a"), ("a ... c", "a b d"), ("...\nb", "b\nc"), ("", "a")] {
+        assert!(!are(expected, output), "{expected:?} {output:?}");
     }
 }

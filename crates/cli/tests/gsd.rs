@@ -1,4 +1,4 @@
-//! The GSD file of every device is taken by two parsers that nobody here wrote, and they read what the tables say.
+//! Two independent parsers accept the GSD file of every device and read the values of the tables.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -20,7 +20,7 @@ fn printed(device: &str) -> String {
 /// The modules of the one manual that has modules. IF300P/IF301P manual 3.2.1.2, errata-bpg-bcg-tpg 122.
 const MODULES: [&[u8]; 5] = [&[0x97], &[0xA7], &[0xA0], &[0x94], &[0x93]];
 
-/// What a configuration tool would send: one module of the file, and its user parameters.
+/// Compares what an engineering tool would send, one module and its user parameters, with the tables.
 fn agrees(file: &GenericStationDescription, model: &Model) {
     assert_eq!((file.ident_number, file.model.as_str()), (model.ident, model.title));
     let modules: Vec<_> = file.available_modules.iter().map(|module| module.config.as_slice()).collect();
@@ -41,7 +41,7 @@ fn agrees(file: &GenericStationDescription, model: &Model) {
 }
 
 #[test]
-fn gsd_parser_reads_what_the_tables_say() {
+fn gsd_parser_reads_the_values_of_the_tables() {
     for model in MODELS {
         let file = gsd_parser::parser::parse(Path::new(model.name), &printed(model.name))
             .unwrap_or_else(|error| panic!("{}: {error}", model.name));
@@ -49,7 +49,7 @@ fn gsd_parser_reads_what_the_tables_say() {
     }
 }
 
-/// pyprofibus in its debug mode, where it names every line it does not know.
+/// pyprofibus in its debug mode, in which it reports every line that it does not know.
 const PYTHON: &str = "
 import sys
 from pyprofibus.gsd.interp import GsdInterp
@@ -68,7 +68,7 @@ for path in sys.argv[1:]:
 const NEW: [&str; 6] = ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16"];
 
 #[test]
-fn pyprofibus_reads_what_the_tables_say() {
+fn pyprofibus_reads_the_values_of_the_tables() {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
     assert!(python.exists(), "there is no {}: ./test makes it", python.display());
     let folder = Folder::new();
@@ -78,15 +78,16 @@ fn pyprofibus_reads_what_the_tables_say() {
         path
     });
     let output = Command::new(python).args(["-c", PYTHON]).args(paths).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
-    let warned = said.lines().zip(said.lines().skip(1)).filter(|(line, _)| line.starts_with("GSD parser warning"));
+    let message = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{message}{}", String::from_utf8_lossy(&output.stderr));
+    let warned =
+        message.lines().zip(message.lines().skip(1)).filter(|(line, _)| line.starts_with("GSD parser warning"));
     for (_, line) in warned {
         assert!(NEW.iter().any(|keyword| line.starts_with(keyword)), "pyprofibus does not know: {line}");
     }
-    let read = said.lines().filter_map(|line| line.strip_prefix("read "));
+    let read = message.lines().filter_map(|line| line.strip_prefix("read "));
     let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
-    assert_eq!(read.clone().count(), MODELS.len(), "{said}");
+    assert_eq!(read.clone().count(), MODELS.len(), "{message}");
     for (line, model) in read.zip(MODELS) {
         let modular: &[&[u8]] = if model.name.starts_with("tpg") { &MODULES } else { &[] };
         let whole = model.configurations.iter().map(|one| one.octets);
@@ -99,9 +100,9 @@ fn pyprofibus_reads_what_the_tables_say() {
 }
 
 #[test]
-fn an_unknown_device_is_refused_with_the_known_ones() {
+fn the_error_for_an_unknown_device_lists_the_known_ones() {
     let failed = run(&["gsd", "bcg451"]);
     assert_eq!(failed.status.code(), Some(2));
-    let said = String::from_utf8(failed.stderr).unwrap();
-    assert!(said.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{said}");
+    let message = String::from_utf8(failed.stderr).unwrap();
+    assert!(message.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{message}");
 }

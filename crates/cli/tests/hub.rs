@@ -1,4 +1,4 @@
-//! The hub carries octets, disturbs them as its seed says, and goes when it is told to.
+//! The hub transmits octets, disturbs them by its seed, and ends on command.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -15,21 +15,21 @@ fn hub(folder: &Folder, arguments: &[&str]) -> (Program, End, End) {
     (hub, End::pty(&folder.path("a")), End::pty(&folder.path("b")))
 }
 
-/// The first half of what arrives of 64 times the text.
+/// The first half of the octets that arrive when a text is sent 64 times.
 fn disturbed(arguments: &[&str]) -> Vec<u8> {
     let folder = Folder::new();
     let (_hub, mut a, mut b) = hub(&folder, arguments);
-    let mut came = Vec::new();
+    let mut received = Vec::new();
     for _ in 0..64 {
         a.send(TEXT);
     }
-    while came.len() < 512 {
+    while received.len() < 512 {
         let more = b.receive();
-        assert!(!more.is_empty(), "only {} octets came", came.len());
-        came.extend(more);
+        assert!(!more.is_empty(), "only {} octets received", received.len());
+        received.extend(more);
     }
-    came.truncate(512);
-    came
+    received.truncate(512);
+    received
 }
 
 #[test]
@@ -51,14 +51,14 @@ fn paced_octets_arrive_in_order() {
 }
 
 #[test]
-fn the_seed_decides_what_is_disturbed() {
+fn the_seed_determines_the_disturbances() {
     let first = disturbed(&["--flip", "0.05", "--drop", "0.05", "--seed", "7"]);
     assert_eq!(first, disturbed(&["--flip", "0.05", "--drop", "0.05", "--seed", "7"]));
     assert_ne!(first, disturbed(&["--flip", "0.05", "--drop", "0.05", "--seed", "8"]));
 }
 
 #[test]
-fn lines_are_answered_and_quit_clears_up() {
+fn commands_are_answered_and_quit_removes_the_ptys() {
     let folder = Folder::new();
     let (mut hub, ..) = hub(&folder, &[]);
     let a = folder.name("a");

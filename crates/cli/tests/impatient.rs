@@ -1,5 +1,5 @@
-//! What an impatient user does: output that nobody takes, files that are none, and a slip of every kind. Each ends with one
-//! clear sentence and the right exit code; nothing panics, and nothing claims success that has none.
+//! Mistakes of users: output that cannot be written, wrong files, typing errors. Each ends with one sentence and the right exit
+//! code, without a panic and without a false success.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -12,16 +12,16 @@ use std::process::{Command, Output, Stdio};
 
 const PROFIVAC: &str = env!("CARGO_BIN_EXE_profivac");
 
-/// A disk that is full.
+/// A full disk.
 fn full() -> Stdio {
     OpenOptions::new().write(true).open("/dev/full").unwrap().into()
 }
 
-fn said(output: &Output) -> String {
+fn stderr_of(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// Everything that prints, without a bus.
+/// Commands that print without a bus.
 const PRINTS: [&[&str]; 8] = [
     &["list", "--device", "bcg450"],
     &["list", "--device", "bcg450", "--json"],
@@ -34,11 +34,11 @@ const PRINTS: [&[&str]; 8] = [
 ];
 
 #[test]
-fn a_full_disk_is_no_success() {
+fn a_full_disk_is_a_failure() {
     for arguments in PRINTS {
         let output = Command::new(PROFIVAC).args(arguments).stdout(full()).output().unwrap();
         assert_eq!(
-            (output.status.code(), said(&output).as_str()),
+            (output.status.code(), stderr_of(&output).as_str()),
             (Some(3), "profivac: standard output cannot be written: no storage space\n"),
             "{arguments:?}"
         );
@@ -46,7 +46,7 @@ fn a_full_disk_is_no_success() {
 }
 
 #[test]
-fn a_closed_pipe_ends_what_goes_on_for_ever_without_a_word() {
+fn a_closed_pipe_ends_an_endless_command_without_a_message() {
     let folder = Folder::new();
     let line = folder.name("line");
     let simulation = Program::start(&["simulate", "--pty", &line, "bcg450@5"]);
@@ -62,39 +62,38 @@ fn a_closed_pipe_ends_what_goes_on_for_ever_without_a_word() {
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut first).unwrap();
         let output = child.wait_with_output().unwrap();
         assert!(!first.is_empty());
-        assert_eq!((output.status.code(), said(&output).as_str()), (Some(3), ""), "{arguments:?}");
+        assert_eq!((output.status.code(), stderr_of(&output).as_str()), (Some(3), ""), "{arguments:?}");
     }
 }
 
-/// Nobody has to listen to what is said beside the data, either.
 #[test]
-fn remarks_that_nobody_takes_change_nothing() {
+fn a_closed_standard_error_does_not_change_the_result() {
     for (arguments, code) in [(&["gsd", "bcg450"][..], 0), (&["gsd", "bcg45"], 2), (&["frobnicate"], 2), (&[], 2)] {
         let output = Command::new(PROFIVAC).args(arguments).stderr(full()).output().unwrap();
         assert_eq!(output.status.code(), Some(code), "{arguments:?}");
     }
 }
 
-/// Nothing that is no file is replaced by one, and nothing half written stays.
+/// A device or a pipe is not replaced by a file, and no partial file remains.
 #[test]
-fn settings_are_written_whole_or_not_at_all() {
+fn settings_are_written_completely_or_not_at_all() {
     let folder = Folder::new();
     let line = folder.name("line");
     let simulation = Program::start(&["simulate", "--pty", &line, "bcg450@5"]);
     simulation.ready();
     let dump = |out: &str| run(&["dump", "--port", &line, "--address", "5", "--out", out]);
-    // A link, so that a mistake replaces the link and not the device.
+    // A link, so that a defect would replace the link and not the device.
     let device = folder.name("device");
     std::os::unix::fs::symlink("/dev/full", &device).unwrap();
     let output = dump(&device);
     let expected = format!("profivac: {device} cannot be written: No space left on device (os error 28)\n");
-    assert_eq!((output.status.code(), said(&output)), (Some(2), expected));
+    assert_eq!((output.status.code(), stderr_of(&output)), (Some(2), expected));
     assert!(folder.path("device").is_symlink());
     let place = folder.name("place");
     std::fs::create_dir(&place).unwrap();
     let output = dump(&place);
     let expected = format!("profivac: {place} cannot be written: Is a directory (os error 21)\n");
-    assert_eq!((output.status.code(), said(&output)), (Some(2), expected));
+    assert_eq!((output.status.code(), stderr_of(&output)), (Some(2), expected));
     let missing = folder.name("missing/file");
     assert_eq!(dump(&missing).status.code(), Some(2));
     let left: Vec<_> = std::fs::read_dir(folder.path("")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
@@ -102,7 +101,7 @@ fn settings_are_written_whole_or_not_at_all() {
 }
 
 #[test]
-fn a_file_that_is_none_is_named_in_a_sentence() {
+fn the_error_names_a_path_that_is_no_file() {
     let folder = Folder::new();
     let (garbage, place, line) = (folder.name("garbage.toml"), folder.name("place.toml"), folder.name("line"));
     std::fs::write(&garbage, [0xFF, 0x00, 0x80]).unwrap();
@@ -125,29 +124,29 @@ fn a_file_that_is_none_is_named_in_a_sentence() {
             &["restore", "--port", &line, "--address", "5", file],
         ] {
             let output = run(arguments);
-            let said = said(&output);
-            assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+            let message = stderr_of(&output);
+            assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
             assert!(
-                said.starts_with("profivac: ") && said.contains(file) && said.contains(reason),
-                "{arguments:?}: {said}"
+                message.starts_with("profivac: ") && message.contains(file) && message.contains(reason),
+                "{arguments:?}: {message}"
             );
-            assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
+            assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
         }
     }
 }
 
 #[test]
-fn a_port_without_a_name_is_wrong_usage() {
+fn an_empty_port_name_is_wrong_usage() {
     for arguments in [&["scan", "--port", ""][..], &["sniff", "--port", ""], &["monitor", "--port", "", "5"]] {
         let output = run(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-        assert!(said(&output).contains("a value is required for '--port <PORT>'"), "{}", said(&output));
+        assert!(stderr_of(&output).contains("a value is required for '--port <PORT>'"), "{}", stderr_of(&output));
     }
 }
 
-/// A dump takes long on a slow line: on a terminal one line tells how far it is, in a script nothing does.
+/// A dump is slow on a slow line: on a terminal one line shows the progress, in a script none does.
 #[test]
-fn a_dump_shows_on_a_terminal_how_far_it_is() {
+fn a_dump_shows_its_progress_on_a_terminal() {
     let folder = Folder::new();
     let line = folder.name("line");
     let simulation = Program::start(&["simulate", "--pty", &line, "bcg450@5"]);
@@ -158,5 +157,5 @@ fn a_dump_shows_on_a_terminal_how_far_it_is() {
     let steps: String = (0..=88).map(|done| format!("\rprofivac: {done} of 88 parameters")).collect();
     assert_eq!(shown, steps);
     let output = run(&arguments);
-    assert_eq!((output.status.code(), said(&output).as_str()), (Some(0), ""));
+    assert_eq!((output.status.code(), stderr_of(&output).as_str()), (Some(0), ""));
 }

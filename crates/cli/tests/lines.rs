@@ -1,4 +1,4 @@
-//! Every line on standard input is answered by one line, and `quit`, SIGTERM and end of file do what the contract says.
+//! Every command on standard input gets one line as its answer; `quit`, SIGTERM and end of file follow the contract.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -13,7 +13,7 @@ fn simulation(folder: &Folder) -> Program {
 }
 
 #[test]
-fn every_line_gets_its_answer() {
+fn every_command_gets_its_answer() {
     let folder = Folder::new();
     let mut program = simulation(&folder);
     for line in [
@@ -62,7 +62,7 @@ fn buttons_switches_and_potentiometers_are_operated() {
 }
 
 #[test]
-fn device_time_is_moved_and_stands_still_without_power() {
+fn device_time_advances_on_command_and_stops_without_power() {
     let folder = Folder::new();
     let mut program = simulation(&folder);
     let mut hours = |line: &str| {
@@ -111,9 +111,9 @@ fn the_state_has_the_keys_of_the_contract() {
     assert_eq!(program.state(126)["address"], 126);
 }
 
-/// What has no power and what is not plugged in keeps its place in the lists.
+/// Channels without power or without a gauge keep their place in the lists.
 #[test]
-fn places_in_the_state_stay() {
+fn absent_channels_keep_their_place_in_the_state() {
     let folder = Folder::new();
     let line = folder.name("line");
     let mut program = Program::start(&["simulate", "--pty", &line, "bcg450@5", "img400@6:ch1=none", "tpg500@7"]);
@@ -131,7 +131,7 @@ fn places_in_the_state_stay() {
 }
 
 #[test]
-fn end_of_file_keeps_it_serving() {
+fn the_simulation_continues_after_end_of_file() {
     let folder = Folder::new();
     let mut program = simulation(&folder);
     program.end_of_file();
@@ -145,7 +145,7 @@ fn end_of_file_keeps_it_serving() {
 }
 
 #[test]
-fn quit_answers_and_clears_up() {
+fn quit_is_answered_and_removes_the_link() {
     let folder = Folder::new();
     let mut program = simulation(&folder);
     assert_eq!(program.tell("quit"), "ok");

@@ -1,4 +1,4 @@
-//! `monitor` shows what slaves measure, keeps their units, leaves those of other masters alone and unlocks its own.
+//! `monitor` shows the pressures of slaves, keeps their units, refuses those of other masters and unlocks its own.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -7,7 +7,7 @@ mod common;
 use common::{End, Folder, Program, run, sd2};
 use serde_json::Value;
 
-/// A simulation on a pty of its own.
+/// A simulation on its own pty.
 fn simulation(folder: &Folder, arguments: &[&str]) -> (Program, String) {
     let path = folder.name("line");
     let program = Program::start(&[&["simulate", "--pty", &path], arguments].concat());
@@ -19,11 +19,11 @@ fn json(line: &str) -> Value {
     serde_json::from_str(line).unwrap()
 }
 
-/// Slave_Diag of a slave that nobody owns and that waits for parameters.
+/// Slave_Diag of a slave without an owner that waits for parameters.
 const FREE: &str = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16";
 
 #[test]
-fn pressures_are_shown_in_the_units_the_slaves_have() {
+fn pressures_are_shown_in_the_units_of_the_slaves() {
     let folder = Folder::new();
     let devices = ["bcg450@5:unit=torr", "bcg450@6", "--pressure", "5e-6 mbar"];
     let (mut simulation, path) = simulation(&folder, &devices);
@@ -46,7 +46,7 @@ fn pressures_are_shown_in_the_units_the_slaves_have() {
 }
 
 #[test]
-fn what_changes_is_followed() {
+fn changes_of_pressure_and_power_are_shown() {
     let folder = Folder::new();
     let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
     let monitor = Program::start(&["monitor", "--port", &path, "--own", "--csv", "5"]);
@@ -74,30 +74,30 @@ fn what_changes_is_followed() {
 }
 
 #[test]
-fn a_slave_of_another_master_is_left_alone() {
+fn a_slave_of_another_master_is_refused() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = simulation.ready();
     let mut master = End::tcp(&address);
     master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
     let failed = run(&["monitor", "--port", &format!("tcp://{address}"), "--own", "5"]);
     assert_eq!(failed.status.code(), Some(1));
-    let said = String::from_utf8(failed.stderr).unwrap();
-    assert_eq!(said, "profivac: the slave at address 5 belongs to master 2\n");
+    let message = String::from_utf8(failed.stderr).unwrap();
+    assert_eq!(message, "profivac: the slave at address 5 belongs to master 2\n");
 }
 
 #[test]
-fn a_script_must_say_that_it_owns_the_slaves() {
+fn a_script_must_give_own_for_slaves() {
     let folder = Folder::new();
     let (_simulation, path) = simulation(&folder, &["bcg450@5"]);
     let failed = run(&["monitor", "--port", &path, "5"]);
     assert_eq!(failed.status.code(), Some(2));
-    assert!(String::from_utf8(failed.stderr).unwrap().contains("say --own"));
+    assert!(String::from_utf8(failed.stderr).unwrap().contains("add --own"));
     let mut line = End::pty(&folder.path("line"));
     line.insist(&sd2(5, 60, 0x6D, ""), FREE);
 }
 
 #[test]
-fn nobody_at_an_address_is_no_answer() {
+fn an_address_without_a_station_is_no_answer() {
     let folder = Folder::new();
     let (_simulation, path) = simulation(&folder, &["bcg450@5"]);
     let failed = run(&["monitor", "--port", &path, "--own", "--timeout", "0.5", "9"]);
@@ -106,7 +106,7 @@ fn nobody_at_an_address_is_no_answer() {
 }
 
 #[test]
-fn a_time_may_be_set() {
+fn monitor_ends_after_its_time() {
     let folder = Folder::new();
     let (_simulation, path) = simulation(&folder, &["bcg450@5"]);
     let done = run(&["monitor", "--port", &path, "--own", "--for", "1.5", "5"]);
@@ -122,16 +122,19 @@ fn impossible_addresses_are_refused() {
     for address in ["126", "five"] {
         let failed = run(&["monitor", "--port", "/nowhere", "--own", address]);
         assert_eq!(failed.status.code(), Some(2));
-        let said = String::from_utf8(failed.stderr).unwrap();
-        assert!(said.contains(&format!("expected the address of a slave from 0 to 125, got {address:?}")), "{said}");
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert!(
+            message.contains(&format!("expected the address of a slave from 0 to 125, got {address:?}")),
+            "{message}"
+        );
     }
 }
 
 #[test]
-fn an_address_is_named_once_and_is_not_this_masters() {
+fn an_address_is_given_once_and_differs_from_the_master() {
     for (addresses, expected) in [
-        (&["5", "6", "5"][..], "address 5 is named twice"),
-        (&["5", "0"], "address 0 is the address of this master; say --master N"),
+        (&["5", "6", "5"][..], "address 5 is given twice"),
+        (&["5", "0"], "address 0 is the address of this master; choose another with --master N"),
     ] {
         let failed = run(&[&["monitor", "--port", "/nowhere", "--own"], addresses].concat());
         assert_eq!(failed.status.code(), Some(2));
@@ -139,17 +142,17 @@ fn an_address_is_named_once_and_is_not_this_masters() {
     }
 }
 
-/// The file says which port, which rate, which master and which gauges.
+/// The file contains port, rate, master and gauges.
 #[test]
-fn a_station_file_says_what_is_watched() {
+fn a_station_file_selects_the_gauges() {
     let folder = Folder::new();
-    let (bench, plant) = (folder.name("bench.toml"), folder.name("plant.toml"));
-    std::fs::write(&bench, "devices = [\"bcg450@5\", \"psg550@6\"]\nbaud = 187500\npressure = \"2e-3 mbar\"\n")
+    let (memory, plant) = (folder.name("memory.toml"), folder.name("plant.toml"));
+    std::fs::write(&memory, "devices = [\"bcg450@5\", \"psg550@6\"]\nbaud = 187500\npressure = \"2e-3 mbar\"\n")
         .unwrap();
     let gauge = |device: &str, address: u8| {
         format!("[[segment.gauge]]\nname = \"{device}\"\naddress = {address}\ndevice = \"{device}\"\n")
     };
-    let segment = format!("[[segment]]\nname = \"bus\"\nport = \"sim:{bench}\"\nbaud = 187500\nmaster = 1\n");
+    let segment = format!("[[segment]]\nname = \"bus\"\nport = \"sim:{memory}\"\nbaud = 187500\nmaster = 1\n");
     let text = segment.clone() + &gauge("bcg450", 5) + &gauge("psg550", 6);
     std::fs::write(&plant, &text).unwrap();
     let output = run(&["monitor", "--own", "--csv", "--for", "1.5", &plant]);
@@ -158,10 +161,10 @@ fn a_station_file_says_what_is_watched() {
     assert!(printed.contains(",5,bcg450,2e-3,mbar,") && printed.contains(",6,"), "{printed}");
     let refused = |arguments: &[&str], sentence: &str| {
         let output = run(&[&["monitor", "--own"], arguments].concat());
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!((output.status.code(), said.contains(sentence)), (Some(2), true), "{said}");
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.contains(sentence)), (Some(2), true), "{message}");
     };
-    refused(&["--port", &bench, &plant], "a station's file says which port");
+    refused(&["--port", &memory, &plant], "the file names its ports");
     refused(&["5"], "expected --port PORT with addresses, or a station's FILE.toml alone");
     std::fs::write(&plant, segment).unwrap();
     refused(&[&plant], "the segment \"bus\" has no gauges");
@@ -182,7 +185,7 @@ fn station_file(folder: &Folder, segments: &[(&str, &str, u8)]) -> String {
 }
 
 #[test]
-fn all_segments_of_a_station_are_watched_and_every_row_says_which() {
+fn all_segments_of_a_station_are_monitored_and_every_row_names_its_segment() {
     let (hall, annex) = (Folder::new(), Folder::new());
     let (_hall, hall_line) = simulation(&hall, &["bcg450@5", "--pressure", "2e-3 mbar"]);
     let (_annex, annex_line) = simulation(&annex, &["bcg450@5", "--pressure", "4e-5 mbar"]);
@@ -202,24 +205,24 @@ fn all_segments_of_a_station_are_watched_and_every_row_says_which() {
 }
 
 #[test]
-fn a_segment_that_cannot_be_watched_does_not_stop_the_others() {
+fn a_segment_that_fails_does_not_stop_the_others() {
     let folder = Folder::new();
     let (_simulation, line) = simulation(&folder, &["bcg450@5"]);
     let plant = station_file(&folder, &[("gone", "/nowhere", 5), ("hall", &line, 5)]);
     let output = run(&["monitor", "--own", "--csv", "--for", "2", &plant]);
-    let said = String::from_utf8(output.stderr).unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();
     assert!(printed.contains(",\"hall\",5,bcg450,1e-3,"), "{printed}");
     assert_eq!(
-        said,
+        message,
         "profivac: gone: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n\
-         profivac: the segment \"gone\" was not watched to the end\n"
+         profivac: the segment \"gone\" ended early\n"
     );
     assert_eq!(output.status.code(), Some(3));
 }
 
 #[test]
-fn a_port_that_is_lost_meanwhile_does_not_stop_the_others() {
+fn a_lost_port_does_not_stop_the_other_segments() {
     let (hall, annex) = (Folder::new(), Folder::new());
     let (_hall, hall_line) = simulation(&hall, &["bcg450@5"]);
     let (mut annex_simulation, annex_line) = simulation(&annex, &["bcg450@6"]);

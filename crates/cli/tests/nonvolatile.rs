@@ -6,7 +6,7 @@ mod common;
 
 use common::{End, Folder, Program, sd2};
 
-/// A BCG450 whose switch is outside of 0 to 125, on a line of its own.
+/// A BCG450 whose switch is set outside 0 to 125, on its own line.
 fn simulation(folder: &Folder, arguments: &[&str]) -> (Program, End) {
     let program = Program::start(&[&["simulate", "--pty", &folder.name("line"), "bcg450@126"], arguments].concat());
     program.ready();
@@ -32,7 +32,7 @@ fn an_address_from_the_bus_survives_the_power_switch() {
 }
 
 #[test]
-fn without_a_folder_the_process_forgets() {
+fn without_a_folder_values_end_with_the_process() {
     let folder = Folder::new();
     let (mut program, mut line) = simulation(&folder, &[]);
     set_address_9(&mut line);
@@ -43,20 +43,20 @@ fn without_a_folder_the_process_forgets() {
 }
 
 #[test]
-fn with_a_folder_a_killed_process_has_kept_what_it_acknowledged() {
+fn with_a_folder_acknowledged_values_survive_a_kill() {
     let folder = Folder::new();
     let state = folder.name("state");
     let (mut program, mut line) = simulation(&folder, &["--state", &state]);
     set_address_9(&mut line);
     program.kill();
-    // The link of a process that was killed leads nowhere and is replaced.
+    // The dangling link of the killed process is replaced.
     let (mut program, mut line) = simulation(&folder, &["--state", &state]);
     line.ask("10 09 02 49 54 16", "10 02 09 00 0B 16");
     assert_eq!(program.state(126)["address"], 9);
 }
 
 #[test]
-fn every_place_has_a_memory_of_its_own() {
+fn every_address_has_its_own_memory() {
     let folder = Folder::new();
     let state = folder.name("state");
     let (mut program, _line) = simulation(&folder, &["--state", &state, "bcg450@7"]);
@@ -67,12 +67,15 @@ fn every_place_has_a_memory_of_its_own() {
 }
 
 #[test]
-fn a_damaged_memory_is_reported_and_kept_aside() {
+fn a_damaged_memory_is_reported_and_renamed() {
     let folder = Folder::new();
     std::fs::write(folder.path("bcg450-126.state"), "address = 09 00\n").unwrap();
     let (mut program, _line) = simulation(&folder, &["--state", &folder.name("")]);
-    let said = program.complaint();
-    assert!(said.starts_with("profivac: the memory of bcg450 at address 126 is damaged: kept as "), "{said}");
+    let message = program.complaint();
+    assert!(
+        message.starts_with("profivac: the nonvolatile memory of bcg450 at address 126 is damaged; it was renamed to "),
+        "{message}"
+    );
     assert_eq!(program.state(126)["address"], 126);
     let kept = std::fs::read_to_string(folder.path("bcg450-126.damaged-1")).unwrap();
     assert_eq!(kept, "address = 09 00\n");

@@ -1,4 +1,4 @@
-//! What commands make of ports that go, come back, run at an unknown rate or are files.
+//! Commands on ports that are lost, return, run at an unknown rate or are files.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -7,7 +7,7 @@ mod common;
 use common::{End, Folder, Program, run};
 use std::net::TcpListener;
 
-/// A slot time of 200 ms, in bit times: nobody is missed because the computer is busy.
+/// A slot time of 200 ms, in bit times, so that a loaded computer misses no answer.
 const PATIENTLY: &str = "--slot-time=4000";
 
 /// FDL status of the station at address 5, asked by master 2, and its answer.
@@ -16,9 +16,9 @@ const STATUS: (&str, &str) = ("10 05 02 49 50 16", "10 02 05 00 07 16");
 /// Standard error of a command that must fail with this exit code.
 fn failing(arguments: &[&str], code: i32) -> String {
     let output = run(arguments);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-    said
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    message
 }
 
 /// Reads rows until one contains `text`.
@@ -27,7 +27,7 @@ fn shows(monitor: &Program, text: &str) {
     assert!(shown, "{text} is not shown");
 }
 
-/// A monitor of the gauge at address 5 sees its line go, and come back with another pressure.
+/// `monitor` of the gauge at address 5 reports the lost line, and shows another pressure after its return.
 fn monitor_survives(port: &str, simulation: &[&str]) {
     let simulate = |pressure| {
         let program = Program::start(&[&["simulate", "--pressure", pressure], simulation, &["bcg450@5"]].concat());
@@ -47,21 +47,21 @@ fn monitor_survives(port: &str, simulation: &[&str]) {
 }
 
 #[test]
-fn monitor_survives_a_pty_that_comes_back() {
+fn monitor_survives_the_loss_of_a_pty() {
     let folder = Folder::new();
     let path = folder.name("line");
     monitor_survives(&path, &["--pty", &path]);
 }
 
 #[test]
-fn monitor_survives_a_server_that_comes_back() {
-    // A port that was free a moment ago.
+fn monitor_survives_the_loss_of_a_tcp_server() {
+    // A port that was free before.
     let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     monitor_survives(&format!("tcp://{address}"), &["--tcp", &address]);
 }
 
 #[test]
-fn a_simulation_survives_its_hub() {
+fn a_simulation_survives_the_loss_of_its_hub() {
     let folder = Folder::new();
     let (a, b) = (folder.name("a"), folder.name("b"));
     let hub = || {
@@ -84,22 +84,22 @@ fn a_simulation_survives_its_hub() {
 }
 
 #[test]
-fn a_command_that_asks_once_ends_with_its_port() {
+fn a_command_with_single_requests_ends_with_its_port() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp://{}", server.local_addr().unwrap());
     let mut scan = Program::start(&["scan", "--port", &port]);
     drop(server.accept().unwrap());
     assert_eq!(scan.exit_code(), 3);
-    let said = scan.complaint();
-    assert_eq!(said, format!("profivac: lost {port}: it was unplugged, or its other side was closed"));
+    let message = scan.complaint();
+    assert_eq!(message, format!("profivac: lost {port}: it was unplugged, or its other side was closed"));
 }
 
 #[test]
 fn a_segment_in_memory_is_a_port() {
     let folder = Folder::new();
     let file = "devices = [\"bcg450@5:unit=torr\", \"pcg550@6\"]\npressure = \"5e-6 mbar\"\n";
-    std::fs::write(folder.path("bench.toml"), file).unwrap();
-    let port = format!("sim:{}", folder.name("bench.toml"));
+    std::fs::write(folder.path("memory.toml"), file).unwrap();
+    let port = format!("sim:{}", folder.name("memory.toml"));
     let scan = run(&["scan", "--port", &port, PATIENTLY, "--hsa", "8", "--json"]);
     let found: serde_json::Value = serde_json::from_slice(&scan.stdout).unwrap();
     let idents: Vec<_> = found.as_array().unwrap().iter().map(|slave| (&slave["address"], &slave["ident"])).collect();
@@ -111,38 +111,41 @@ fn a_segment_in_memory_is_a_port() {
 }
 
 #[test]
-fn a_bad_file_is_refused_with_the_place() {
+fn the_error_for_a_wrong_file_has_its_position() {
     let folder = Folder::new();
-    let path = folder.name("bench.toml");
+    let path = folder.name("memory.toml");
     let port = format!("sim:{path}");
-    let said = failing(&["scan", "--port", &port], 2);
-    assert_eq!(said, format!("profivac: {path}: No such file or directory (os error 2)\n"));
+    let message = failing(&["scan", "--port", &port], 2);
+    assert_eq!(message, format!("profivac: {path}: No such file or directory (os error 2)\n"));
     std::fs::write(&path, "devices = [\n  \"bcg450@127\",\n]\n").unwrap();
-    let said = failing(&["scan", "--port", &port], 2);
-    assert_eq!(said, format!("profivac: {path}:2:3: expected an address from 0 to 126, got \"127\"\n"));
+    let message = failing(&["scan", "--port", &port], 2);
+    assert_eq!(message, format!("profivac: {path}:2:3: expected an address from 0 to 126, got \"127\"\n"));
 }
 
 #[test]
-fn a_rate_can_only_be_found_where_there_is_one() {
+fn auto_is_refused_on_a_port_without_a_rate() {
     let folder = Folder::new();
     let path = folder.name("line");
     let simulation = Program::start(&["simulate", "--pty", &path, "bcg450@5"]);
     simulation.ready();
-    let said = failing(&["scan", "--port", &path, "--baud", "auto"], 2);
+    let message = failing(&["scan", "--port", &path, "--baud", "auto"], 2);
     let sentence = "has no rate that could be searched for: give it as a number (--baud 19200)";
-    assert_eq!(said, format!("profivac: {path} {sentence}\n"));
-    let said = failing(&["scan", "--port", "/nowhere", "--baud", "auto"], 3);
+    assert_eq!(message, format!("profivac: {path} {sentence}\n"));
+    let message = failing(&["scan", "--port", "/nowhere", "--baud", "auto"], 3);
     assert_eq!(
-        said,
+        message,
         "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
     );
 }
 
 #[test]
-fn a_name_that_is_no_port_is_refused_by_what_it_is() {
-    let said = failing(&["scan", "--port", "tcp://::1:4000"], 2);
-    assert!(said.contains("expected HOST:PORT, got \"::1:4000\" (an IPv6 address in brackets: [::1]:4000)"), "{said}");
+fn the_error_for_a_wrong_port_says_what_it_is() {
+    let message = failing(&["scan", "--port", "tcp://::1:4000"], 2);
+    assert!(
+        message.contains("expected HOST:PORT, got \"::1:4000\" (an IPv6 address in brackets: [::1]:4000)"),
+        "{message}"
+    );
     let host = format!("tcp://{}:4000", "h".repeat(300));
-    let said = failing(&["scan", "--port", &host], 3);
-    assert!(said.contains("the name of the host cannot be resolved"), "{said}");
+    let message = failing(&["scan", "--port", &host], 3);
+    assert!(message.contains("the name of the host cannot be resolved"), "{message}");
 }

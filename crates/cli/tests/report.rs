@@ -1,4 +1,4 @@
-//! `report` from outside: which pump-down it takes, where it writes, and one clear sentence for everything that is wrong.
+//! `report` as a program: the selected pump-down, the output file, and one sentence for every error.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -28,7 +28,7 @@ device = 'bcg450'
 levels = { ready = '5e-3 mbar' }
 ";
 
-/// A station's file and its record: two pump-downs of 1000 s, the second one a day later; a gauge that stands still, and a
+/// A station's file and its database: two pump-downs of 1000 s, the second a day later; a gauge with constant pressure, and a
 /// controller with two channels.
 fn station() -> (Folder, String, String) {
     let folder = Folder::new();
@@ -52,7 +52,7 @@ fn station() -> (Folder, String, String) {
     (folder, file, record)
 }
 
-/// In one zone, wherever the computer is.
+/// Runs `report` in a fixed time zone.
 fn run(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_profivac")).args(arguments).env("TZ", "UTC").output().unwrap()
 }
@@ -61,45 +61,49 @@ fn out(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
-fn said(output: &Output) -> String {
+fn stderr_of(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 #[test]
-fn the_last_pump_down_becomes_a_page_that_is_never_written_over() {
+fn the_last_pump_down_becomes_a_page_that_is_never_overwritten() {
     let (folder, file, _) = station();
     let page = folder.name("page.html");
     let made = run(&["report", &file, "--out", &page]);
-    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
-    let why = said(&made);
+    assert_eq!(made.status.code(), Some(0), "{}", stderr_of(&made));
+    let why = stderr_of(&made);
     assert!(why.starts_with("profivac: the last pump-down: from 2026-11-22 "), "{why}");
-    assert!(why.contains("was last at 1010 mbar") && why.contains("the end of the record"), "{why}");
+    assert!(why.contains("was last at 1010 mbar") && why.contains("the end of the database"), "{why}");
     let text = fs::read_to_string(&page).unwrap();
     for wanted in ["<h1>Target &lt;hall&gt;</h1>", "BCG450-SP", "ready: 5\u{a0}×\u{a0}10⁻³\u{a0}mbar", "tpg300 7.1"]
     {
         assert!(text.contains(wanted), "{wanted}");
     }
-    // What did not move has no curve.
+    // A gauge with constant pressure has no curve.
     assert!(!text.contains("still</"), "{text}");
     let again = run(&["report", &file, "--out", &page]);
     assert_eq!(again.status.code(), Some(2));
-    assert!(said(&again).contains("page.html: File exists (os error 17); --force writes over it"), "{}", said(&again));
+    assert!(
+        stderr_of(&again).contains("page.html: File exists (os error 17); add --force to overwrite it"),
+        "{}",
+        stderr_of(&again)
+    );
     assert_eq!(run(&["report", &file, "--out", &page, "--force"]).status.code(), Some(0));
 }
 
 #[test]
-fn a_page_without_a_name_is_named_after_title_and_date() {
+fn the_default_file_name_contains_title_and_date() {
     let (folder, file, _) = station();
     let program = env!("CARGO_BIN_EXE_profivac");
     let mut command = Command::new(program);
     let made = command.args(["report", &file, "--title", "Abnahme: Kammer 7/ü"]).env("TZ", "UTC");
     let made = made.current_dir(folder.path("")).output().unwrap();
-    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
-    assert!(folder.path("abnahme-kammer-7-ü-2026-11-22-1201.html").exists(), "{}", said(&made));
+    assert_eq!(made.status.code(), Some(0), "{}", stderr_of(&made));
+    assert!(folder.path("abnahme-kammer-7-ü-2026-11-22-1201.html").exists(), "{}", stderr_of(&made));
 }
 
 #[test]
-fn numbers_come_as_json_and_a_page_on_standard_output() {
+fn json_and_pages_can_go_to_standard_output() {
     let (_folder, _, record) = station();
     let made =
         run(&["report", &record, "--gauge", "chamber", "--volume", "100 l", "--to-pressure", "2e-2 mbar", "--json"]);
@@ -118,7 +122,7 @@ fn numbers_come_as_json_and_a_page_on_standard_output() {
 }
 
 #[test]
-fn pump_downs_are_listed_and_a_time_chooses_one() {
+fn pump_downs_are_listed_and_a_time_selects_one() {
     let (_folder, _, record) = station();
     let listed = out(&run(&["report", &record, "--list"]));
     let rows: Vec<_> = listed.lines().skip(1).map(|line| line.split_whitespace().next().unwrap()).collect();
@@ -136,7 +140,7 @@ fn pump_downs_are_listed_and_a_time_chooses_one() {
 }
 
 #[test]
-fn what_is_wrong_is_one_sentence() {
+fn every_error_is_one_sentence() {
     let (folder, file, record) = station();
     let other = folder.name("notes.db");
     fs::write(
@@ -150,10 +154,10 @@ fn what_is_wrong_is_one_sentence() {
     fs::write(&bare, "[[segment]]\nname = 'a'\nport = 'b'\n").unwrap();
     let none = folder.name("none.db");
     for (arguments, sentence) in [
-        (vec![none.as_str()], "none.db is not there"),
-        (vec![&bare], "bare.db is not there; `profivac run "),
-        (vec![&other], "notes.db is no record of a station: file is not a database"),
-        (vec![&empty], "empty.db is no record of a station: it has none of its tables"),
+        (vec![none.as_str()], "none.db does not exist"),
+        (vec![&bare], "bare.db does not exist; `profivac run "),
+        (vec![&other], "notes.db is not a database of a station: file is not a database"),
+        (vec![&empty], "empty.db is not a database of a station: it has none of its tables"),
         (vec![&record, "--gauge", "chambre"], "has no gauge \"chambre\"; did you mean \"chamber\"?"),
         (vec![&record, "--gauge", "xyz"], "has no gauge \"xyz\"; there are chamber, still, tpg300 7.1, tpg300 7.2"),
         (vec![&record, "--gauge", "still"], "found no pump-down in "),
@@ -162,51 +166,49 @@ fn what_is_wrong_is_one_sentence() {
             vec![&record, "--from", "2026-11-22", "--to", "2026-11-21"],
             "expected a beginning before the end, got 2026-11-22",
         ),
-        (vec![&record, "--from", "2027-01-01"], "nothing is recorded from 2027-01-01"),
-        (vec![&record, "--from", "2020-01-01", "--to", "2020-01-02"], "nothing is recorded from 2020-01-01"),
-        (
-            vec![&record, "--from", "2026-11-21T18:00:00Z", "--to", "2026-11-21T19:00:00Z"],
-            "nothing is recorded from 2026-11-21",
-        ),
-        (
-            vec![&record, "--from", "2026-11-21T17:00:00Z", "--to", "2026-11-21T17:30:00Z"],
-            "nothing is recorded from 2026-11-21",
-        ),
+        (vec![&record, "--from", "2027-01-01"], "no samples from 2027-01-01"),
+        (vec![&record, "--from", "2020-01-01", "--to", "2020-01-02"], "no samples from 2020-01-01"),
+        (vec![&record, "--from", "2026-11-21T18:00:00Z", "--to", "2026-11-21T19:00:00Z"], "no samples from 2026-11-21"),
+        (vec![&record, "--from", "2026-11-21T17:00:00Z", "--to", "2026-11-21T17:30:00Z"], "no samples from 2026-11-21"),
         (
             vec![&record, "--gauge", "chamber", "--from", "2026-11-21T17:00:00Z", "--to", "2026-11-21T17:30:00Z"],
-            "nothing is recorded from 2026-11-21",
+            "no samples from 2026-11-21",
         ),
         (vec![&record, "--to", "2020-01-01"], "found no pump-down in "),
         (vec![&record, "--volume", "50"], "expected a volume like '50 l' or '1.2 m3', got \"50\""),
         (vec![&record, "--unit", "psi"], "expected a unit out of mbar, Pa, hPa, Torr, micron, got \"psi\""),
         (vec![&file, "--out", "/no/such/folder/page.html"], "/no/such/folder/page.html: No such file or directory"),
     ] {
-        let told = run(&[vec!["report"], arguments.clone()].concat());
-        assert_eq!(told.status.code(), Some(2), "{arguments:?}: {}", said(&told));
-        assert!(said(&told).contains(sentence), "{arguments:?}: {}", said(&told));
-        assert!(told.stdout.is_empty());
+        let stderr = run(&[vec!["report"], arguments.clone()].concat());
+        assert_eq!(stderr.status.code(), Some(2), "{arguments:?}: {}", stderr_of(&stderr));
+        assert!(stderr_of(&stderr).contains(sentence), "{arguments:?}: {}", stderr_of(&stderr));
+        assert!(stderr.stdout.is_empty());
     }
 }
 
 #[test]
-fn a_record_of_a_newer_program_is_refused() {
+fn a_database_of_a_newer_program_is_refused() {
     let (folder, _, record) = station();
     let newer = folder.name("newer.db");
     let mut octets = fs::read(&record).unwrap();
     // The user version of a database is the big-endian number at octet 60.
     octets[60..64].copy_from_slice(&99_u32.to_be_bytes());
     fs::write(&newer, octets).unwrap();
-    let told = run(&["report", &newer]);
-    assert_eq!(told.status.code(), Some(2));
-    assert!(said(&told).contains("newer.db has tables of version 99, this program knows version "), "{}", said(&told));
+    let stderr = run(&["report", &newer]);
+    assert_eq!(stderr.status.code(), Some(2));
+    assert!(
+        stderr_of(&stderr).contains("newer.db has tables of version 99, this program knows version "),
+        "{}",
+        stderr_of(&stderr)
+    );
 }
 
 #[test]
-fn a_demonstration_can_be_kept_and_reported() {
+fn the_database_of_a_demonstration_can_be_reported() {
     let folder = Folder::new();
     let record = folder.name("demo.db");
     let shown = run(&["demo", "--headless", "--for", "3", "--speed", "4", "--record", &record]);
-    assert_eq!(shown.status.code(), Some(0), "{}", said(&shown));
+    assert_eq!(shown.status.code(), Some(0), "{}", stderr_of(&shown));
     let made = run(&["report", &record, "--from", "-1h", "--gauge", "bcg450 5", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&out(&made)).unwrap();
     let gauge = &report["gauges"][0];
@@ -214,5 +216,5 @@ fn a_demonstration_can_be_kept_and_reported() {
     assert!((9e4..1.2e5).contains(&first) && lowest < 1e4, "{gauge}");
     let again = run(&["demo", "--headless", "--for", "1", "--record", &record]);
     assert_eq!(again.status.code(), Some(2));
-    assert!(said(&again).contains("is there already; a demonstration begins a new record"), "{}", said(&again));
+    assert!(stderr_of(&again).contains("exists already; a demonstration needs a new file"), "{}", stderr_of(&again));
 }

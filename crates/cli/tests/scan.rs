@@ -1,4 +1,4 @@
-//! `scan` finds who is there, tells what they are and whose, and changes nothing.
+//! `scan` finds stations with their identity and owner, and changes nothing.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -7,7 +7,7 @@ mod common;
 use common::{End, Folder, Program, octets, run, sd2};
 use std::time::Duration;
 
-/// A slot time of 200 ms, in bit times: nobody is missed because the computer is busy.
+/// A slot time of 200 ms, in bit times, so that a loaded computer misses no answer.
 const PATIENTLY: &str = "--slot-time=4000";
 
 /// Standard output of a command that must succeed.
@@ -24,7 +24,7 @@ fn on_tcp(devices: &[&str]) -> (Program, String) {
 }
 
 #[test]
-fn the_map_shows_who_answers() {
+fn the_map_shows_the_stations_that_answer() {
     let folder = Folder::new();
     let path = folder.name("line");
     let program = Program::start(&["simulate", "--pty", &path, "bcg450@5", "bcg450@12", "bcg450@126"]);
@@ -32,11 +32,11 @@ fn the_map_shows_who_answers() {
     let expected = "      0 1 2 3 4 5 6 7 8 9
    0  . . . * . S . . . .
   10  . . S . . .
-S slave, M master, * this master, . nobody
+S slave, M master, * this master, . no station
 
 ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
-   5  slave   0x08E6  nobody    waits for parameters, not ready     bcg450
-  12  slave   0x08E6  nobody    waits for parameters, not ready     bcg450
+   5  slave   0x08E6  none      waits for parameters, not ready     bcg450
+  12  slave   0x08E6  none      waits for parameters, not ready     bcg450
 ";
     assert_eq!(output(&["scan", "--port", &path, PATIENTLY, "--master", "3", "--hsa", "15"]), expected);
 }
@@ -46,20 +46,20 @@ fn every_address_is_asked() {
     let (_program, address) = on_tcp(&["bcg450@126"]);
     let port = format!("tcp://{address}");
     let mut listener = End::tcp(&address);
-    // A busy computer may answer too late for such a quick scan; what it asks is seen on the line.
+    // A loaded computer may answer too late for such a fast scan; the requests are visible on the line.
     let _ = run(&["scan", "--port", &port]);
     listener.send("10 7E 7D 49 44 16");
-    let mut heard = Vec::new();
-    while !heard.ends_with(&octets("10 7D 7E 00 FB 16")) {
-        heard.extend(listener.receive());
+    let mut received = Vec::new();
+    while !received.ends_with(&octets("10 7D 7E 00 FB 16")) {
+        received.extend(listener.receive());
     }
     for asked in 1..=126 {
-        assert!(heard.windows(4).any(|octets| octets == [0x10, asked, 0, 0x49]), "{asked} was not asked");
+        assert!(received.windows(4).any(|octets| octets == [0x10, asked, 0, 0x49]), "{asked} was not asked");
     }
 }
 
 #[test]
-fn json_tells_the_same_and_who_owns_a_slave() {
+fn json_has_the_same_data_and_the_owner_of_a_slave() {
     let (_program, address) = on_tcp(&["bcg450@5", "bcg450@6"]);
     let mut master = End::tcp(&address);
     master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
@@ -73,36 +73,36 @@ fn json_tells_the_same_and_who_owns_a_slave() {
     assert_eq!(serde_json::from_str::<serde_json::Value>(&json).unwrap(), expected);
 }
 
-/// Set_Prm is the only service that claims a slave or changes it: not one telegram of a scan goes to SAP 61, and every
-/// request is FDL status or Slave_Diag.
+/// Set_Prm is the service that takes ownership of a slave: no telegram of a scan goes to SAP 61, and every request is FDL
+/// status or Slave_Diag.
 #[test]
-fn a_scan_only_looks() {
+fn a_scan_only_reads() {
     let (_program, address) = on_tcp(&["bcg450@5"]);
     let mut listener = End::tcp(&address);
     output(&["scan", "--port", &format!("tcp://{address}"), PATIENTLY, "--hsa", "6"]);
     listener.send("10 05 7D 49 CB 16");
-    let mut heard = Vec::new();
-    while !heard.ends_with(&octets("10 7D 05 00 82 16")) {
-        heard.extend(listener.receive());
+    let mut received = Vec::new();
+    while !received.ends_with(&octets("10 7D 05 00 82 16")) {
+        received.extend(listener.receive());
     }
     let slave_diag = octets("68 05 05 68 85 80");
-    assert!(heard.windows(6).any(|octets| octets == slave_diag));
-    for request in heard.windows(9).filter(|octets| octets.starts_with(&slave_diag)) {
+    assert!(received.windows(6).any(|octets| octets == slave_diag));
+    for request in received.windows(9).filter(|octets| octets.starts_with(&slave_diag)) {
         // FC, DSAP, SSAP
         assert_eq!(request[7..], [60, 62], "{request:02X?}");
     }
 }
 
 #[test]
-fn nobody_there_is_no_answer() {
+fn an_empty_bus_is_no_answer() {
     let (_program, address) = on_tcp(&["bcg450@50"]);
     let failed = run(&["scan", "--port", &format!("tcp://{address}"), "--hsa", "5"]);
     assert_eq!(failed.status.code(), Some(3));
-    assert_eq!(String::from_utf8(failed.stderr).unwrap(), format!("profivac: nobody answers on tcp://{address}\n"));
+    assert_eq!(String::from_utf8(failed.stderr).unwrap(), format!("profivac: no station answers on tcp://{address}\n"));
 }
 
 #[test]
-fn a_line_that_another_master_keeps_is_left_to_it() {
+fn a_scan_gives_up_on_a_line_that_another_master_occupies() {
     let (_program, address) = on_tcp(&["bcg450@5"]);
     let mut other = End::tcp(&address);
     // A token every 20 ms, from before the scan until it gives up.
@@ -120,7 +120,7 @@ fn a_line_that_another_master_keeps_is_left_to_it() {
 const IN_A_RING: [&str; 4] = ["--baud", "1500000", "--slot-time", "300000"];
 
 #[test]
-fn a_scan_joins_the_ring_of_another_master_and_leaves_it_whole() {
+fn a_scan_joins_the_ring_of_another_master_and_leaves_it_complete() {
     let (_program, address) = on_tcp(&["bcg450@6", "--baud", "1500000"]);
     let port = format!("tcp://{address}");
     let mut other = Program::start(
@@ -132,7 +132,7 @@ fn a_scan_joins_the_ring_of_another_master_and_leaves_it_whole() {
         &[&["scan", "--port", &port, "--master", "3", "--hsa", "6", "--timeout", "60"], &IN_A_RING[..]].concat(),
     );
     assert!(map.starts_with("      0 1 2 3 4 5 6 7 8 9\n   0  . . M * . . S"), "{map}");
-    // The monitor goes on when the scan is gone.
+    // The monitor continues after the scan.
     for _ in 0..3 {
         assert!(other.line().contains("\"state\":\"DATA\""));
     }
@@ -141,7 +141,7 @@ fn a_scan_joins_the_ring_of_another_master_and_leaves_it_whole() {
 }
 
 #[test]
-fn a_second_master_with_the_same_address_is_told() {
+fn a_second_master_with_the_same_address_is_reported() {
     let (_program, address) = on_tcp(&["bcg450@6", "--baud", "1500000"]);
     let port = format!("tcp://{address}");
     let mut other = Program::start(
@@ -161,13 +161,13 @@ fn impossible_bus_parameters_are_refused() {
     for (option, value, sentence) in [
         ("--master", "126", "the master's address must be 0 to 125, not 126"),
         ("--slot-time", "10", "the slot time must be at least 75, not 10"),
-        ("--baud", "fast", "expected a PROFIBUS rate out of 9600, "),
+        ("--baud", "fast", "expected auto or a PROFIBUS rate out of 9600, "),
         ("--timeout", "-1", "expected a number of seconds, got \"-1\""),
     ] {
         let failed = run(&["scan", "--port", "/nowhere", option, value]);
-        let said = String::from_utf8(failed.stderr).unwrap();
-        assert_eq!(failed.status.code(), Some(2), "{said}");
-        assert!(said.contains(sentence), "{option}: {said}");
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!(failed.status.code(), Some(2), "{message}");
+        assert!(message.contains(sentence), "{option}: {message}");
     }
     let failed = run(&["scan", "--port", "/nowhere"]);
     assert_eq!(failed.status.code(), Some(3));

@@ -35,23 +35,27 @@ fn true_mbar(program: &mut Program) -> f64 {
 }
 
 #[test]
-fn the_scenario_decides_what_is_in_the_chamber() {
+fn the_scenario_controls_the_chamber() {
     let folder = Folder::new();
     let file = scenario(&folder, TEXT);
     let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), "--scenario", &file]);
     program.ready();
     for line in ["pressure 1 mbar", "gas ar", "atmosphere 1 bar", "advance 1"] {
-        assert_eq!(program.tell(line), "error: a scenario decides what is in the chamber", "{line}");
+        assert_eq!(
+            program.tell(line),
+            "error: the scenario controls the chamber; start `simulate` without --scenario to use this command",
+            "{line}"
+        );
     }
     assert_eq!(program.tell("fault 5 sensor2"), "ok");
-    // Vented by the file alone; each answer takes a little time, and a test does not wait for a clock.
+    // Only the file vents the chamber. Each answer takes some time, so the loop needs no clock.
     while true_mbar(&mut program) < 1000.0 {}
     program.terminate();
     assert_eq!(program.exit_code(), 0);
 }
 
 #[test]
-fn a_bad_file_and_what_it_does_not_go_with_are_refused() {
+fn a_wrong_scenario_and_conflicting_options_are_refused() {
     let folder = Folder::new();
     let (line, good) = (folder.name("line"), scenario(&folder, TEXT));
     for more in [["--gas", "ar"], ["--pressure", "1 mbar"]] {
@@ -60,7 +64,10 @@ fn a_bad_file_and_what_it_does_not_go_with_are_refused() {
     }
     let bad = scenario(&folder, &TEXT.replace("0.1 s", "soon"));
     let refused = run(&["simulate", "--pty", &line, "--scenario", &bad]);
-    let said = String::from_utf8(refused.stderr).unwrap();
-    assert_eq!(refused.status.code(), Some(2), "{said}");
-    assert!(said.ends_with("x.toml:11:6: expected a time like \"90 s\" in ms, s, min, h, d, got \"soon\"\n"), "{said}");
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(
+        message.ends_with("x.toml:11:6: expected a time like \"90 s\" in ms, s, min, h, d, got \"soon\"\n"),
+        "{message}"
+    );
 }

@@ -1,4 +1,4 @@
-//! `profivac sniff` from outside: what it tells while it happens, that it never sends, and how it ends.
+//! `profivac sniff` as a program: its explanations, its silence on the line, and its end.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -10,7 +10,7 @@ use std::net::{TcpListener, TcpStream};
 
 const LISTENING: &str = "profivac: listening on ";
 
-/// A line with somebody who listens to it.
+/// A line with `sniff` as a tap.
 fn listened(options: &[&str]) -> (Program, TcpStream) {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp://{}", server.local_addr().unwrap());
@@ -27,9 +27,9 @@ fn octets(text: &str) -> Vec<u8> {
 const DIAG: &str = "68 05 05 68 85 82 6D 3C 3E EE 16";
 const ANSWER: &str = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16";
 
-/// A request to listen to, an answer in two pieces, junk between telegrams.
+/// A request, an answer in two pieces, random octets between telegrams.
 #[test]
-fn it_tells_what_happens_survives_junk_sends_nothing_and_ends_with_ctrl_c() {
+fn sniff_explains_traffic_skips_random_octets_sends_nothing_and_ends_with_ctrl_c() {
     let (mut program, mut line) = listened(&[]);
     line.write_all(&octets(DIAG)).unwrap();
     line.write_all(&octets(ANSWER)[..7]).unwrap();
@@ -59,20 +59,20 @@ fn it_tells_what_happens_survives_junk_sends_nothing_and_ends_with_ctrl_c() {
     assert_eq!(sent, [0; 0], "it only listens");
 }
 
-/// On a hub beside a virtual gauge and a master that scans: the story of the scan, and the scan as if nobody listened.
+/// On a hub with a virtual gauge and a master that scans: `sniff` explains the scan and does not change its result.
 #[test]
-fn a_scan_is_overheard_without_being_disturbed() {
+fn sniff_explains_a_scan_without_disturbing_it() {
     let folder = Folder::new();
-    let [gauge, master, ear] = ["gauge", "master", "ear"].map(|name| folder.name(name));
-    let hub = Program::start(&["hub", "--pty", &gauge, "--pty", &master, "--pty", &ear]);
+    let [gauge, master, tap] = ["gauge", "master", "tap"].map(|name| folder.name(name));
+    let hub = Program::start(&["hub", "--pty", &gauge, "--pty", &master, "--pty", &tap]);
     hub.ready();
     let simulator = Program::start(&["simulate", "--serial", &gauge, "bcg450@5"]);
     simulator.ready();
-    let mut program = Program::start(&["sniff", "--port", &ear]);
+    let mut program = Program::start(&["sniff", "--port", &tap]);
     assert!(program.complaint().starts_with(LISTENING));
-    // The gauge joins a line that may be busy, and the machine may be slow: a scan that finds nobody is repeated.
+    // The computer may be slow when the gauge joins: a scan that finds no station is repeated.
     let scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
-    assert!((0..10).any(|_| scan() == Some(0)), "nobody was found");
+    assert!((0..10).any(|_| scan() == Some(0)), "no station was found");
     while !program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
     {
     }
@@ -82,7 +82,7 @@ fn a_scan_is_overheard_without_being_disturbed() {
 }
 
 #[test]
-fn json_and_a_capture_file_while_it_happens() {
+fn json_and_a_capture_file_are_written_while_traffic_happens() {
     let folder = Folder::new();
     let capture = folder.name("line.pcapng");
     let (mut program, mut line) = listened(&["--json", "--raw", "--out", &capture]);
@@ -99,7 +99,7 @@ fn json_and_a_capture_file_while_it_happens() {
 }
 
 #[test]
-fn it_ends_after_its_time_and_says_who_spoke() {
+fn sniff_ends_after_its_time_with_a_summary() {
     let (mut program, _line) = listened(&["--for", "0"]);
     assert_eq!(program.line(), "");
     assert_eq!(program.line(), "0 telegrams, 0 damaged pieces");
@@ -107,7 +107,7 @@ fn it_ends_after_its_time_and_says_who_spoke() {
 }
 
 #[test]
-fn a_port_that_goes_away_ends_it_with_3_after_the_summary() {
+fn a_lost_port_ends_sniff_with_exit_code_3_after_the_summary() {
     let (mut program, mut line) = listened(&[]);
     line.write_all(&octets(DIAG)).unwrap();
     drop(line);
@@ -118,7 +118,7 @@ fn a_port_that_goes_away_ends_it_with_3_after_the_summary() {
 }
 
 #[test]
-fn a_port_that_is_not_there_ends_it_with_3() {
+fn a_missing_port_ends_sniff_with_exit_code_3() {
     let output = run(&["sniff", "--port", "/nowhere/tty", "--for", "0"]);
     assert_eq!(output.status.code(), Some(3));
     assert_eq!(

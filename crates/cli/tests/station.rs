@@ -13,22 +13,22 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A segment in memory, and the folder it lies in.
-fn bench() -> (Folder, String) {
+/// A folder with the file of a segment in memory.
+fn memory_segment() -> (Folder, String) {
     let folder = Folder::new();
-    let file = folder.name("bench.toml");
+    let file = folder.name("memory.toml");
     fs::write(&file, "devices = [\"bcg450@5\", \"psg550@6\"]\nbaud = 187500\n").unwrap();
     (folder, format!("sim:{file}"))
 }
 
-/// Writes a file that only its owner may read, about which there is nothing to remark.
+/// Writes a file that only its owner may read, so that no notice appears.
 fn private(file: &str, text: &str) {
     use std::os::unix::fs::OpenOptionsExt;
     let mut file = fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(file).unwrap();
     file.write_all(text.as_bytes()).unwrap();
 }
 
-/// What a GET at `path` gives.
+/// The answer to a GET of `path`.
 fn get(address: &str, path: &str) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
@@ -37,7 +37,7 @@ fn get(address: &str, path: &str) -> String {
     answer
 }
 
-/// Asks again until what comes contains `wanted`.
+/// Repeats a GET until the answer contains `wanted`.
 fn until(address: &str, path: &str, wanted: &str) -> String {
     let end = Instant::now() + PATIENCE;
     loop {
@@ -52,7 +52,7 @@ fn until(address: &str, path: &str, wanted: &str) -> String {
 
 #[test]
 fn a_bus_becomes_a_station_with_a_dashboard() {
-    let (folder, port) = bench();
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     let made = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "8", "--out", &file]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
@@ -65,14 +65,14 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     let gauges = until(address, "/api/gauges", "\"exchanging\"");
     assert!(gauges.contains("\"bcg450 5\""), "{gauges}");
     assert!(get(address, "/").contains("<div id=\"app\">"));
-    // A changed file, and one that is wrong.
+    // A changed file, and one with an error.
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("bcg450 5", "Chamber")).unwrap();
     station.hang_up();
     until(address, "/api/gauges", "\"Chamber\"");
     fs::write(&file, "nonsense").unwrap();
     station.hang_up();
-    assert!(station.complaint().contains("the station goes on as it was"));
+    assert!(station.complaint().contains("the station keeps the present configuration"));
     assert!(get(address, "/api/gauges").contains("\"Chamber\""));
     station.terminate();
     assert_eq!(station.exit_code(), 0);
@@ -81,39 +81,39 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_told_before_anything_starts() {
+fn errors_of_a_file_are_reported_before_anything_starts() {
     let folder = Folder::new();
     let file = folder.name("plant.toml");
     fs::write(&file, "[[segment]]\nname = \"a\"\nport = \"/dev/null\"\nbaud = 1\n").unwrap();
-    let told = run(&["run", &file]);
-    assert_eq!(told.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    let stderr = run(&["run", &file]);
+    assert_eq!(stderr.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
     assert!(complaint.starts_with(&format!("profivac: {file}:4:8: expected a PROFIBUS rate out of ")), "{complaint}");
     let missing = run(&["run", &folder.name("missing.toml")]);
     assert_eq!(missing.status.code(), Some(2));
 }
 
 #[test]
-fn a_check_looks_into_the_files_of_its_ports() {
-    let (folder, port) = bench();
+fn check_reads_the_files_of_memory_segments() {
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     fs::write(&file, format!("[[segment]]\nname = \"a\"\nport = {port:?}\n")).unwrap();
-    let told = run(&["run", &file, "--check"]);
-    assert_eq!((told.status.code(), told.stdout.is_empty()), (Some(0), false));
-    let hint = String::from_utf8_lossy(&told.stderr).into_owned();
+    let stderr = run(&["run", &file, "--check"]);
+    assert_eq!((stderr.status.code(), stderr.stdout.is_empty()), (Some(0), false));
+    let hint = String::from_utf8_lossy(&stderr.stderr).into_owned();
     assert!(hint.contains("the segment \"a\" has no [[segment.gauge]]"), "{hint}");
-    fs::write(folder.name("bench.toml"), "devices = [\"bcg451@5\"]\n").unwrap();
-    let told = run(&["run", &file, "--check"]);
-    assert_eq!(told.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert!(complaint.contains("bench.toml:1:12: unknown device \"bcg451\""), "{complaint}");
+    fs::write(folder.name("memory.toml"), "devices = [\"bcg451@5\"]\n").unwrap();
+    let stderr = run(&["run", &file, "--check"]);
+    assert_eq!(stderr.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    assert!(complaint.contains("memory.toml:1:12: unknown device \"bcg451\""), "{complaint}");
 }
 
 #[test]
-fn what_takes_a_restart_is_told_and_a_dead_port_holds_up_no_end() {
+fn a_change_that_needs_a_restart_is_reported_and_a_dead_port_does_not_delay_the_end() {
     let folder = Folder::new();
     let file = folder.name("plant.toml");
-    // Nobody answers here, and nobody refuses: whoever listens has no room.
+    // A listener with a full backlog neither accepts nor refuses connections.
     let full = TcpListener::bind("127.0.0.1:0").unwrap();
     rustix::net::listen(&full, 0).unwrap();
     let place = full.local_addr().unwrap();
@@ -139,16 +139,16 @@ fn what_takes_a_restart_is_told_and_a_dead_port_holds_up_no_end() {
 }
 
 #[test]
-fn nobody_else_sees_a_station_unless_that_is_wanted() {
-    let (folder, port) = bench();
+fn other_computers_reach_a_station_only_with_tls_and_users() {
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     fs::write(&file, format!("[[segment]]\nname = \"a\"\nport = {port:?}\n")).unwrap();
-    // What hinders the station is told by the check as well.
+    // --check reports the same errors.
     for arguments in [&["run", &file, "--listen", "0.0.0.0:0"][..], &["run", &file, "--listen", "0.0.0.0:0", "--check"]]
     {
-        let told = run(arguments);
-        assert_eq!(told.status.code(), Some(2), "{arguments:?}");
-        let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+        let stderr = run(arguments);
+        assert_eq!(stderr.status.code(), Some(2), "{arguments:?}");
+        let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
         assert_eq!(
             complaint.lines().last().unwrap_or_default(),
             "profivac: listening beyond loopback on 0.0.0.0:0 needs TLS: add [tls] with certificate and key to \
@@ -158,19 +158,19 @@ fn nobody_else_sees_a_station_unless_that_is_wanted() {
 }
 
 #[test]
-fn a_check_finds_a_certificate_that_is_missing() {
-    let (folder, port) = bench();
+fn check_finds_a_missing_certificate() {
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     let text = format!("[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n[[segment]]\nname = \"a\"\nport = {port:?}\n");
     fs::write(&file, text).unwrap();
     fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
-    let told = run(&["run", &file, "--check"]);
-    assert_eq!(told.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
+    let stderr = run(&["run", &file, "--check"]);
+    assert_eq!(stderr.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
     assert!(complaint.contains("a.key: No such file"), "{complaint}");
 }
 
-/// Status and body of a request with JSON.
+/// Status and body of the answer to a POST with JSON.
 fn post(address: &str, path: &str, headers: &str, body: &str) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
     let length = body.len();
@@ -186,8 +186,8 @@ fn post(address: &str, path: &str, headers: &str, body: &str) -> String {
 }
 
 #[test]
-fn users_made_by_the_command_log_in_and_a_running_station_sees_who_is_removed() {
-    let (folder, port) = bench();
+fn users_of_the_command_log_in_and_a_running_station_logs_removed_users_out() {
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     private(&file, &format!("[[segment]]\nname = \"a\"\nport = {port:?}\n"));
     let password = "tin whisker plateau";
@@ -214,31 +214,31 @@ fn users_made_by_the_command_log_in_and_a_running_station_sees_who_is_removed() 
 }
 
 #[test]
-fn a_file_that_says_where_secrets_are_is_its_owners_alone() {
-    let (folder, port) = bench();
+fn a_file_that_names_secrets_must_be_private() {
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     let segment = format!("[[segment]]\nname = \"a\"\nport = {port:?}\n");
     private(&file, &segment);
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
-    let told = run(&["run", &file, "--check"]);
-    assert_eq!(told.status.code(), Some(0));
-    let remark = format!("{file} is open to others: chmod 600 {file}\n");
-    assert!(String::from_utf8_lossy(&told.stderr).ends_with(&remark), "{told:?}");
+    let stderr = run(&["run", &file, "--check"]);
+    assert_eq!(stderr.status.code(), Some(0));
+    let notice = format!("other users can read {file}; run chmod 600 {file}\n");
+    assert!(String::from_utf8_lossy(&stderr.stderr).ends_with(&notice), "{stderr:?}");
     for more in [
         "[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n",
         "[[webhook]]\nurl = \"https://alarms.example/\"\ntoken = \"abc\"\n",
         "[station]\nusers = \"people.toml\"\n",
     ] {
         fs::write(&file, format!("{more}{segment}")).unwrap();
-        let told = run(&["run", &file, "--check"]);
-        let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-        assert_eq!(told.status.code(), Some(2), "{complaint}");
+        let stderr = run(&["run", &file, "--check"]);
+        let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+        assert_eq!(stderr.status.code(), Some(2), "{complaint}");
         assert!(complaint.ends_with(&format!("(mode 644): chmod 600 {file}\n")), "{complaint}");
     }
     fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
-    let told = run(&["run", &file]);
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert_eq!(told.status.code(), Some(2), "{complaint}");
+    let stderr = run(&["run", &file]);
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    assert_eq!(stderr.status.code(), Some(2), "{complaint}");
     assert!(
         complaint.contains("people.toml: `profivac user add NAME --role engineer FILE.toml` makes it"),
         "{complaint}"
@@ -246,8 +246,8 @@ fn a_file_that_says_where_secrets_are_is_its_owners_alone() {
 }
 
 #[test]
-fn a_token_is_its_owners_alone_and_a_record_that_others_read_is_remarked() {
-    let (folder, port) = bench();
+fn a_token_file_must_be_private_and_a_readable_database_causes_a_notice() {
+    let (folder, port) = memory_segment();
     let (file, token, record) = (folder.name("plant.toml"), folder.name("a.token"), folder.name("plant.db"));
     let hook = "[[webhook]]\nurl = \"https://alarms.example/\"\ntoken-file = \"a.token\"\n";
     private(&file, &format!("{hook}[[segment]]\nname = \"a\"\nport = {port:?}\n"));
@@ -255,38 +255,38 @@ fn a_token_is_its_owners_alone_and_a_record_that_others_read_is_remarked() {
         private(open, "abc");
         fs::set_permissions(open, fs::Permissions::from_mode(0o644)).unwrap();
     }
-    let told = run(&["run", &file, "--check"]);
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert_eq!(told.status.code(), Some(2), "{complaint}");
+    let stderr = run(&["run", &file, "--check"]);
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    assert_eq!(stderr.status.code(), Some(2), "{complaint}");
     let wanted = format!("{file}:3:14: {token} holds secrets and is open to others (mode 644): chmod 600 {token}\n");
     assert!(complaint.ends_with(&wanted), "{complaint}");
     fs::set_permissions(&token, fs::Permissions::from_mode(0o600)).unwrap();
-    let told = run(&["run", &file, "--check"]);
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert_eq!(told.status.code(), Some(0), "{complaint}");
+    let stderr = run(&["run", &file, "--check"]);
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    assert_eq!(stderr.status.code(), Some(0), "{complaint}");
     assert!(
-        complaint.ends_with(&format!("the record {record} is open to others: chmod 600 {record}\n")),
+        complaint.ends_with(&format!("other users can read the database {record}; run chmod 600 {record}\n")),
         "{complaint}"
     );
 }
 
 #[test]
-fn init_never_writes_over_a_file() {
-    let (folder, port) = bench();
+fn init_never_overwrites_a_file() {
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     fs::write(&file, "mine").unwrap();
-    let told = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "6", "--out", &file]);
-    assert_eq!(told.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert!(complaint.contains("plant.toml is there already"), "{complaint}");
+    let stderr = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "6", "--out", &file]);
+    assert_eq!(stderr.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    assert!(complaint.contains("plant.toml exists already"), "{complaint}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
 }
 
 #[test]
-fn the_demonstration_has_the_dashboard_over_all_devices() {
+fn the_dashboard_of_the_demonstration_shows_all_devices() {
     let demo = Program::start(&["demo", "--headless", "--listen", "127.0.0.1:0", "--speed", "5"]);
-    let told = demo.complaint();
-    let address = told.strip_prefix("profivac: the dashboard is at http://").unwrap_or_else(|| panic!("{told}"));
+    let stderr = demo.complaint();
+    let address = stderr.strip_prefix("profivac: the dashboard is at http://").unwrap_or_else(|| panic!("{stderr}"));
     let end = Instant::now() + PATIENCE;
     loop {
         let gauges = get(address, "/api/gauges");

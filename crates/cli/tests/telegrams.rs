@@ -1,4 +1,4 @@
-//! Virtual devices answer telegrams on every port, together on one line, and are silent without power.
+//! Virtual devices answer telegrams on every port, share one line, and are silent without power.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -11,7 +11,7 @@ const FDL_STATUS_6: &str = "10 06 02 49 51 16";
 const PRESENT_5: &str = "10 02 05 00 07 16";
 const PRESENT_6: &str = "10 02 06 00 08 16";
 
-/// Slave_Diag of a BCG450 that nobody has parameterised: Prm_Req and Station_Not_Ready, no master, its ident number.
+/// Slave_Diag of a BCG450 that no master has parameterised: Prm_Req and Station_Not_Ready, no master, its ident number.
 const DIAG_5_AFTER_POWER_UP: &str = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16";
 
 fn on_a_pty(folder: &Folder, arguments: &[&str]) -> (Program, End) {
@@ -32,7 +32,7 @@ fn a_device_on_a_pty_answers() {
 
 /// Set_Prm with mbar (tira41d1 1.5), Chk_Cfg with telegram 5 (tira41d1 2.3), and the pressures read cyclically.
 #[test]
-fn the_pressure_that_is_set_is_exchanged() {
+fn the_pressure_of_the_simulation_is_exchanged() {
     let folder = Folder::new();
     let (mut program, mut line) = on_a_pty(&folder, &["--pressure", "2e-8 mbar", "bcg450@5"]);
     line.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
@@ -82,7 +82,7 @@ fn devices_at_every_rate_answer_paced_or_not() {
 }
 
 #[test]
-fn a_master_may_come_back_and_damaged_telegrams_are_survived() {
+fn a_device_survives_damaged_telegrams_and_a_master_that_reopens_the_port() {
     let folder = Folder::new();
     let (_program, mut line) = on_a_pty(&folder, &["bcg450@5"]);
     line.ask(FDL_STATUS_5, PRESENT_5);
@@ -108,7 +108,7 @@ fn devices_share_a_line_and_are_silent_without_power() {
 }
 
 #[test]
-fn devices_join_a_hub_and_hear_each_others_requests() {
+fn devices_on_a_hub_receive_all_requests() {
     let folder = Folder::new();
     let names = ["master", "a", "b"].map(|name| folder.name(name));
     let mut hub = Program::start(&["hub", "--pty", &names[0], "--pty", &names[1], "--pty", &names[2]]);

@@ -1,4 +1,4 @@
-//! `user`: who may log in.
+//! `user`: manages the users of a station.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -11,8 +11,8 @@ use std::process::Output;
 
 const PASSWORD: &str = "tin whisker plateau";
 
-/// A station's file, and the folder it lies in.
-fn bench() -> (Folder, String) {
+/// A folder with a station's file.
+fn memory_segment() -> (Folder, String) {
     let folder = Folder::new();
     let file = folder.name("plant.toml");
     fs::write(&file, "[[segment]]\nname = \"a\"\nport = \"/dev/null\"\n").unwrap();
@@ -23,7 +23,7 @@ fn add(name: &str, role: &str, file: &str, password: &str) -> Output {
     run_with(&["user", "add", name, "--role", role, file, "--password-stdin"], password)
 }
 
-fn told(output: &Output) -> String {
+fn stderr_of(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -32,15 +32,15 @@ fn list(file: &str) -> String {
 }
 
 #[test]
-fn users_are_made_changed_and_removed() {
-    let (folder, file) = bench();
+fn users_are_added_changed_and_removed() {
+    let (folder, file) = memory_segment();
     let users = folder.path("plant.users.toml");
-    assert!(told(&run(&["user", "list", &file])).contains("there are no users"));
+    assert!(stderr_of(&run(&["user", "list", &file])).contains("there are no users"));
     assert!(!users.exists());
     for (name, role) in [("ada", "engineer"), ("wall.1", "viewer")] {
         let added = add(name, role, &file, PASSWORD);
-        assert!(added.status.success(), "{}", told(&added));
-        assert_eq!(told(&added).contains("this is the first user"), name == "ada");
+        assert!(added.status.success(), "{}", stderr_of(&added));
+        assert_eq!(stderr_of(&added).contains("this is the first user"), name == "ada");
     }
     assert_eq!(list(&file), "ada     engineer\nwall.1  viewer\n");
     let text = fs::read_to_string(&users).unwrap();
@@ -60,8 +60,8 @@ fn users_are_made_changed_and_removed() {
 }
 
 #[test]
-fn what_cannot_be_is_told_and_changes_nothing() {
-    let (folder, file) = bench();
+fn a_refused_change_is_explained_and_changes_nothing() {
+    let (folder, file) = memory_segment();
     let users = folder.path("plant.users.toml");
     for (name, role, password, sentence) in [
         ("ada", "engineer", "short", "expected a password of at least 8 characters, better 15, found 5"),
@@ -77,42 +77,47 @@ fn what_cannot_be_is_told_and_changes_nothing() {
     ] {
         let refused = add(name, role, &file, password);
         assert_eq!(refused.status.code(), Some(2));
-        assert!(told(&refused).contains(sentence), "{}", told(&refused));
+        assert!(stderr_of(&refused).contains(sentence), "{}", stderr_of(&refused));
         assert!(!users.exists(), "{sentence}");
     }
     assert!(add("ada", "viewer", &file, PASSWORD).status.success());
     let before = fs::read_to_string(&users).unwrap();
-    assert!(told(&add("Ada", "viewer", &file, PASSWORD)).contains("there is already a user Ada"));
+    assert!(stderr_of(&add("Ada", "viewer", &file, PASSWORD)).contains("there is already a user Ada"));
     for arguments in [vec!["remove", "eve"], vec!["role", "eve", "viewer"], vec!["password", "eve"]] {
         let refused = run(&[&["user"], &arguments[..], &[file.as_str()]].concat());
-        assert_eq!((refused.status.code(), told(&refused).as_str()), (Some(2), "profivac: there is no user \"eve\"\n"));
+        assert_eq!(
+            (refused.status.code(), stderr_of(&refused).as_str()),
+            (Some(2), "profivac: there is no user \"eve\"\n")
+        );
     }
-    assert!(told(&run(&["user", "password", "ada", &file])).contains("say --password-stdin"));
+    assert!(stderr_of(&run(&["user", "password", "ada", &file])).contains("add --password-stdin"));
     assert_eq!(fs::read_to_string(&users).unwrap(), before);
     fs::set_permissions(&users, fs::Permissions::from_mode(0o640)).unwrap();
     let refused = run(&["user", "list", &file]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(told(&refused).contains("plant.users.toml holds secrets and is open to others (mode 640): chmod 600 "));
+    assert!(
+        stderr_of(&refused).contains("plant.users.toml holds secrets and is open to others (mode 640): chmod 600 ")
+    );
 }
 
 #[test]
-fn a_password_is_asked_twice_on_the_terminal_and_not_shown() {
-    let (folder, file) = bench();
+fn a_password_is_asked_twice_on_the_terminal_without_echo() {
+    let (folder, file) = memory_segment();
     let arguments = ["user", "add", "ada", "--role", "engineer", &file];
     let prompt = "Password for ada: ";
     let (code, shown) = all_shown_on_terminal(&arguments, prompt, &format!("{PASSWORD}\n{PASSWORD} \n"));
     assert_eq!(code, 2, "{shown}");
-    assert!(shown.contains("the two passwords are not the same") && !shown.contains("whisker"), "{shown}");
+    assert!(shown.contains("the two passwords differ; nothing was changed") && !shown.contains("whisker"), "{shown}");
     assert!(!folder.path("plant.users.toml").exists());
     let (code, shown) = all_shown_on_terminal(&arguments, prompt, &format!("{PASSWORD}\n{PASSWORD}\n"));
     assert_eq!(code, 0, "{shown}");
-    assert!(shown.starts_with("Password for ada: \r\nOnce more: \r\nprofivac: this is the first user"), "{shown}");
+    assert!(shown.starts_with("Password for ada: \r\nRepeat: \r\nprofivac: this is the first user"), "{shown}");
     assert_eq!(list(&file), "ada  engineer\n");
 }
 
 #[test]
-fn who_thinks_better_of_it_changes_nothing() {
-    let (folder, file) = bench();
+fn an_interrupted_command_changes_nothing() {
+    let (folder, file) = memory_segment();
     let (code, _, _) =
         interrupted_on_terminal(&["user", "add", "ada", "--role", "viewer", &file], "Password for ada: ");
     assert_eq!((code, folder.path("plant.users.toml").exists()), (2, false));

@@ -1,5 +1,5 @@
-//! The dissector in `contrib/wireshark` says of every telegram what our own codec says of it, and the story of the same
-//! telegrams reads like this. The trace has every service; it stands in `tests/golden/wireshark` with both.
+//! The dissector in `contrib/wireshark` agrees with the codec on every telegram; the explanation of the same telegrams is a golden.
+//! The trace contains every service; trace and output are in `tests/golden/wireshark`.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -18,7 +18,7 @@ use profivac_wire::{DataTelegram, MAX_TELEGRAM, Sap, Telegram, cfg};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What is asked of the gauge at 5 and how it answers: access point, FC, data unit; the answer likewise, or SC.
+/// Requests to the gauge at 5 and its answers: access point, FC, data unit; the answer likewise, or SC.
 /// A master is at 2; it uses 62, 51 or 50 as its own access point.
 const DIALOGUE: &[(&str, &str)] = &[
     ("60 6D", "08 02 05 00 FF 08 E6"),
@@ -66,13 +66,13 @@ const DIALOGUE: &[(&str, &str)] = &[
     ("56 5D", "08 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17"),
     ("57 7D", "08 00 00 00 00 00 00 00 00"),
     ("55 5D 07 08 E6 00", "SC"),
-    // Not open, failed, no room, nothing to say, not taken.
+    // Not open, failed, no resource, no data, not accepted.
     ("53 7D 01", "03"),
     ("52 5D", "01"),
     ("51 7D 5E 01 16 02", "02"),
     ("51 5D", "09"),
     ("- 7D 00 00 00 00 00 00 00 00", "0C 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17"),
-    // A configuration it does not have, parameters it does not take.
+    // A configuration that it does not have, parameters that it refuses.
     ("61 5D 88 02 05 0B 08 E6 01 80 00 00 05 1C", "SC"),
     ("62 7D 44 86 05 05 0A 08", "SC"),
     ("60 5D", "08 06 05 00 FF 08 E6"),
@@ -86,7 +86,7 @@ fn emitted(telegram: Telegram<'_>) -> Vec<u8> {
     out[..length].to_vec()
 }
 
-/// The access points of a master: MS2 has its own, and so has MS1.
+/// The access point of a master for an access point of the slave: MS1 and MS2 have their own.
 fn of_master(sap: u8) -> u8 {
     match sap {
         0..=49 => 50,
@@ -104,7 +104,7 @@ fn request(text: &str) -> (Option<u8>, Vec<u8>) {
     (sap, emitted(Telegram::Data(frame)))
 }
 
-/// `FC DU`, or SC. What has no data is an SD1 and carries no access points.
+/// `FC DU`, or SC. An answer without data is an SD1 without access points.
 fn answer(sap: Option<u8>, text: &str) -> Vec<u8> {
     if text == "SC" {
         return vec![0xE5];
@@ -114,17 +114,17 @@ fn answer(sap: Option<u8>, text: &str) -> Vec<u8> {
     emitted(Telegram::Data(DataTelegram { da: 2, sa: 5, dsap, ssap, fc: octets[0], du: &octets[1..] }))
 }
 
-/// Everything there is, 60 bit times apart, and damaged telegrams at the end.
+/// All services, 60 bit times apart, and damaged telegrams at the end.
 fn services() -> Trace {
     let mut telegrams: Vec<(Vec<u8>, Vec<usize>)> = Vec::new();
     let mut add = |octets: Vec<u8>| telegrams.push((octets, Vec::new()));
     for text in ["DC 02 02", "10 05 02 49 50 16", "10 02 05 00 07 16", "10 09 02 49 54 16", "10 09 02 4E 59 16"] {
         add(hex(text));
     }
-    for (asked, said) in DIALOGUE {
+    for (asked, message) in DIALOGUE {
         let (sap, octets) = request(asked);
         add(octets);
-        add(answer(sap, said));
+        add(answer(sap, message));
     }
     for text in [
         // Global_Control: Clear_Data, Operate, Sync for group 1.
@@ -140,7 +140,7 @@ fn services() -> Trace {
         "10 02 03 20 25 16",
         "DC 03 02",
         "DC 02 03",
-        // Damaged: check octet, end, length, cut off, nothing that begins a telegram, an extension that is missing.
+        // Damaged: check octet, end, length, truncated, no start delimiter, a missing extension.
         "68 05 05 68 85 82 6D 3C 3E EF 16",
         "10 05 02 49 50 17",
         "68 05 06 68 85 82 6D 3C 3E EE 16",
@@ -179,7 +179,7 @@ fn golden(name: &str, text: &str) {
     assert_eq!(text.len(), expected.len(), "{name}");
 }
 
-/// The capture file of the trace, as `decode` writes it, and what it prints.
+/// The capture file that `decode` writes of the trace, and its output.
 fn captured(folder: &Folder) -> (String, String) {
     let (text, capture) = (folder.name("services.trace"), folder.name("services.pcapng"));
     std::fs::write(&text, services().to_string()).unwrap();
@@ -188,8 +188,8 @@ fn captured(folder: &Folder) -> (String, String) {
     (capture, String::from_utf8(output.stdout).unwrap())
 }
 
-/// What tshark prints. As root it warns on standard error and loads scripts only if the init.lua of the distribution
-/// lets it; where the script is not loaded the protocol has no field and tshark says so.
+/// The output of tshark. As root it warns on standard error and loads scripts only if the init.lua of the distribution
+/// permits it; without the script the protocol has no fields and tshark fails.
 fn tshark(capture: &str, arguments: &[&str]) -> String {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../contrib/wireshark/profibus.lua");
     let script = format!("lua_script:{}", script.canonicalize().unwrap().display());
@@ -228,7 +228,7 @@ const FIELDS: [&str; 24] = [
     "pdu.error_code_1",
 ];
 
-/// What the codec says of a telegram, as tshark prints it.
+/// The fields of a telegram by the codec, as tshark prints them.
 fn expected(octets: &[u8]) -> Vec<String> {
     let mut row = vec![String::new(); FIELDS.len()];
     let mut set = |name: &str, text: String| row[FIELDS.iter().position(|field| *field == name).unwrap()] = text;
@@ -353,7 +353,7 @@ fn plain(octets: &[u8]) -> String {
 }
 
 #[test]
-fn the_dissector_says_what_our_codec_says() {
+fn the_dissector_agrees_with_the_codec() {
     let folder = Folder::new();
     let (capture, _) = captured(&folder);
     let fields: Vec<String> = FIELDS.iter().flat_map(|name| ["-e".to_owned(), format!("profibus.{name}")]).collect();
@@ -372,7 +372,7 @@ fn the_dissector_says_what_our_codec_says() {
 }
 
 #[test]
-fn the_columns_are_filled_and_damaged_telegrams_are_marked() {
+fn the_columns_are_filled_and_damaged_telegrams_marked() {
     let folder = Folder::new();
     let (capture, _) = captured(&folder);
     let arguments = ["-T", "fields", "-E", "separator=|", "-e", "_ws.col.Protocol", "-e", "_ws.col.Source"];
@@ -382,7 +382,7 @@ fn the_columns_are_filled_and_damaged_telegrams_are_marked() {
 }
 
 #[test]
-fn the_story_of_all_services_reads_like_this() {
+fn the_explanation_of_all_services_is_the_golden() {
     let folder = Folder::new();
     let (_, story) = captured(&folder);
     golden("services.trace", &services().to_string());

@@ -8,7 +8,7 @@ use crate::ms2;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, TaskKind, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{
-    ExchangeError, Handle, HandlerState, Mode, Ms1Parameters, Outcome, PkwParameters, SlaveParameters, SubmitError, pkw,
+    ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, SubmitError, ms1, pkw,
 };
 use profivac_host::session::{BusSession, SessionError, add_or_restart};
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
@@ -34,6 +34,7 @@ pub struct Class1Session<'a> {
 }
 
 /// How its records are asked for.
+#[derive(Clone, Copy)]
 enum Service {
     Ms1(Ms1Parameters),
     ParameterChannel(PkwParameters),
@@ -114,17 +115,48 @@ impl<'a> Class1Session<'a> {
         Ok(())
     }
 
-    fn read_once(&mut self, slot: u8, index: u8) -> Result<Option<Vec<u8>>, RecordError> {
-        let address = self.address;
-        self.request(|owned| match owned.service {
+    fn read_once(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+        self.ensure_exchange()?;
+        let (address, master) = (self.address, self.tool.master());
+        match self.service {
             Service::Ms1(parameters) => {
                 let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
-                owned.tool.master().ms1_read(address, slot, index, wanted, &parameters)
+                let read = master.ms1_read(address, slot, index, wanted, &parameters).map_err(not_submitted)?;
+                self.tool.wait_for_outcome(read, |record| record.map(<[u8]>::to_vec))?.map_err(ms1_error)
             }
             Service::ParameterChannel(parameters) => {
-                owned.tool.master().pkw_read(address, slot, index, None, &parameters)
+                let task = master.pkw_read(address, slot, index, None, &parameters).map_err(not_submitted)?;
+                self.tool.wait_for_outcome(task, |value| value)?.map(octets).map_err(task_error)
             }
-        })
+        }
+    }
+
+    fn write_once(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+        let too_long =
+            || RecordError::Unavailable("the parameter channel carries 1, 2 or 4 octets; say --via ms2".to_owned());
+        let service = self.service;
+        let value = match service {
+            Service::Ms1(_) => None,
+            Service::ParameterChannel(_) => Some(pkw::Value::from_octets(octets).ok_or_else(too_long)?),
+        };
+        self.ensure_exchange()?;
+        let (address, master) = (self.address, self.tool.master());
+        match (service, value) {
+            (Service::ParameterChannel(parameters), Some(value)) => {
+                let task = master.pkw_write(address, slot, index, value, &parameters).map_err(not_submitted)?;
+                self.tool.wait_for_outcome(task, |value| value)?.map(drop).map_err(task_error)
+            }
+            (Service::Ms1(parameters), _) => {
+                let write = master.ms1_write(address, slot, index, octets, &parameters).map_err(not_submitted)?;
+                self.tool.wait_for_outcome(write, |written| written)?.map_err(ms1_error)
+            }
+            (Service::ParameterChannel(_), None) => Err(too_long()),
+        }
+    }
+
+    /// Waits until the slave exchanges data, if it does not.
+    fn ensure_exchange(&mut self) -> Result<(), RecordError> {
+        if self.exchanges() { Ok(()) } else { self.wait_for_data(&|| false) }
     }
 
     /// Gives the slave back.
@@ -138,29 +170,25 @@ impl<'a> Class1Session<'a> {
         }
         Ok(())
     }
+}
 
-    /// Hands a request in, when the slave exchanges data, and waits for what becomes of it.
-    fn request(
-        &mut self,
-        hand_in: impl Fn(&mut Self) -> Result<Handle, SubmitError>,
-    ) -> Result<Option<Vec<u8>>, RecordError> {
-        if !self.exchanges() {
-            self.wait_for_data(&|| false)?;
+fn not_submitted(error: SubmitError) -> RecordError {
+    RecordError::Interrupted(error.to_string())
+}
+
+fn ms1_error(error: ms1::RequestError) -> RecordError {
+    match error {
+        ms1::RequestError::Refused(negative) => RecordError::Refused(negative.into()),
+        ms1::RequestError::Failed(_) | ms1::RequestError::LeftExchange => RecordError::Interrupted(error.to_string()),
+    }
+}
+
+fn task_error(error: pkw::TaskError) -> RecordError {
+    match error {
+        pkw::TaskError::Refused(pkw::ErrorNumber(number)) => {
+            RecordError::Refused(RefusalCodes { code_1: None, code: u8::try_from(number).unwrap_or(u8::MAX) })
         }
-        let handle = hand_in(self).map_err(|error| RecordError::Interrupted(error.to_string()))?;
-        self.tool.wait_for_outcome(handle, |outcome| match outcome {
-            Outcome::Read(record) => Ok(Some(record.to_vec())),
-            Outcome::Written => Ok(None),
-            Outcome::Value(value) => Ok(Some(octets(value))),
-            Outcome::Refused(negative) => Err(RecordError::Refused(negative.into())),
-            Outcome::Denied(pkw::Error(code)) => {
-                Err(RecordError::Refused(RefusalCodes { code_1: None, code: u8::try_from(code).unwrap_or(u8::MAX) }))
-            }
-            Outcome::Failed(cause) => Err(RecordError::Interrupted(cause.to_string())),
-            Outcome::Opened(_) | Outcome::Transported(_) | Outcome::Acknowledged | Outcome::Ended(_) => {
-                Err(RecordError::Interrupted("the answer belongs to something else".to_owned()))
-            }
-        })?
+        _ => RecordError::Interrupted(error.to_string()),
     }
 }
 
@@ -235,32 +263,11 @@ impl Records for Class1Session<'_> {
             }
             read = self.read_once(slot, index);
         }
-        read?.ok_or_else(|| RecordError::Interrupted("the answer belongs to something else".to_owned()))
+        read
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
-        let address = self.address;
-        let value = match self.service {
-            Service::Ms1(_) => None,
-            Service::ParameterChannel(_) => {
-                let too_long = || {
-                    RecordError::Unavailable("the parameter channel carries 1, 2 or 4 octets; say --via ms2".to_owned())
-                };
-                Some(pkw::Value::from_octets(octets).ok_or_else(too_long)?)
-            }
-        };
-        self.request(|owned| match (&owned.service, value) {
-            (Service::ParameterChannel(parameters), Some(value)) => {
-                let parameters = *parameters;
-                owned.tool.master().pkw_write(address, slot, index, value, &parameters)
-            }
-            (Service::Ms1(parameters), _) => {
-                let parameters = *parameters;
-                owned.tool.master().ms1_write(address, slot, index, octets, &parameters)
-            }
-            (Service::ParameterChannel(_), None) => Err(SubmitError::NoChannel),
-        })?;
-        Ok(())
+        self.write_once(slot, index, octets)
     }
 }
 

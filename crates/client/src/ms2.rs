@@ -4,7 +4,8 @@
 
 use crate::records::{RecordError, Records};
 use profivac_devices::model::AccessPath;
-use profivac_dp::master::{Cause, ConnectionEnd, Handle, Ms2Parameters, Outcome, SubmitError};
+use profivac_dp::master::ms2::{self, Connect, RequestError};
+use profivac_dp::master::{Cause, ConnectionEnd, Handle, Ms2Parameters, Operation, SubmitError};
 use profivac_host::session::{BusMaster, BusSession, SessionError};
 use profivac_wire::acyclic::Negative;
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
@@ -31,9 +32,6 @@ pub enum Ms2Error {
     /// The master cannot ask so.
     #[error("{0}")]
     NotSubmitted(#[from] SubmitError),
-    /// What came is the response to something else.
-    #[error("the answer belongs to something else")]
-    UnexpectedAnswer,
 }
 
 /// Reads the record at `slot` and `index` of the slave at `address`, with a connection of its own.
@@ -49,7 +47,7 @@ pub fn read(tool: &mut BusSession, address: u8, slot: u8, index: u8) -> Result<V
 pub struct Ms2<'a> {
     tool: &'a mut BusSession,
     address: u8,
-    connection: Option<Handle>,
+    connection: Option<Handle<Connect>>,
 }
 
 impl Drop for Ms2<'_> {
@@ -59,45 +57,18 @@ impl Drop for Ms2<'_> {
     }
 }
 
-/// What a slave says to a request.
-enum Response {
-    Opened,
-    Record(Vec<u8>),
-    Written,
-    Refused(Negative),
-    Ended(ConnectionEnd),
-    Other,
-}
-
-impl Response {
-    fn of(outcome: Outcome<'_>) -> Self {
-        match outcome {
-            Outcome::Opened(_) => Self::Opened,
-            Outcome::Read(record) => Self::Record(record.to_vec()),
-            Outcome::Written => Self::Written,
-            Outcome::Refused(negative) => Self::Refused(negative),
-            Outcome::Ended(end) => Self::Ended(end),
-            Outcome::Transported(_)
-            | Outcome::Acknowledged
-            | Outcome::Value(_)
-            | Outcome::Denied(_)
-            | Outcome::Failed(_) => Self::Other,
-        }
-    }
-
-    /// Why it is not the answer that was hoped for.
-    fn error(self) -> Ms2Error {
-        match self {
-            Self::Refused(negative) => Ms2Error::Refused(negative),
-            Self::Ended(end) => Ms2Error::Ended(end),
-            Self::Opened | Self::Record(_) | Self::Written | Self::Other => Ms2Error::UnexpectedAnswer,
+impl From<RequestError> for Ms2Error {
+    fn from(error: RequestError) -> Self {
+        match error {
+            RequestError::Refused(negative) => Self::Refused(negative),
+            RequestError::Ended(end) => Self::Ended(end),
         }
     }
 }
 
-/// Whether the access point was closed, so that nothing can have been done.
-const fn was_closed(answer: &Response) -> bool {
-    matches!(answer, Response::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }))
+/// Whether the access point was closed, so that the slave cannot have executed the request.
+const fn was_closed(end: &ConnectionEnd) -> bool {
+    matches!(end, ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. })
 }
 
 impl<'a> Ms2<'a> {
@@ -117,18 +88,17 @@ impl<'a> Ms2<'a> {
     /// [`Ms2Error`] says how far it got.
     pub fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
         let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
-        let mut read = || self.request(|master, connection| master.ms2_read(connection, slot, index, wanted));
-        let mut answer = read()?;
+        let submit =
+            |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_read(connection, slot, index, wanted);
+        let mut read = || self.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
+        let mut record = read();
         for _ in 1..ATTEMPTS {
-            if !matches!(answer, Response::Ended(_)) {
+            if !matches!(record, Err(Ms2Error::Ended(_))) {
                 break;
             }
-            answer = read()?;
+            record = read();
         }
-        match answer {
-            Response::Record(record) => Ok(record),
-            other => Err(other.error()),
-        }
+        record
     }
 
     /// Writes a record, once: if no answer comes it may have been written or not.
@@ -136,68 +106,63 @@ impl<'a> Ms2<'a> {
     /// # Errors
     /// [`Ms2Error`] says how far it got.
     pub fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), Ms2Error> {
-        match self.request(|master, connection| master.ms2_write(connection, slot, index, octets))? {
-            Response::Written => Ok(()),
-            other => Err(other.error()),
-        }
+        let submit =
+            |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_write(connection, slot, index, octets);
+        self.request::<ms2::Write, _>(submit, |outcome| outcome)
     }
 
     /// Closes the connection, if there is one.
     fn close(&mut self) -> Result<(), Ms2Error> {
         if let Some(connection) = self.connection.take() {
             self.tool.master().ms2_close(connection)?;
-            self.tool.wait_for_outcome(connection, Response::of)?;
+            self.tool.wait_for_outcome(connection, drop)?;
         }
         Ok(())
     }
 
-    /// A request on the connection. One that the slave closed meanwhile, because nobody asked for long, is opened once more.
-    fn request(
+    /// A request on the connection. If the slave has closed the connection meanwhile, because it was idle for too long, it is
+    /// opened once more.
+    fn request<O: Operation, T>(
         &mut self,
-        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), SubmitError>,
-    ) -> Result<Response, Ms2Error> {
+        submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
+        take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
+    ) -> Result<T, Ms2Error> {
         if let Some(connection) = self.connection {
-            let answer = self.on(connection, &hand_in)?;
-            if !was_closed(&answer) {
-                return Ok(answer);
+            match self.request_on(connection, &submit, &take) {
+                Err(Ms2Error::Ended(end)) if was_closed(&end) => {}
+                result => return result,
             }
         }
-        match self.open()? {
-            Ok(connection) => self.on(connection, &hand_in),
-            Err(end) => Ok(end),
-        }
+        let connection = self.open()?;
+        self.request_on(connection, &submit, &take)
     }
 
-    fn on(
+    fn request_on<O: Operation, T>(
         &mut self,
-        connection: Handle,
-        hand_in: impl Fn(&mut BusMaster, Handle) -> Result<(), SubmitError>,
-    ) -> Result<Response, Ms2Error> {
-        // What came since the last request: the end of the connection, or what nobody waited for any more.
-        let answer = match self.tool.master().outcome(connection).map(Response::of) {
-            Some(ended @ Response::Ended(_)) => ended,
-            Some(_) | None => {
-                hand_in(self.tool.master(), connection)?;
-                self.tool.wait_for_outcome(connection, Response::of)?
-            }
-        };
-        if matches!(answer, Response::Ended(_)) {
+        connection: Handle<Connect>,
+        submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
+        take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
+    ) -> Result<T, Ms2Error> {
+        // The connection may have ended since the last request.
+        if let Some(Err(end)) = self.tool.master().outcome(connection) {
+            self.connection = None;
+            return Err(Ms2Error::Ended(end));
+        }
+        let handle = submit(self.tool.master(), connection)?;
+        let outcome = self.tool.wait_for_outcome(handle, take)?;
+        if matches!(outcome, Err(RequestError::Ended(_))) {
             self.connection = None;
         }
-        Ok(answer)
+        Ok(outcome?)
     }
 
-    /// Opens a connection, or says why there is none.
-    fn open(&mut self) -> Result<Result<Handle, Response>, Ms2Error> {
+    /// Opens a connection.
+    fn open(&mut self) -> Result<Handle<Connect>, Ms2Error> {
         let parameters = Ms2Parameters::new(self.tool.baud());
         let connection = self.tool.master().ms2_open(self.address, &parameters)?;
-        Ok(match self.tool.wait_for_outcome(connection, Response::of)? {
-            Response::Opened => {
-                self.connection = Some(connection);
-                Ok(connection)
-            }
-            other => Err(other),
-        })
+        self.tool.wait_for_outcome(connection, |opened| opened)?.map_err(Ms2Error::Ended)?;
+        self.connection = Some(connection);
+        Ok(connection)
     }
 }
 
@@ -226,9 +191,7 @@ impl From<Ms2Error> for RecordError {
                 )
             }
             Ms2Error::Unsupported | Ms2Error::Ended(ConnectionEnd::Refused(_)) => Self::Unavailable(error.to_string()),
-            Ms2Error::Ended(_) | Ms2Error::NotSubmitted(_) | Ms2Error::UnexpectedAnswer => {
-                Self::Interrupted(error.to_string())
-            }
+            Ms2Error::Ended(_) | Ms2Error::NotSubmitted(_) => Self::Interrupted(error.to_string()),
         }
     }
 }

@@ -1,18 +1,20 @@
-//! Acyclic requests against slaves of this project, on a line in bit times: several connections to one slave and to several,
-//! beside the cycle and beside each other.
+//! Acyclic requests to slaves of this project, on a line in bit times: several connections to one slave and to several,
+//! during the cycle and at the same time.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
 
 use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime};
+use profivac_dp::master::ms2::Connect;
 use profivac_dp::master::{
-    AcyclicEvent, Cause, ConnectionEnd, EventKind, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Outcome, Phase,
-    Settings, SlaveParameters, SubmitError, services,
+    AcyclicEvent, Cause, ConnectionEnd, EventKind, Handle, Master, Mode, Ms1Parameters, Ms2Parameters, Operation,
+    Phase, Settings, SlaveParameters, SubmitError, services,
 };
 use profivac_dp::slave::Features;
 use profivac_wire::acyclic::AbortReason;
 use profivac_wire::control::Status;
+use std::fmt::Debug;
 use support::bus;
 use support::line::{From, Line};
 use support::plain::Plain;
@@ -33,7 +35,7 @@ fn device(address: u8) -> Plain {
     Plain { features, record: vec![address; 4], ..Plain::new(IDENT, &CFG) }
 }
 
-/// Slaves at these addresses, which the master does not exchange data with.
+/// Slaves at these addresses, which are not in the master's list.
 fn line(addresses: &[u8]) -> Bus {
     let station: Active<Master<4, 8>> = Master::on(bus(), Settings::new(BAUD), BitTime(0));
     let mut line = Line::new(station);
@@ -58,30 +60,34 @@ fn quick() -> Ms2Parameters {
     Ms2Parameters { pace_tbit: 0, send_timeout: 100, response_timeout: 100, ..Ms2Parameters::new(BAUD) }
 }
 
-fn open(line: &mut Bus, address: u8) -> Handle {
+fn open(line: &mut Bus, address: u8) -> Handle<Connect> {
     let connection = line.master.user.ms2_open(address, &quick()).unwrap();
     line.run_until(second(), |line| line.master.user.ms2_phase(connection) == Some(Phase::Open));
-    assert!(matches!(line.master.user.outcome(connection), Some(Outcome::Opened(_))));
+    assert!(matches!(line.master.user.outcome(connection), Some(Ok(_))));
     connection
 }
 
 /// The end of a connection, in less than three seconds.
-fn end(line: &mut Bus, connection: Handle) -> ConnectionEnd {
+fn end(line: &mut Bus, connection: Handle<Connect>) -> ConnectionEnd {
     line.run_until(3 * second(), |line| line.master.user.ms2_phase(connection) == Some(Phase::Ended));
     match line.master.user.outcome(connection) {
-        Some(Outcome::Ended(end)) => end,
+        Some(Err(end)) => end,
         other => panic!("{other:?}"),
     }
 }
 
-/// What a request comes to.
-fn told(line: &mut Bus, handle: Handle) -> String {
-    let mut told = None;
+/// The outcome of a request, as text.
+fn reported<O>(line: &mut Bus, handle: Handle<O>) -> String
+where
+    O: Operation,
+    for<'a> O::Outcome<'a>: Debug,
+{
+    let mut reported = None;
     line.run_until(5 * second(), |line| {
-        told = line.master.user.outcome(handle).map(|outcome| format!("{outcome:02X?}"));
-        told.is_some()
+        reported = line.master.user.outcome(handle).map(|outcome| format!("{outcome:02X?}"));
+        reported.is_some()
     });
-    told.unwrap()
+    reported.unwrap()
 }
 
 #[test]
@@ -89,44 +95,41 @@ fn records_of_240_octets_are_written_and_read() {
     let mut line = line(&[8]);
     let connection = open(&mut line, 8);
     let record: Vec<u8> = (0..240).collect();
-    line.master.user.ms2_write(connection, 1, 16, &record).unwrap();
-    assert_eq!(told(&mut line, connection), "Written");
+    let write = line.master.user.ms2_write(connection, 1, 16, &record).unwrap();
+    assert_eq!(reported(&mut line, write), "Ok(())");
     assert_eq!(line.slaves[0].device().record, record);
-    line.master.user.ms2_read(connection, 1, 16, 240).unwrap();
-    let read = format!("{:02X?}", Outcome::Read(&record));
-    assert_eq!(told(&mut line, connection), read);
-    line.master.user.ms2_read(connection, 1, 16, 3).unwrap();
-    assert_eq!(told(&mut line, connection), "Read([00, 01, 02])", "cut to what is wanted");
-    line.master.user.ms2_read(connection, 9, 16, 3).unwrap();
-    assert!(told(&mut line, connection).starts_with("Refused(Negative { function: Read"));
+    let read = line.master.user.ms2_read(connection, 1, 16, 240).unwrap();
+    assert_eq!(reported(&mut line, read), format!("Ok({record:02X?})"));
+    let read = line.master.user.ms2_read(connection, 1, 16, 3).unwrap();
+    assert_eq!(reported(&mut line, read), "Ok([00, 01, 02])", "cut to the requested length");
+    let read = line.master.user.ms2_read(connection, 9, 16, 3).unwrap();
+    assert!(reported(&mut line, read).starts_with("Err(Refused(Negative { function: Read"));
     // This slave knows no Data_Transport; the connection stays.
-    line.master.user.ms2_transport(connection, 1, 16, &[1]).unwrap();
-    assert!(told(&mut line, connection).starts_with("Refused(Negative { function: DataTransport"));
+    let transport = line.master.user.ms2_transport(connection, 1, 16, &[1]).unwrap();
+    assert!(reported(&mut line, transport).starts_with("Err(Refused(Negative { function: DataTransport"));
     assert_eq!(line.master.user.ms2_phase(connection), Some(Phase::Open));
 }
 
-/// Two connections to one slave and two to others, all at work: each gets its turn, and the raw request too.
+/// Two connections to one slave and two to others, all with requests: each gets its turn, and the raw request too.
 #[test]
 fn connections_take_turns() {
     let mut line = exchanging(&[8, 9, 10]);
     let connections = [open(&mut line, 8), open(&mut line, 8), open(&mut line, 9), open(&mut line, 10)];
     let refused = line.master.user.ms2_open(8, &quick());
-    assert_eq!(refused, Err(SubmitError::Full { places: 4 }));
+    assert_eq!(refused, Err(SubmitError::Full { slots: 4 }));
     let ms1 = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
     let (mut reads, mut jobs, mut raw) = ([0u32; 4], 0u32, 0u32);
     let mut job = line.master.user.ms1_read(9, 1, 16, 8, &ms1).unwrap();
     line.master.user.submit_request(&services::slave_diag(8)).unwrap();
     let exchanges = |line: &Bus| [8, 9, 10].map(|address| line.master.user.counters(address).unwrap().exchanges);
     let (before, cycles) = (exchanges(&line), line.master.user.cycles());
-    for connection in connections {
-        line.master.user.ms2_read(connection, 1, 16, 8).unwrap();
-    }
+    let mut handles = connections.map(|connection| line.master.user.ms2_read(connection, 1, 16, 8).unwrap());
     let until = line.now + second();
     line.run_until(2 * second(), |line| {
-        for (connection, reads) in connections.iter().zip(&mut reads) {
-            if line.master.user.outcome(*connection).is_some() {
+        for ((connection, handle), reads) in connections.iter().zip(&mut handles).zip(&mut reads) {
+            if line.master.user.outcome(*handle).is_some() {
                 *reads += 1;
-                line.master.user.ms2_read(*connection, 1, 16, 8).unwrap();
+                *handle = line.master.user.ms2_read(*connection, 1, 16, 8).unwrap();
             }
         }
         if line.master.user.outcome(job).is_some() {
@@ -151,7 +154,7 @@ fn connections_take_turns() {
     }
 }
 
-/// 4.9: Idle keeps a connection open, however long nothing is asked.
+/// 4.9: Idle keeps a connection open without requests.
 #[test]
 fn an_open_connection_stays_open() {
     let mut line = line(&[8]);
@@ -160,16 +163,16 @@ fn an_open_connection_stays_open() {
     assert_eq!(line.master.user.ms2_phase(connection), Some(Phase::Open));
     let idles = line.trace.iter().filter(|entry| entry.from == From::Master && entry.octets.get(9) == Some(&0x48));
     assert!((9..=10).contains(&idles.count()), "one Idle each second");
-    line.master.user.ms2_read(connection, 1, 16, 8).unwrap();
-    assert_eq!(told(&mut line, connection), "Read([08, 08, 08, 08])");
+    let read = line.master.user.ms2_read(connection, 1, 16, 8).unwrap();
+    assert_eq!(reported(&mut line, read), "Ok([08, 08, 08, 08])");
 }
 
-/// What the slave does not know makes it abort; the reason is fetched as a response and told.
+/// A slave aborts after an unknown function; the master fetches the reason as a response and reports it.
 #[test]
-fn the_abort_of_the_slave_is_told() {
+fn an_abort_of_the_slave_is_reported() {
     let mut line = line(&[8]);
     let connection = open(&mut line, 8);
-    // Something else arrives instead of Idle, with a check octet that fits.
+    // Another function arrives instead of Idle, with a matching check octet.
     line.tamper = Some(Box::new(|_, octets| match octets {
         [0x68, 6, 6, 0x68, da, sa, fc, dsap, ssap, 0x48, sum, 0x16] => {
             vec![0x68, 6, 6, 0x68, *da, *sa, *fc, *dsap, *ssap, 0x49, sum.wrapping_add(1), 0x16]
@@ -181,7 +184,7 @@ fn the_abort_of_the_slave_is_told() {
     assert!((line.now - began).abs_diff(second()) < second() / 100, "after T");
 }
 
-/// Octets of an Idle that arrive damaged, again and again: neither side can hear the other.
+/// Every request arrives damaged: neither side receives the other.
 #[test]
 fn a_connection_over_a_broken_line_ends_at_both_sides() {
     let mut line = line(&[8]);
@@ -190,10 +193,10 @@ fn a_connection_over_a_broken_line_ends_at_both_sides() {
         From::Master if octets[0] == 0x68 => octets.iter().map(|octet| octet ^ 0x10).collect(),
         _ => octets.to_vec(),
     }));
-    let lost = Cause::Lost(profivac_dp::link::active::Failure::Silence);
+    let lost = Cause::NoAnswer(profivac_dp::link::active::Failure::Silence);
     assert_eq!(end(&mut line, connection), ConnectionEnd::Failed { reason: AbortReason::Fdl(15), cause: lost });
     line.run_for(3 * second());
-    // The slave has freed its connection by itself: both are there again.
+    // The slave has freed its connection by itself: both can be opened again.
     line.tamper = None;
     open(&mut line, 8);
     open(&mut line, 8);
@@ -209,14 +212,14 @@ fn a_slave_that_lost_its_power_has_closed_the_access_point() {
     let cause = Cause::Status(Status::ServiceNotActivated);
     assert_eq!(end(&mut line, lost), ConnectionEnd::Failed { reason, cause }, "seen by the next Idle");
     assert_eq!(line.master.user.ms2_phase(stays), Some(Phase::Open));
-    // The user opens it again; the access point is another connection now.
+    // The user opens a new connection with the same access point.
     let again = open(&mut line, 8);
     assert_ne!(again, lost);
     assert_eq!(line.master.user.ms2_read(lost, 1, 16, 8), Err(SubmitError::UnknownHandle));
 }
 
 #[test]
-fn a_slave_without_a_free_connection_says_so() {
+fn a_slave_without_a_free_connection_refuses_another() {
     let mut line = line(&[8]);
     let first = open(&mut line, 8);
     open(&mut line, 8);
@@ -231,7 +234,7 @@ fn a_slave_without_a_free_connection_says_so() {
 }
 
 #[test]
-fn nobody_there_is_known_at_once() {
+fn a_connection_to_an_absent_slave_fails_at_once() {
     let mut line = line(&[8]);
     let connection = line.master.user.ms2_open(9, &quick()).unwrap();
     let began = line.now;
@@ -240,9 +243,9 @@ fn nobody_there_is_known_at_once() {
     assert!(line.now - began < second() / 100);
 }
 
-/// Ended connections that nobody asked about do not keep others out.
+/// Ended connections whose outcome was not taken do not occupy slots.
 #[test]
-fn what_is_over_makes_room() {
+fn ended_connections_free_their_slots() {
     let mut line = line(&[8]);
     for _ in 0..20 {
         let connection = line.master.user.ms2_open(9, &quick()).unwrap();
@@ -270,24 +273,24 @@ fn ms1_needs_data_exchange_and_dpv1() {
     let mut line = exchanging(&[8]);
     let write = line.master.user.ms1_write(8, 1, 16, &[1, 2, 3], &parameters).unwrap();
     assert_eq!(line.master.user.ms1_read(8, 1, 16, 8, &parameters), Err(SubmitError::Busy));
-    assert_eq!(told(&mut line, write), "Written");
+    assert_eq!(reported(&mut line, write), "Ok(())");
     let read = line.master.user.ms1_read(8, 1, 16, 8, &parameters).unwrap();
-    assert_eq!(told(&mut line, read), "Read([01, 02, 03])");
+    assert_eq!(reported(&mut line, read), "Ok([01, 02, 03])");
     let read = line.master.user.ms1_read(8, 1, 17, 8, &parameters).unwrap();
-    assert!(told(&mut line, read).starts_with("Refused("));
-    let length = |octets| Err(SubmitError::Length { octets, room: 240 });
-    assert_eq!(line.master.user.ms1_write(8, 1, 16, &[0; 241], &parameters), length(241));
-    assert_eq!(line.master.user.ms1_read(8, 1, 16, 0, &parameters), length(0));
+    assert!(reported(&mut line, read).starts_with("Err(Refused("));
+    let length = |octets| SubmitError::Length { octets, room: 240 };
+    assert_eq!(line.master.user.ms1_write(8, 1, 16, &[0; 241], &parameters), Err(length(241)));
+    assert_eq!(line.master.user.ms1_read(8, 1, 16, 0, &parameters), Err(length(0)));
 }
 
-/// MS1 dies with data exchange, whether the slave comes back at once or not.
+/// MS1 ends with data exchange, whether the slave returns at once or not.
 #[test]
-fn a_job_ends_when_the_slave_leaves_data_exchange() {
+fn an_ms1_request_ends_when_the_slave_leaves_data_exchange() {
     let parameters = Ms1Parameters::new(BAUD);
     let mut line = exchanging(&[8, 9]);
     let lost = line.master.user.ms1_read(8, 1, 16, 8, &parameters).unwrap();
     let stays = line.master.user.ms1_read(9, 1, 16, 8, &parameters).unwrap();
     line.master.user.restart(8);
-    assert_eq!(told(&mut line, lost), "Failed(Left)");
-    assert_eq!(told(&mut line, stays), "Read([09, 09, 09, 09])");
+    assert_eq!(reported(&mut line, lost), "Err(LeftExchange)");
+    assert_eq!(reported(&mut line, stays), "Ok([09, 09, 09, 09])");
 }

@@ -1,17 +1,19 @@
-//! Wrong answers of every kind to MS1 and MS2: none becomes a value, and each is named. profibus-wire 4.11, 9.5.
+//! Wrong answers of every kind to MS1 and MS2: none becomes a value, and each error is named. profibus-wire 4.11, 9.5.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
 
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{Failure, Mismatch};
-use profivac_dp::master::{Cause, ConnectionEnd, ExchangeError, Handle, Master, Ms1Parameters, Ms2Parameters, Outcome};
+use profivac_dp::master::{
+    Cause, ConnectionEnd, ExchangeError, Handle, Master, Ms1Parameters, Ms2Parameters, ms1, ms2,
+};
 use profivac_wire::{DataTelegram, Telegram};
-use support::desk::Desk;
+use support::rig::MasterRig;
 
 const BAUD: Baud = Baud::B1500000;
 
-type Station = Desk<Master<1, 8>>;
+type Station = MasterRig<Master<1, 8>>;
 
 /// The access points of a relation, at the slave and at the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,64 +45,85 @@ fn octets(frame: DataTelegram<'_>) -> Vec<u8> {
     octets[..length].to_vec()
 }
 
-/// A master that has exchanged data with slave 8 and is silent but for what it is asked for.
+/// A read of 1/16 by MS1, or by MS2 on its connection.
+#[derive(Clone, Copy)]
+enum Read {
+    Ms1(Handle<ms1::Read>),
+    Ms2(Handle<ms2::Connect>, Handle<ms2::Read>),
+}
+
+impl Read {
+    /// The record, or the cause if the master itself has one.
+    fn outcome(self, rig: &mut Station) -> Option<Result<Vec<u8>, Option<Cause>>> {
+        let user = &mut rig.station.user;
+        Some(match self {
+            Self::Ms1(handle) => user.outcome(handle)?.map(<[u8]>::to_vec).map_err(|error| match error {
+                ms1::RequestError::Failed(cause) => Some(cause),
+                ms1::RequestError::Refused(_) | ms1::RequestError::LeftExchange => None,
+            }),
+            Self::Ms2(_, handle) => user.outcome(handle)?.map(<[u8]>::to_vec).map_err(|error| match error {
+                ms2::RequestError::Ended(ConnectionEnd::Failed { cause, .. }) => Some(cause),
+                ms2::RequestError::Ended(_) | ms2::RequestError::Refused(_) => None,
+            }),
+        })
+    }
+}
+
+/// A master that has exchanged data with slave 8 and now sends only the requests of the test.
 fn exchanging() -> Station {
-    let mut desk = Desk::exchanging();
-    while desk.station.user.next_event().is_some() {}
-    desk
+    let mut rig = MasterRig::exchanging();
+    while rig.station.user.next_event().is_some() {}
+    rig
 }
 
 /// Times out after 100 ms.
-fn read(desk: &mut Station, relation: Relation) -> Handle {
-    let user = &mut desk.station.user;
+fn read(rig: &mut Station, relation: Relation) -> Read {
+    let user = &mut rig.station.user;
     match relation {
         Ms1 => {
             let parameters = Ms1Parameters { response_tbit: BAUD.tbit_of_ms(100), ..Ms1Parameters::new(BAUD) };
-            user.ms1_read(8, 1, 16, 8, &parameters).unwrap()
+            Read::Ms1(user.ms1_read(8, 1, 16, 8, &parameters).unwrap())
         }
         Ms2 => {
             let parameters = Ms2Parameters { send_timeout: 10, response_timeout: 10, ..Ms2Parameters::new(BAUD) };
             let connection = user.ms2_open(8, &parameters).unwrap();
-            desk.asks();
-            desk.hears_octets(11, &octets(DataTelegram { ssap: Some(49), ..Ms2.response(&[0x56, 48, 0, 10]) }));
-            desk.asks();
+            rig.next_request();
+            rig.receive_octets(11, &octets(DataTelegram { ssap: Some(49), ..Ms2.response(&[0x56, 48, 0, 10]) }));
+            rig.next_request();
             let opened = [0x57, 0xF0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
-            desk.hears_octets(11, &octets(Ms2.response(&opened)));
-            assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Opened(_))));
-            desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
-            connection
+            rig.receive_octets(11, &octets(Ms2.response(&opened)));
+            assert!(matches!(rig.station.user.outcome(connection), Some(Ok(_))));
+            Read::Ms2(connection, rig.station.user.ms2_read(connection, 1, 16, 8).unwrap())
         }
     }
 }
 
 /// A read of 1/16 whose response is being polled for.
-fn polling(relation: Relation) -> (Station, Handle) {
-    let mut desk = exchanging();
-    let handle = read(&mut desk, relation);
-    desk.asks();
-    desk.hears("E5");
-    desk.asks();
-    (desk, handle)
+fn polling(relation: Relation) -> (Station, Read) {
+    let mut rig = exchanging();
+    let handle = read(&mut rig, relation);
+    rig.next_request();
+    rig.receive("E5");
+    rig.next_request();
+    (rig, handle)
 }
 
-/// What becomes of the read when every poll gets `wrong`, and the Abort SC.
+/// The outcome of the read when every poll is answered with `wrong`, and the Abort with SC.
 fn cause(relation: Relation, wrong: &[u8]) -> Result<Vec<u8>, Cause> {
-    let (mut desk, handle) = polling(relation);
-    let limit = desk.now + BAUD.tbit_of_ms(500);
-    while desk.now < limit {
-        desk.hears_octets(11, wrong);
+    let (mut rig, handle) = polling(relation);
+    let limit = rig.now + BAUD.tbit_of_ms(500);
+    while rig.now < limit {
+        rig.receive_octets(11, wrong);
         loop {
-            match desk.station.user.outcome(handle) {
-                Some(Outcome::Read(record)) => return Ok(record.to_vec()),
-                Some(Outcome::Failed(cause) | Outcome::Ended(ConnectionEnd::Failed { cause, .. })) => {
-                    return Err(cause);
-                }
-                Some(other) => panic!("{other:?}"),
+            match handle.outcome(&mut rig) {
+                Some(Ok(record)) => return Ok(record),
+                Some(Err(Some(cause))) => return Err(cause),
+                Some(Err(None)) => panic!("refused or closed"),
                 None => {}
             }
-            let said = desk.says();
+            let said = rig.next_telegram();
             match said.text() {
-                text if text.contains(" 58 00 ") => desk.hears("E5"),
+                text if text.contains(" 58 00 ") => rig.receive("E5"),
                 _ if said.is_token() => {}
                 _ => break,
             }
@@ -118,9 +141,9 @@ fn the_right_answer_is_the_value() {
     }
 }
 
-/// What does not fit below the PDU is no answer: it is polled on, and what was wrong is named in the end.
+/// A telegram with a wrong header is no answer: the master keeps polling and names the mismatch in the end.
 #[test]
-fn wrong_telegrams() {
+fn telegrams_with_a_wrong_header_are_no_answer() {
     for relation in [Ms1, Ms2] {
         let right = relation.response(&RIGHT);
         for (wrong, mismatch) in [
@@ -133,40 +156,40 @@ fn wrong_telegrams() {
             (DataTelegram { fc: 0x09, ..right }, Mismatch::Form),
             (DataTelegram { fc: 0x03, ..right }, Mismatch::Form),
         ] {
-            let expected = Err(Cause::Lost(Failure::Mismatch(mismatch)));
+            let expected = Err(Cause::NoAnswer(Failure::Mismatch(mismatch)));
             assert_eq!(cause(relation, &octets(wrong)), expected, "{relation:?} {wrong:?}");
         }
         let telegram = octets(right);
         for length in 1..telegram.len() {
-            let expected = Err(Cause::Lost(Failure::Damaged));
+            let expected = Err(Cause::NoAnswer(Failure::Damaged));
             assert_eq!(cause(relation, &telegram[..length]), expected, "{relation:?} cut to {length}");
         }
     }
 }
 
-/// A flipped bit anywhere is found by the check octet or the form.
+/// The check octet or the form reveals a flipped bit anywhere.
 #[test]
-fn altered_telegrams() {
+fn telegrams_with_a_flipped_bit_are_no_answer() {
     for relation in [Ms1, Ms2] {
         let telegram = octets(relation.response(&RIGHT));
         for bit in 0..telegram.len() * 8 {
             let mut wrong = telegram.clone();
             wrong[bit / 8] ^= 1 << (bit % 8);
-            let told = cause(relation, &wrong);
-            assert!(matches!(told, Err(Cause::Lost(_))), "{relation:?} {wrong:02X?}: {told:?}");
+            let reported = cause(relation, &wrong);
+            assert!(matches!(reported, Err(Cause::NoAnswer(_))), "{relation:?} {wrong:02X?}: {reported:?}");
         }
     }
 }
 
 /// Every other value of every octet before the record, with a check octet that fits.
 #[test]
-fn forged_telegrams() {
+fn no_altered_octet_with_a_right_check_octet_becomes_a_value() {
     for relation in [Ms1, Ms2] {
         let telegram = octets(relation.response(&RIGHT));
         // DA, SA, FC, DSAP, SSAP, function, slot, index, length.
         for place in 4..13 {
             for octet in (0..=255u8).filter(|octet| *octet != telegram[place]) {
-                // Which kind of station answers is not looked at, and a request is the ring's affair.
+                // The station type is not checked, and a request is handled by the ring.
                 if place == 6 && (octet & 0x4F == 0x08 || octet & 0x40 != 0) {
                     continue;
                 }
@@ -174,14 +197,14 @@ fn forged_telegrams() {
                 wrong[place] = octet;
                 let end = wrong.len() - 2;
                 wrong[end] = wrong[4..end].iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
-                let (mut desk, handle) = polling(relation);
-                desk.hears_octets(11, &wrong);
+                let (mut rig, handle) = polling(relation);
+                rig.receive_octets(11, &wrong);
                 for _ in 0..3 {
-                    let told = desk.station.user.outcome(handle);
-                    assert!(!matches!(told, Some(Outcome::Read(_))), "{relation:?} {wrong:02X?}: {told:?}");
-                    let Some(said) = desk.asks_within(40_000) else { break };
+                    let reported = handle.outcome(&mut rig);
+                    assert!(!matches!(reported, Some(Ok(_))), "{relation:?} {wrong:02X?}: {reported:?}");
+                    let Some(said) = rig.next_request_within(40_000) else { break };
                     if !said.is_token() {
-                        desk.hears("E5");
+                        rig.receive("E5");
                     }
                 }
             }
@@ -189,7 +212,7 @@ fn forged_telegrams() {
     }
 }
 
-/// The response to something else: the connection, or the job, ends with what was wrong.
+/// The response to another request ends the connection, or the MS1 request, with the mismatch.
 #[test]
 fn wrong_responses_are_named() {
     for (du, text) in [
@@ -206,8 +229,8 @@ fn wrong_responses_are_named() {
         (&[0x77, 1, 16, 2, 0xAA, 0xBB], "the response is malformed: there is no function 77"),
     ] {
         for relation in [Ms1, Ms2] {
-            let told = cause(relation, &octets(relation.response(du))).map_err(|cause| cause.to_string());
-            assert_eq!(told, Err(text.to_owned()), "{relation:?} {du:02X?}");
+            let reported = cause(relation, &octets(relation.response(du))).map_err(|cause| cause.to_string());
+            assert_eq!(reported, Err(text.to_owned()), "{relation:?} {du:02X?}");
         }
     }
     // MS1 has no Abort; MS2 has.
@@ -224,102 +247,103 @@ fn another_alarm_is_not_acknowledged() {
         ([0x5C, 3, 1, 0x10], "the response is about 3/1 instead of 3/2"),
         ([0x5C, 4, 2, 0x10], "the response is about 4/2 instead of 3/2"),
     ] {
-        let mut desk = exchanging();
+        let mut rig = exchanging();
         let alarm = AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 };
-        let ack = desk.station.user.ms1_alarm_ack(8, alarm, &Ms1Parameters::new(BAUD)).unwrap();
-        desk.asks();
-        desk.hears_octets(11, &octets(Ms1.response(&du)));
-        let Some(Outcome::Failed(cause)) = desk.station.user.outcome(ack) else { panic!("failed") };
+        let ack = rig.station.user.ms1_alarm_ack(8, alarm, &Ms1Parameters::new(BAUD)).unwrap();
+        rig.next_request();
+        rig.receive_octets(11, &octets(Ms1.response(&du)));
+        let Some(Err(ms1::RequestError::Failed(cause))) = rig.station.user.outcome(ack) else { panic!("failed") };
         assert_eq!(cause.to_string(), words);
     }
 }
 
-/// A response that comes when nobody waits for it any more is not the next answer.
+/// A response that comes too late is not the answer to the next poll.
 #[test]
-fn late_answers_are_not_heard() {
+fn a_late_answer_is_ignored() {
     for relation in [Ms1, Ms2] {
-        let (mut desk, handle) = polling(relation);
+        let (mut rig, handle) = polling(relation);
         let right = octets(relation.response(&RIGHT));
-        // After the slot time and while the repeated poll is leaving: what is heard then is a collision.
-        let repeated = desk.asks();
+        // A telegram after the slot time, while the repeated poll is sent, is a collision.
+        let repeated = rig.next_request();
         assert!(!repeated.is_token());
-        desk.hears("E5");
-        desk.hears_octets(40, &right);
-        assert_eq!(desk.station.user.outcome(handle), None);
-        // The response is gone now: it was fetched, as the slave sees it.
-        let told = loop {
-            if let Some(outcome) = desk.station.user.outcome(handle) {
+        rig.receive("E5");
+        rig.receive_octets(40, &right);
+        assert_eq!(handle.outcome(&mut rig), None);
+        // The slave considers the response fetched, so it does not send it again.
+        let reported = loop {
+            if let Some(outcome) = handle.outcome(&mut rig) {
                 break format!("{outcome:?}");
             }
-            let said = desk.says();
+            let said = rig.next_telegram();
             if !said.is_token() {
-                desk.hears("E5");
+                rig.receive("E5");
             }
         };
-        assert!(told.contains("Timeout"), "{told}");
+        assert!(reported.contains("Timeout"), "{reported}");
     }
 }
 
 /// The same response twice: the second is not the answer to the next read.
 #[test]
 fn a_repeated_response_is_not_the_next_one() {
-    let (mut desk, connection) = polling(Ms2);
+    let (mut rig, handle) = polling(Ms2);
+    let Read::Ms2(connection, read) = handle else { panic!("MS2") };
     let right = octets(Ms2.response(&RIGHT));
-    desk.hears_octets(11, &right);
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Read(_))));
-    desk.station.user.ms2_read(connection, 1, 17, 8).unwrap();
-    desk.hears_octets(15, &right);
-    assert_eq!(desk.station.user.outcome(connection), None);
-    assert!(desk.asks().text().contains(" 30 32 5E 01 11 08 "));
-    desk.hears("E5");
-    desk.asks();
-    // And if the slave itself gives it again, the connection ends.
-    desk.hears_octets(11, &right);
-    desk.asks();
-    desk.hears("E5");
-    let Some(Outcome::Ended(end)) = desk.station.user.outcome(connection) else { panic!("ended") };
+    rig.receive_octets(11, &right);
+    assert!(matches!(rig.station.user.outcome(read), Some(Ok(_))));
+    let read = rig.station.user.ms2_read(connection, 1, 17, 8).unwrap();
+    rig.receive_octets(15, &right);
+    assert_eq!(rig.station.user.outcome(read), None);
+    assert!(rig.next_request().text().contains(" 30 32 5E 01 11 08 "));
+    rig.receive("E5");
+    rig.next_request();
+    // If the slave itself sends it again, the connection ends.
+    rig.receive_octets(11, &right);
+    rig.next_request();
+    rig.receive("E5");
+    let Some(Err(ms2::RequestError::Ended(end))) = rig.station.user.outcome(read) else { panic!("ended") };
     assert!(end.to_string().contains("the response is about 1/16 instead of 1/17"), "{end}");
 }
 
-/// Two slaves at one address: the other one says SC, or that the access point is closed, before or instead of ours.
+/// Two slaves at one address: the other one answers SC or RS, before or instead of ours.
 #[test]
-fn a_twin_at_the_same_address_gives_no_value() {
+fn a_second_slave_at_the_same_address_gives_no_value() {
     for relation in [Ms1, Ms2] {
         let right = octets(relation.response(&RIGHT));
-        let (mut desk, handle) = polling(relation);
-        desk.hears("E5");
-        desk.hears_octets(1, &right);
-        assert_eq!(desk.station.user.outcome(handle), None, "{relation:?}: the first answer counts");
+        let (mut rig, handle) = polling(relation);
+        rig.receive("E5");
+        rig.receive_octets(1, &right);
+        assert_eq!(handle.outcome(&mut rig), None, "{relation:?}: the first answer counts");
 
-        let (mut desk, handle) = polling(relation);
-        desk.hears("10 02 08 03 0D 16");
-        let told = desk.station.user.outcome(handle).map(|outcome| format!("{outcome:?}"));
-        assert!(told.is_some_and(|told| told.contains("ServiceNotActivated")), "{relation:?}");
+        let (mut rig, handle) = polling(relation);
+        rig.receive("10 02 08 03 0D 16");
+        let reported = handle.outcome(&mut rig).map(|outcome| format!("{outcome:?}"));
+        assert!(reported.is_some_and(|reported| reported.contains("ServiceNotActivated")), "{relation:?}");
 
         // Both at once.
         let mut both = octets(relation.response(&[0x5E, 1, 16, 2, 0xCC, 0xDD]));
         both.iter_mut().zip(&right).for_each(|(octet, other)| *octet &= other);
-        assert!(matches!(cause(relation, &both), Err(Cause::Lost(Failure::Damaged))));
+        assert!(matches!(cause(relation, &both), Err(Cause::NoAnswer(Failure::Damaged))));
     }
 }
 
-/// After a time-out or a wrong response of MS1 the next response could be the late one: the slave begins anew.
+/// After a time-out or a wrong response of MS1 the next response could be a late one: the slave is restarted.
 #[test]
-fn ms1_that_is_out_of_step_begins_anew_with_data_exchange() {
+fn after_a_timeout_or_a_wrong_response_of_ms1_the_slave_is_restarted() {
     for wrong in [None, Some(&[0x5E, 1, 17, 2, 0xAA, 0xBB][..])] {
-        let (mut desk, handle) = polling(Ms1);
+        let (mut rig, handle) = polling(Ms1);
         if let Some(du) = wrong {
-            desk.hears_octets(11, &octets(Ms1.response(du)));
+            rig.receive_octets(11, &octets(Ms1.response(du)));
         }
-        while desk.station.user.outcome(handle).is_none() {
-            if !desk.says().is_token() {
-                desk.hears("E5");
+        while handle.outcome(&mut rig).is_none() {
+            if !rig.next_telegram().is_token() {
+                rig.receive("E5");
             }
         }
-        desk.says();
-        assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Ms1));
-        assert_eq!(desk.station.user.inputs(8), None);
+        rig.next_telegram();
+        assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Ms1));
+        assert_eq!(rig.station.user.inputs(8), None);
         let parameters = Ms1Parameters::new(BAUD);
-        assert!(desk.station.user.ms1_read(8, 1, 16, 8, &parameters).is_err(), "not before it exchanges data");
+        assert!(rig.station.user.ms1_read(8, 1, 16, 8, &parameters).is_err(), "not before it exchanges data");
     }
 }

@@ -1,4 +1,4 @@
-//! Whatever a program asks of a master, in any order and at any time, on a line that is not perfect: the list of slaves, the
+//! Commands of a program to a master, in any order and at any time, on an imperfect line: the list of slaves, the
 //! images and the numbers stay true to each other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
@@ -56,7 +56,7 @@ fn act(line: &mut Bus, random: &mut Random) {
     }
 }
 
-/// What must be true at any time.
+/// The invariants.
 fn check(line: &Bus) {
     let master = &line.master.user;
     let addresses: Vec<u8> = master.addresses().collect();
@@ -71,7 +71,7 @@ fn check(line: &Bus) {
 }
 
 #[test]
-fn orders_in_any_order_and_at_any_time() {
+fn commands_in_any_order_and_at_any_time() {
     let mut random = Random::new(0x0DD5_0DD5);
     let settings = Settings { control_cycles: 10, ..Settings::new(Baud::B1500000) };
     let mut line = Line::new(Master::on(bus(), settings, BitTime(0)));
@@ -96,8 +96,8 @@ fn orders_in_any_order_and_at_any_time() {
         while line.master.user.next_event().is_some() {}
         seen[line.master.user.exchanging()] += 1;
     }
-    assert!(seen[..4].iter().all(|times| *times > 500), "how often so many exchange data: {seen:?}");
-    // Left alone, everybody who is there exchanges data, and nobody else.
+    assert!(seen[..4].iter().all(|times| *times > 500), "how often each number of slaves exchanges data: {seen:?}");
+    // Without further commands all present slaves exchange data, and no others.
     line.tamper = None;
     line.master.user.set_mode(Mode::Operate);
     for address in ADDRESSES {

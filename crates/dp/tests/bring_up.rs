@@ -10,9 +10,9 @@ use profivac_dp::master::{
 };
 use profivac_wire::cfg::CfgError;
 use profivac_wire::control::Status;
-use support::desk::Desk;
 use support::line::{From, Line};
 use support::plain::Plain;
+use support::rig::MasterRig;
 use support::{bus, hex, is_housekeeping};
 
 const IDENT: u16 = 0x1234;
@@ -37,21 +37,21 @@ fn operating(slaves: &[SlaveParameters<'_>]) -> Active<Master<32, 32>> {
     master
 }
 
-fn desk(slave: &SlaveParameters<'_>) -> Desk<Master<32, 32>> {
-    Desk::new(operating(&[*slave]))
+fn rig(slave: &SlaveParameters<'_>) -> MasterRig<Master<32, 32>> {
+    MasterRig::new(operating(&[*slave]))
 }
 
 /// A master with one slave 8 that it knows to be there and has just asked for its first diagnosis.
-fn desk_in_diag1() -> Desk<Master<32, 32>> {
-    let mut desk = desk(&SlaveParameters::new(8, IDENT, &CFG));
-    desk.dialogue(&format!("M 10 08 02 49 53 16\nS 10 02 08 00 0A 16\nM {DIAG_FIRST}"));
-    desk
+fn rig_in_diag1() -> MasterRig<Master<32, 32>> {
+    let mut rig = rig(&SlaveParameters::new(8, IDENT, &CFG));
+    rig.dialogue(&format!("M 10 08 02 49 53 16\nS 10 02 08 00 0A 16\nM {DIAG_FIRST}"));
+    rig
 }
 
-/// As [`desk_in_diag1`], a few messages later: Set_Prm and Chk_Cfg were acknowledged and the result is asked for.
-fn desk_in_diag2() -> Desk<Master<32, 32>> {
-    let mut desk = desk_in_diag1();
-    desk.dialogue(&format!(
+/// As [`rig_in_diag1`], a few messages later: Set_Prm and Chk_Cfg were acknowledged and the result is asked for.
+fn rig_in_diag2() -> MasterRig<Master<32, 32>> {
+    let mut rig = rig_in_diag1();
+    rig.dialogue(&format!(
         "S {POWER_UP}
          M 68 0C 0C 68 88 82 5D 3D 3E 88 0A 0A 0B 12 34 00 CF 16
          S E5
@@ -59,7 +59,7 @@ fn desk_in_diag2() -> Desk<Master<32, 32>> {
          S E5
          M {DIAG_0}"
     ));
-    desk
+    rig
 }
 
 /// An answer to Slave_Diag from slave 8 to master 2.
@@ -89,8 +89,8 @@ fn the_start_up_is_the_one_of_the_real_trace() {
         freeze: true,
         ..SlaveParameters::new(8, 0x0A35, &[0x21])
     };
-    let mut desk = desk(&slave);
-    desk.dialogue(
+    let mut rig = rig(&slave);
+    rig.dialogue(
         "M 10 08 02 49 53 16                         | FDL status
          S 10 02 08 00 0A 16                         | passive, ok
          M 68 05 05 68 88 82 6D 3C 3E F1 16          | Slave_Diag, first
@@ -105,7 +105,7 @@ fn the_start_up_is_the_one_of_the_real_trace() {
          M 68 05 05 68 08 02 7D 00 00 87 16          | and its outputs, FCB = 1
          S E5                                        | no inputs",
     );
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Data { diag: false }));
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Data { diag: false }));
 }
 
 #[test]
@@ -159,19 +159,23 @@ fn slaves_are_served_in_the_order_in_which_they_were_added() {
 
 #[test]
 fn a_slave_of_another_master_is_left_alone_until_it_is_free() {
-    let mut desk = desk_in_diag1();
+    let mut rig = rig_in_diag1();
     let locked = diag("00 0C 00 05 12 34");
-    desk.hears(&locked);
+    rig.receive(&locked);
     let mut asked = Vec::new();
     for _ in 0..10 {
-        let said = desk.asks();
+        let said = rig.next_request();
         assert_eq!(said.octets[7], 0x3C, "nothing but Slave_Diag: {}", said.text());
         asked.push(said.start);
-        desk.hears(&locked);
+        rig.receive(&locked);
     }
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Owned { master: 5 }));
-    let told = events(&mut desk.station.user);
-    assert_eq!(told.iter().filter(|what| matches!(what, EventKind::Trouble(_))).count(), 1, "told once: {told:?}");
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Owned { master: 5 }));
+    let reported = events(&mut rig.station.user);
+    assert_eq!(
+        reported.iter().filter(|what| matches!(what, EventKind::Trouble(_))).count(),
+        1,
+        "reported once: {reported:?}"
+    );
     // Slowly: the pauses double from 10 ms to 250 ms.
     let pauses: Vec<_> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
@@ -179,23 +183,23 @@ fn a_slave_of_another_master_is_left_alone_until_it_is_free() {
         assert!((least..least + 1000).contains(pause), "{pauses:?}");
     }
     // It becomes free.
-    desk.asks();
-    desk.hears(POWER_UP);
-    assert_eq!(desk.asks().octets[7], 0x3D);
+    rig.next_request();
+    rig.receive(POWER_UP);
+    assert_eq!(rig.next_request().octets[7], 0x3D);
 }
 
 #[test]
-fn another_device_is_never_sent_parameters() {
-    let mut desk = desk_in_diag1();
-    desk.hears(&diag("02 05 00 FF 43 21"));
-    assert_eq!(desk.asks().octets[7], 0x3C);
+fn a_device_with_another_ident_number_is_never_parameterised() {
+    let mut rig = rig_in_diag1();
+    rig.receive(&diag("02 05 00 FF 43 21"));
+    assert_eq!(rig.next_request().octets[7], 0x3C);
     let trouble = ExchangeError::Ident { expected: IDENT, received: 0x4321 };
-    assert_eq!(desk.station.user.exchange_error(8), Some(trouble));
+    assert_eq!(rig.station.user.exchange_error(8), Some(trouble));
     assert_eq!(trouble.to_string(), "it is another device: ident number 4321 instead of 1234");
 }
 
 #[test]
-fn what_the_second_diagnosis_says_decides() {
+fn the_second_diagnosis_decides() {
     for (du, trouble) in [
         ("42 05 00 FF 12 34", ExchangeError::PrmFault),
         ("06 05 00 FF 12 34", ExchangeError::CfgFault),
@@ -204,109 +208,109 @@ fn what_the_second_diagnosis_says_decides() {
         ("00 0C 00 03 12 34", ExchangeError::Owned { master: 3 }),
         ("00 0C 00 02 12", ExchangeError::Length { expected: 6, received: 5 }),
     ] {
-        let mut desk = desk_in_diag2();
-        desk.hears(&diag(du));
-        assert_eq!(desk.station.user.exchange_error(8), Some(trouble), "{du}");
-        assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1), "{du}");
+        let mut rig = rig_in_diag2();
+        rig.receive(&diag(du));
+        assert_eq!(rig.station.user.exchange_error(8), Some(trouble), "{du}");
+        assert_eq!(rig.station.user.state(8), Some(HandlerState::Diag1), "{du}");
         // From the beginning, the first time at once.
-        assert_eq!(desk.asks().octets[7], 0x3C, "{du}");
-        desk.hears(POWER_UP);
-        assert_eq!(desk.asks().octets[7], 0x3D, "{du}");
+        assert_eq!(rig.next_request().octets[7], 0x3C, "{du}");
+        rig.receive(POWER_UP);
+        assert_eq!(rig.next_request().octets[7], 0x3D, "{du}");
     }
 }
 
 #[test]
-fn a_slave_that_is_not_ready_is_asked_again_but_not_for_ever() {
-    let mut desk = desk_in_diag2();
+fn a_slave_that_is_not_ready_is_asked_again_for_a_limited_time() {
+    let mut rig = rig_in_diag2();
     let checking = diag("02 0C 00 02 12 34");
-    let begin = desk.now;
-    desk.hears(&checking);
-    while desk.station.user.state(8) != Some(HandlerState::Diag1) {
-        assert_eq!(desk.asks().octets[7], 0x3C);
-        desk.hears(&checking);
+    let begin = rig.now;
+    rig.receive(&checking);
+    while rig.station.user.state(8) != Some(HandlerState::Diag1) {
+        assert_eq!(rig.next_request().octets[7], 0x3C);
+        rig.receive(&checking);
     }
-    let took = desk.now - begin;
+    let took = rig.now - begin;
     assert!(took.abs_diff(settings().ready_tbit) < 1000, "{took}");
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::NotReady));
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::NotReady));
 
-    let mut desk = desk_in_diag2();
-    desk.hears(&checking);
-    desk.dialogue(&format!("M 68 05 05 68 88 82 7D 3C 3E 01 16\nS {READY}\nM 68 07 07 68 FF 82 46 3A 3E 00 00 3F 16"));
-    assert_eq!(desk.asks().octets[6], 0x5D, "Data_Exchange");
+    let mut rig = rig_in_diag2();
+    rig.receive(&checking);
+    rig.dialogue(&format!("M 68 05 05 68 88 82 7D 3C 3E 01 16\nS {READY}\nM 68 07 07 68 FF 82 46 3A 3E 00 00 3F 16"));
+    assert_eq!(rig.next_request().octets[6], 0x5D, "Data_Exchange");
 }
 
 #[test]
 fn single_lost_diagnoses_do_not_add_up() {
-    let mut desk = desk_in_diag2();
+    let mut rig = rig_in_diag2();
     for _ in 0..5 {
-        desk.hears(&diag("02 0C 00 02 12 34"));
+        rig.receive(&diag("02 0C 00 02 12 34"));
         // With its repetition and the first contact after it, two failures in a row.
-        (0..4).for_each(|_| drop(desk.asks()));
+        (0..4).for_each(|_| drop(rig.next_request()));
     }
-    assert!(matches!(desk.station.user.state(8), Some(HandlerState::Diag2 { .. })));
-    assert_eq!(desk.station.user.counters(8).unwrap().lost, 10);
+    assert!(matches!(rig.station.user.state(8), Some(HandlerState::Diag2 { .. })));
+    assert_eq!(rig.station.user.counters(8).unwrap().lost, 10);
 }
 
 #[test]
 fn a_slave_taken_up_again_does_not_wait_for_the_end_of_its_pause() {
-    let mut desk = desk_in_diag1();
+    let mut rig = rig_in_diag1();
     for _ in 0..5 {
-        desk.hears(&diag("00 0C 00 05 12 34"));
-        desk.asks();
+        rig.receive(&diag("00 0C 00 05 12 34"));
+        rig.next_request();
     }
-    desk.hears(&diag("00 0C 00 05 12 34"));
-    desk.station.user.restart(8);
-    let begin = desk.now;
-    assert_eq!(desk.asks().octets, hex("10 08 02 49 53 16"));
-    assert!(desk.now - begin < 1_000);
-    assert_eq!(desk.station.user.exchange_error(8), None);
+    rig.receive(&diag("00 0C 00 05 12 34"));
+    rig.station.user.restart(8);
+    let begin = rig.now;
+    assert_eq!(rig.next_request().octets, hex("10 08 02 49 53 16"));
+    assert!(rig.now - begin < 1_000);
+    assert_eq!(rig.station.user.exchange_error(8), None);
 }
 
 #[test]
 fn static_diagnosis_holds_back_the_exchange() {
-    // profibus-wire 2.13: a hardware master reads 0E four times, then 0C, and only then goes on.
-    let mut desk = desk_in_diag2();
+    // profibus-wire 2.13: a hardware master reads 0E four times, then 0C, and only then continues.
+    let mut rig = rig_in_diag2();
     for _ in 0..4 {
-        desk.hears(&diag("00 0E 00 02 12 34"));
-        assert_eq!(desk.asks().octets[7], 0x3C);
+        rig.receive(&diag("00 0E 00 02 12 34"));
+        assert_eq!(rig.next_request().octets[7], 0x3C);
     }
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::StaticDiag));
-    assert_eq!(desk.station.user.inputs(8), None);
-    desk.hears(READY);
-    assert_eq!(desk.asks().octets[6], 0x46);
-    assert_eq!(desk.asks().octets[..7], [0x68, 5, 5, 0x68, 8, 2, 0x7D]);
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::StaticDiag));
+    assert_eq!(rig.station.user.inputs(8), None);
+    rig.receive(READY);
+    assert_eq!(rig.next_request().octets[6], 0x46);
+    assert_eq!(rig.next_request().octets[..7], [0x68, 5, 5, 0x68, 8, 2, 0x7D]);
 }
 
 #[test]
-fn diag_update_delay_bears_with_a_slave_that_still_asks_for_parameters() {
+fn diag_update_delay_tolerates_a_slave_that_still_asks_for_parameters() {
     let slave = SlaveParameters { diag_update_delay: 2, ..SlaveParameters::new(8, IDENT, &CFG) };
-    let mut desk = desk(&slave);
-    desk.asks();
-    desk.hears("10 02 08 00 0A 16");
-    desk.asks();
-    desk.hears(POWER_UP);
+    let mut rig = rig(&slave);
+    rig.next_request();
+    rig.receive("10 02 08 00 0A 16");
+    rig.next_request();
+    rig.receive(POWER_UP);
     for _ in 0..2 {
-        desk.asks();
-        desk.hears("E5");
+        rig.next_request();
+        rig.receive("E5");
     }
     for _ in 0..2 {
-        assert_eq!(desk.asks().octets[7], 0x3C);
-        desk.hears(POWER_UP);
-        assert_eq!(desk.station.user.exchange_error(8), None);
+        assert_eq!(rig.next_request().octets[7], 0x3C);
+        rig.receive(POWER_UP);
+        assert_eq!(rig.station.user.exchange_error(8), None);
     }
-    assert_eq!(desk.asks().octets[7], 0x3C);
-    desk.hears(POWER_UP);
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::PrmReq));
+    assert_eq!(rig.next_request().octets[7], 0x3C);
+    rig.receive(POWER_UP);
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::PrmReq));
 }
 
 #[test]
-fn set_prm_and_chk_cfg_want_an_acknowledgement_and_nothing_else() {
-    let mut desk = desk_in_diag1();
-    desk.hears(POWER_UP);
-    assert_eq!(desk.asks().octets[7], 0x3D);
-    desk.hears("10 02 08 03 0D 16");
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Refused(Status::ServiceNotActivated)));
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1));
+fn set_prm_and_chk_cfg_accept_an_acknowledgement_only() {
+    let mut rig = rig_in_diag1();
+    rig.receive(POWER_UP);
+    assert_eq!(rig.next_request().octets[7], 0x3D);
+    rig.receive("10 02 08 03 0D 16");
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Refused(Status::ServiceNotActivated)));
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Diag1));
 }
 
 #[test]
@@ -327,7 +331,7 @@ fn a_refused_configuration_is_tried_again_slowly_while_the_others_exchange() {
 }
 
 #[test]
-fn a_refused_parameter_is_told_by_the_diagnosis() {
+fn the_diagnosis_reports_a_refused_parameter() {
     let mut line = Line::new(operating(&[SlaveParameters::new(8, IDENT, &CFG)]));
     let mut device = Plain::new(IDENT, &CFG);
     device.accepts_prm = false;
@@ -339,7 +343,7 @@ fn a_refused_parameter_is_told_by_the_diagnosis() {
 }
 
 #[test]
-fn slaves_that_are_not_there_are_called_one_per_cycle_and_all_in_turn() {
+fn absent_slaves_are_polled_one_per_cycle_in_turn() {
     let slaves: Vec<_> = (3..33).map(|address| SlaveParameters::new(address, IDENT, &CFG)).collect();
     let mut line = Line::new(operating(&slaves));
     line.attach(Plain::new(IDENT, &CFG), 20);
@@ -363,11 +367,11 @@ fn slaves_that_are_not_there_are_called_one_per_cycle_and_all_in_turn() {
     }
     assert_eq!(called.len(), 29, "{called:?}");
     assert_eq!(line.master.user.counters(20).unwrap().lost, 0);
-    assert_eq!(line.master.user.counters(3).unwrap().lost, 0, "nobody was lost who never was there");
+    assert_eq!(line.master.user.counters(3).unwrap().lost, 0, "an absent slave is not counted as lost");
 }
 
 #[test]
-fn slaves_that_are_not_there_are_called_equally_often() {
+fn absent_slaves_are_polled_equally_often() {
     // The pause is over before the next cycle: the first ones must not take every turn.
     let quick = Settings { pause_min_tbit: 1, pause_max_tbit: 1, ..settings() };
     let mut master = Master::<32, 32>::on(bus(), quick, BitTime(0));
@@ -375,37 +379,37 @@ fn slaves_that_are_not_there_are_called_equally_often() {
         master.user.add(&SlaveParameters::new(address, IDENT, &CFG)).unwrap();
     }
     master.user.set_mode(Mode::Operate);
-    let mut desk = Desk::new(master);
-    let called: Vec<u8> = (0..90).map(|_| desk.asks().octets[1]).collect();
+    let mut rig = MasterRig::new(master);
+    let called: Vec<u8> = (0..90).map(|_| rig.next_request().octets[1]).collect();
     assert_eq!(called, (3..33).cycle().take(90).collect::<Vec<_>>());
 }
 
 #[test]
-fn the_events_tell_the_story() {
+fn the_events_report_every_state_in_order() {
     let mut line = Line::new(operating(&[SlaveParameters::new(8, IDENT, &CFG)]));
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
     let story: Vec<Event> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let told: Vec<String> = story.iter().map(|event| event.kind.to_string()).collect();
-    assert_eq!(told, ["DIAG1", "new diagnosis", "PRM", "CFG", "DIAG2", "new diagnosis", "DATA"]);
+    let reported: Vec<String> = story.iter().map(|event| event.kind.to_string()).collect();
+    assert_eq!(reported, ["DIAG1", "new diagnosis", "PRM", "CFG", "DIAG2", "new diagnosis", "DATA"]);
     assert!(story.iter().all(|event| event.address == 8));
     assert!(story.is_sorted_by_key(|event| event.at));
 }
 
 #[test]
-fn events_that_nobody_takes_are_lost_and_that_is_told() {
+fn events_that_are_not_taken_overflow_and_the_overflow_is_reported() {
     let mut master = Master::<1, 32, 3>::on(bus(), settings(), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
     let mut line = Line::new(master);
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
-    let told: Vec<_> =
+    let reported: Vec<_> =
         std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind.to_string()).collect();
-    assert_eq!(told, ["DIAG1", "new diagnosis", "PRM"], "the oldest are kept");
+    assert_eq!(reported, ["DIAG1", "new diagnosis", "PRM"], "the oldest are kept");
     assert!(line.master.user.take_overflow());
-    assert!(!line.master.user.take_overflow(), "told once");
-    // What comes later is told again.
+    assert!(!line.master.user.take_overflow(), "reported once");
+    // Later events are queued again.
     line.master.user.release(8);
     line.run_for(5_000);
     assert_eq!(line.master.user.next_event().map(|event| event.kind), Some(EventKind::Entered(HandlerState::Release)));
@@ -413,7 +417,7 @@ fn events_that_nobody_takes_are_lost_and_that_is_told() {
 }
 
 #[test]
-fn a_released_slave_is_free_for_others_and_may_come_back() {
+fn a_released_slave_is_free_for_other_masters_and_may_be_restarted() {
     let mut line = Line::new(operating(&[SlaveParameters::new(8, IDENT, &CFG)]));
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
@@ -429,7 +433,7 @@ fn a_released_slave_is_free_for_others_and_may_come_back() {
 }
 
 #[test]
-fn parameters_that_cannot_work_are_refused() {
+fn impossible_parameters_are_refused() {
     let mut master = Master::<1, 4>::on(bus(), settings(), BitTime(0)).user;
     let good = SlaveParameters::new(8, IDENT, &CFG);
     for (bad, sentence) in [
@@ -452,14 +456,14 @@ fn parameters_that_cannot_work_are_refused() {
 
 #[test]
 fn a_slave_that_answers_nothing_but_fdl_status_goes_back_to_the_beginning() {
-    let mut desk = desk_in_diag1();
-    desk.dialogue(&format!("M {DIAG_FIRST}\nM {DIAG_FIRST}\nM 10 08 02 49 53 16"));
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Offline));
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
+    let mut rig = rig_in_diag1();
+    rig.dialogue(&format!("M {DIAG_FIRST}\nM {DIAG_FIRST}\nM 10 08 02 49 53 16"));
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Offline));
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
 }
 
 #[test]
-fn a_master_that_is_stopped_says_nothing_to_its_slaves() {
+fn a_stopped_master_sends_its_slaves_nothing() {
     let mut line = Line::new(operating(&[SlaveParameters::new(8, IDENT, &CFG)]));
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());

@@ -1,4 +1,4 @@
-//! `docs/conformance.md` names tests as proofs: they exist.
+//! The tests that `docs/conformance.md` names as proofs exist.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Modes, groups, Sync and Freeze: what a master tells many slaves at once, and what they make of it. profibus-wire 2.9,
+//! Modes, groups, Sync and Freeze: commands of a master to many slaves at once, and their effect. profibus-wire 2.9,
 //! 3.8 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
@@ -67,7 +67,7 @@ fn put(line: &mut Bus, outputs: [u8; 2]) {
     }
 }
 
-/// What the processes behind the slaves have.
+/// The outputs of the processes behind the slaves.
 fn outputs(line: &Bus) -> Vec<Option<Vec<u8>>> {
     line.slaves.iter().map(|slave| slave.device().outputs.clone()).collect()
 }
@@ -89,11 +89,11 @@ fn sync_holds_the_outputs_of_a_group_until_the_next_sync_and_ends_with_unsync() 
     let first = line.trace.len();
     control(&mut line, ControlCommand::SYNC, 1);
     assert_eq!(line.messages(first).iter().filter(|text| *text == SYNC_1).count(), 1);
-    // It takes over what was put before the call.
+    // Sync applies the outputs set before the call.
     assert_eq!(outputs(&line), all([[1, 1], [1, 1], [1, 1]]));
     put(&mut line, [2, 2]);
     line.run_for(10_000);
-    assert_eq!(outputs(&line), all([[1, 1], [1, 1], [2, 2]]), "group 2 goes on");
+    assert_eq!(outputs(&line), all([[1, 1], [1, 1], [2, 2]]), "group 2 is not affected");
     control(&mut line, ControlCommand::SYNC, 1);
     assert_eq!(outputs(&line), all([[2, 2], [2, 2], [2, 2]]));
     put(&mut line, [3, 3]);
@@ -157,7 +157,7 @@ fn freeze_keeps_the_inputs_of_a_group_until_the_next_freeze_and_ends_with_unfree
 }
 
 #[test]
-fn what_became_of_a_command_stands_in_the_diagnosis() {
+fn the_diagnosis_reports_the_effect_of_a_command() {
     let mut line = line(settings(), &[slave(3, 1)]);
     control(&mut line, ControlCommand::SYNC | ControlCommand::FREEZE, 1);
     line.slaves[0].device_mut().diagnose(&[]);
@@ -190,7 +190,7 @@ fn commands_keep_their_order_and_their_number_is_limited() {
 }
 
 #[test]
-fn a_command_that_cannot_be_is_refused_in_words() {
+fn an_invalid_command_is_refused_with_a_text() {
     let mut line = line(settings(), &[slave(3, 1)]);
     let sentence = |line: &mut Bus, command| line.master.user.control(command, 0).unwrap_err().to_string();
     for (command, bits) in [
@@ -206,7 +206,7 @@ fn a_command_that_cannot_be_is_refused_in_words() {
 }
 
 #[test]
-fn commands_for_slaves_that_are_gone_are_dropped() {
+fn commands_are_dropped_when_no_slave_exchanges_data() {
     let mut line = line(settings(), &[slave(3, 1)]);
     line.tamper = Some(Box::new(|_, _| Vec::new()));
     assert_eq!(line.master.user.control(ControlCommand::SYNC, 1), Ok(()));
@@ -220,7 +220,7 @@ fn commands_for_slaves_that_are_gone_are_dropped() {
 }
 
 #[test]
-fn a_group_is_kept_in_clear_while_the_others_work() {
+fn a_group_is_kept_in_clear_while_the_others_operate() {
     let mut line = line(Settings { control_cycles: 10, ..settings() }, &[slave(3, 1), slave(4, 2), slave(5, 6)]);
     put(&mut line, [9, 9]);
     line.run_for(3_000);
@@ -231,10 +231,10 @@ fn a_group_is_kept_in_clear_while_the_others_work() {
         assert_eq!(outputs(&line), all([[9, 9], [0, 0], [0, 0]]));
     }
     // Operate to all, Clear to the group, and that again and again.
-    let told: Vec<_> = line.messages(first).into_iter().filter(|text| text.contains("FF 82 46 3A 3E")).collect();
+    let reported: Vec<_> = line.messages(first).into_iter().filter(|text| text.contains("FF 82 46 3A 3E")).collect();
     let clear_2 = "68 07 07 68 FF 82 46 3A 3E 02 02 43 16";
-    assert!(told.len() > 8, "{told:?}");
-    assert!(told.chunks_exact(2).all(|pair| pair == [OPERATE, clear_2]), "{told:?}");
+    assert!(reported.len() > 8, "{reported:?}");
+    assert!(reported.chunks_exact(2).all(|pair| pair == [OPERATE, clear_2]), "{reported:?}");
     line.master.user.set_cleared_groups(0);
     line.run_for(3_000);
     assert_eq!(outputs(&line), all([[9, 9]; 3]));
@@ -301,11 +301,11 @@ fn stop_goes_through_clear_so_that_no_slave_keeps_its_outputs() {
         let first = line.trace.len();
         line.run_for(5_000);
         assert_eq!(outputs(&line), all([[0, 0]; 3]));
-        let told = line.messages(first);
-        assert_eq!(told.iter().filter(|text| *text == CLEAR).count(), 1, "{told:?}");
-        // Clear, and one exchange with each; before them what was on its way.
-        assert!(told.len() <= 1 + 2 * 3 + 2, "{told:?}");
-        // Then silence; and nobody had to be started anew when it goes on.
+        let reported = line.messages(first);
+        assert_eq!(reported.iter().filter(|text| *text == CLEAR).count(), 1, "{reported:?}");
+        // Clear, and one exchange with each slave, after the request that was under way.
+        assert!(reported.len() <= 1 + 2 * 3 + 2, "{reported:?}");
+        // Then silence; afterwards no slave has to be restarted.
         let first = line.trace.len();
         line.run_for(50_000);
         assert_eq!(line.messages(first), Vec::<String>::new());
@@ -347,12 +347,12 @@ fn auto_clear_takes_all_slaves_to_safe_outputs_when_one_is_lost() {
     line.run_until(50_000, |line| line.master.user.mode() == Mode::Clear);
     line.run_for(3_000);
     assert_eq!((&outputs(&line)[0], &outputs(&line)[2]), (&Some(vec![0, 0]), &Some(vec![0, 0])));
-    let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let what: Vec<_> = told.iter().map(|event| event.kind).collect();
+    let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
+    let what: Vec<_> = reported.iter().map(|event| event.kind).collect();
     let lost = ExchangeError::NoAnswer(Failure::Silence);
     assert_eq!(what, [EventKind::Trouble(lost), EventKind::Entered(HandlerState::Offline), EventKind::AutoClear]);
-    assert!(told.iter().all(|event| event.address == 4));
-    // It stays so when the slave is back, until it is told otherwise.
+    assert!(reported.iter().all(|event| event.address == 4));
+    // The mode stays Clear when the slave is back, until the user changes it.
     line.tamper = None;
     line.run_until(2_000_000, |line| line.master.user.exchanging() == 3);
     assert_eq!(line.master.user.mode(), Mode::Clear);
@@ -362,7 +362,7 @@ fn auto_clear_takes_all_slaves_to_safe_outputs_when_one_is_lost() {
 }
 
 #[test]
-fn auto_clear_minds_faults_and_not_what_it_was_told_to_do() {
+fn auto_clear_reacts_to_faults_and_not_to_user_actions() {
     let mut line = line(Settings { auto_clear: true, ..settings() }, &[slave(3, 0), slave(4, 0), slave(5, 0)]);
     line.master.user.release(3);
     line.master.user.restart(4);
@@ -372,7 +372,7 @@ fn auto_clear_minds_faults_and_not_what_it_was_told_to_do() {
 }
 
 #[test]
-fn without_auto_clear_the_others_go_on() {
+fn without_auto_clear_the_others_keep_exchanging() {
     let mut line = line(settings(), &[slave(3, 0), slave(4, 0)]);
     line.slaves[0].power_up(3);
     line.run_for(3_000);

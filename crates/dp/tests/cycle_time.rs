@@ -1,4 +1,4 @@
-//! How much longer a cycle takes than it must. profibus-wire 8.1 and 8.2.
+//! The overhead of a cycle over its minimum. profibus-wire 8.1 and 8.2.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod support;
@@ -30,7 +30,7 @@ fn cycle_tbit(cfg: &[u8]) -> f64 {
 }
 
 #[test]
-fn a_cycle_of_thirty_two_slaves_takes_one_percent_more_than_it_must_at_most() {
+fn a_cycle_of_thirty_two_slaves_is_at_most_one_percent_longer_than_the_minimum() {
     for (cfg, octets) in [(&[0x11, 0x21][..], 4), (&[0x17, 0x27], 16)] {
         // T_MC = 198 + 11 (O + I) + T_SDR + T_ID1; one token and T_ID1 after it.
         let least = SLAVES * (198 + 11 * octets + 11 + 37) + 33 + 37;

@@ -8,9 +8,9 @@ use profivac_dp::link::{Baud, BitTime, Station as _};
 use profivac_dp::master::{EventKind, ExchangeError, HandlerState, Master, Mode, Settings, SlaveParameters};
 use profivac_wire::control::Status;
 use profivac_wire::diag::StationStatus;
-use support::desk::Desk;
 use support::line::{From, Line};
 use support::plain::Plain;
+use support::rig::MasterRig;
 use support::{Random, bus, hex, text};
 
 const IDENT: u16 = 0x1234;
@@ -40,31 +40,31 @@ fn station(slaves: &[SlaveParameters<'_>], settings: Settings) -> Station {
 }
 
 /// A master that has just asked slave 8 for its next data: FCB = 1, and 0 in the message before.
-fn desk_with(slave: &SlaveParameters<'_>) -> Desk<Master<8, 32>> {
-    let mut desk = Desk::new(station(&[*slave], settings()));
-    desk.asks();
+fn rig_with(slave: &SlaveParameters<'_>) -> MasterRig<Master<8, 32>> {
+    let mut rig = MasterRig::new(station(&[*slave], settings()));
+    rig.next_request();
     for answer in ["10 02 08 00 0A 16", "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", READY] {
-        desk.hears(answer);
-        desk.asks();
+        rig.receive(answer);
+        rig.next_request();
     }
     // That was Operate; now the exchange.
-    let exchange = desk.asks();
+    let exchange = rig.next_request();
     assert_eq!(if exchange.octets[0] == 0x10 { exchange.octets[3] } else { exchange.octets[6] }, 0x7D);
-    desk
+    rig
 }
 
-fn desk() -> Desk<Master<8, 32>> {
-    desk_with(&SlaveParameters::new(8, IDENT, &CFG))
+fn rig() -> MasterRig<Master<8, 32>> {
+    rig_with(&SlaveParameters::new(8, IDENT, &CFG))
 }
 
-/// As [`desk`], with inputs 01 02 in the image.
-fn exchanging() -> Desk<Master<8, 32>> {
-    let mut desk = desk();
-    desk.hears(INPUTS);
-    desk
+/// As [`rig`], with inputs 01 02 in the image.
+fn exchanging() -> MasterRig<Master<8, 32>> {
+    let mut rig = rig();
+    rig.receive(INPUTS);
+    rig
 }
 
-/// Master and slave on a line, exchanging 01 02 for what the test puts into the outputs.
+/// Master and slave on a line; the slave returns 01 02 for the outputs of the test.
 fn line(settings: Settings, addresses: &[u8]) -> Line<Master<8, 32>> {
     let slaves: Vec<_> = addresses.iter().map(|address| SlaveParameters::new(*address, IDENT, &CFG)).collect();
     line_of(settings, &slaves)
@@ -86,40 +86,40 @@ fn line_of(settings: Settings, slaves: &[SlaveParameters<'_>]) -> Line<Master<8,
 
 #[test]
 fn inputs_are_those_of_the_last_valid_answer() {
-    let mut desk = desk();
-    assert_eq!(desk.station.user.inputs(8), None, "nothing was received yet");
-    desk.hears(INPUTS);
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]));
-    assert_eq!(desk.station.user.exchanged_at(8), Some(desk.now));
-    desk.asks();
-    desk.hears("68 05 05 68 02 08 08 03 04 19 16");
-    assert_eq!(desk.station.user.inputs(8), Some(&[3, 4][..]));
-    assert_eq!(desk.station.user.counters(8).unwrap().exchanges, 2);
+    let mut rig = rig();
+    assert_eq!(rig.station.user.inputs(8), None, "nothing was received yet");
+    rig.receive(INPUTS);
+    assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]));
+    assert_eq!(rig.station.user.exchanged_at(8), Some(rig.now));
+    rig.next_request();
+    rig.receive("68 05 05 68 02 08 08 03 04 19 16");
+    assert_eq!(rig.station.user.inputs(8), Some(&[3, 4][..]));
+    assert_eq!(rig.station.user.counters(8).unwrap().exchanges, 2);
 }
 
 #[test]
 fn dh_is_followed_by_slave_diag_and_then_by_exchange() {
-    let mut desk = desk();
-    desk.hears(INPUTS_HIGH);
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "DH carries data as well");
-    desk.dialogue(&format!(
+    let mut rig = rig();
+    rig.receive(INPUTS_HIGH);
+    assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]), "DH carries data as well");
+    rig.dialogue(&format!(
         "M 68 05 05 68 88 82 5D 3C 3E E1 16                         | Slave_Diag, FCB = 0
          S 68 0D 0D 68 82 88 08 3E 3C 08 0C 00 02 12 34 02 7F 69 16 | Ext_Diag: 02 7F
          M 68 05 05 68 08 02 7D 00 00 87 16                         | Data_Exchange, FCB = 1
          S {INPUTS}
          M 68 05 05 68 08 02 5D 00 00 67 16"
     ));
-    let diag = desk.station.user.diagnosis(8).unwrap();
+    let diag = rig.station.user.diagnosis(8).unwrap();
     assert!(diag.status.contains(StationStatus::EXT_DIAG));
     assert_eq!(diag.ext_diag, [0x02, 0x7F]);
     assert_eq!(
-        std::iter::from_fn(|| desk.station.user.next_event()).last().map(|event| event.kind),
+        std::iter::from_fn(|| rig.station.user.next_event()).last().map(|event| event.kind),
         Some(EventKind::Diagnosis)
     );
 }
 
 #[test]
-fn a_slave_with_news_is_diagnosed_once_and_not_for_ever() {
+fn a_slave_with_a_new_diagnosis_is_diagnosed_once() {
     let mut line = line(settings(), &[8]);
     let first = line.trace.len();
     line.slaves[0].device_mut().diagnose(&[0x03, 0xAA, 0xBB]);
@@ -138,7 +138,7 @@ fn a_slave_with_news_is_diagnosed_once_and_not_for_ever() {
 }
 
 #[test]
-fn diagnosis_longer_than_the_room_for_it_is_cut_and_says_so() {
+fn a_diagnosis_longer_than_its_buffer_is_cut_and_marked() {
     let mut line = line(settings(), &[8]);
     line.slaves[0].device_mut().diagnose(&[7; 33]);
     line.run_for(20_000);
@@ -157,17 +157,17 @@ fn an_answer_that_does_not_fit_never_becomes_a_value() {
         ("68 05 05 68 02 08 03 07 07 1B 16", Some(Mismatch::Form)),
         ("68 05 05 68 02 08 08 07 07 21 16", None),
     ] {
-        let mut desk = exchanging();
+        let mut rig = exchanging();
         for _ in 0..2 {
-            desk.asks();
-            desk.hears(answer);
+            rig.next_request();
+            rig.receive(answer);
         }
-        desk.asks();
-        assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "{answer}");
-        // A wrong FCS is a damaged answer: told when the slave is lost, and not before.
+        rig.next_request();
+        assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]), "{answer}");
+        // A wrong FCS is a damaged answer: reported when the slave is lost, and not before.
         let trouble = mismatch.map(|mismatch| ExchangeError::NoAnswer(Failure::Mismatch(mismatch)));
-        assert_eq!(desk.station.user.exchange_error(8), trouble, "{answer}");
-        assert_eq!(desk.station.user.counters(8).unwrap().lost, 1, "{answer}");
+        assert_eq!(rig.station.user.exchange_error(8), trouble, "{answer}");
+        assert_eq!(rig.station.user.counters(8).unwrap().lost, 1, "{answer}");
     }
 }
 
@@ -176,29 +176,29 @@ fn an_answer_of_the_wrong_length_restarts_the_slave() {
     for (answer, received) in
         [("68 04 04 68 02 08 08 07 19 16", 1), ("68 06 06 68 02 08 08 07 07 07 27 16", 3), ("E5", 0)]
     {
-        let mut desk = exchanging();
-        desk.asks();
-        desk.hears(answer);
+        let mut rig = exchanging();
+        rig.next_request();
+        rig.receive(answer);
         assert_eq!(
-            desk.station.user.exchange_error(8),
+            rig.station.user.exchange_error(8),
             Some(ExchangeError::Length { expected: 2, received }),
             "{answer}"
         );
-        assert_eq!(desk.station.user.inputs(8), None, "{answer}");
-        assert_eq!(desk.asks().octets[7], 0x3C, "Slave_Diag: {answer}");
+        assert_eq!(rig.station.user.inputs(8), None, "{answer}");
+        assert_eq!(rig.next_request().octets[7], 0x3C, "Slave_Diag: {answer}");
     }
 }
 
 #[test]
 fn an_answer_longer_than_any_image_restarts_the_slave() {
-    let mut desk = exchanging();
-    desk.asks();
+    let mut rig = exchanging();
+    rig.next_request();
     let mut octets = vec![0x68, 0xF7, 0xF7, 0x68, 2, 8, 8];
     octets.extend([7; 244]);
     let fcs = octets[4..].iter().fold(0u8, |sum, octet| sum.wrapping_add(*octet));
     octets.extend([fcs, 0x16]);
-    desk.hears_octets(11, &octets);
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Length { expected: 2, received: 244 }));
+    rig.receive_octets(11, &octets);
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Length { expected: 2, received: 244 }));
 }
 
 #[test]
@@ -207,9 +207,9 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     line.slaves[0].power_up(8);
     let first = line.trace.len();
     line.run_until(10_000, |line| line.master.user.counters(8).unwrap().starts == 2);
-    let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
-    assert_eq!(told[0], EventKind::Trouble(ExchangeError::Refused(Status::ServiceNotActivated)));
-    assert_eq!(told[1], EventKind::Entered(HandlerState::Diag1));
+    let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
+    assert_eq!(reported[0], EventKind::Trouble(ExchangeError::Refused(Status::ServiceNotActivated)));
+    assert_eq!(reported[1], EventKind::Entered(HandlerState::Diag1));
     // RS, diagnosis, parameters, configuration, diagnosis: nothing else is needed.
     let messages = line.messages(first);
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
@@ -222,7 +222,7 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
 }
 
 #[test]
-fn a_slave_that_falls_out_every_time_is_started_ever_more_slowly() {
+fn a_slave_that_leaves_exchange_every_time_is_started_more_and_more_slowly() {
     let mut line = line(settings(), &[8]);
     let mut starts = Vec::new();
     for _ in 0..8 {
@@ -240,18 +240,18 @@ fn a_slave_that_falls_out_every_time_is_started_ever_more_slowly() {
 }
 
 #[test]
-fn a_slave_that_errs_before_its_first_exchange_is_started_ever_more_slowly() {
-    let mut desk = desk();
+fn a_slave_that_fails_before_its_first_exchange_is_started_more_and_more_slowly() {
+    let mut rig = rig();
     let mut starts = Vec::new();
     for _ in 0..5 {
-        desk.hears("10 02 08 03 0D 16");
-        starts.push(desk.asks().start);
+        rig.receive("10 02 08 03 0D 16");
+        starts.push(rig.next_request().start);
         for answer in ["68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", "E5", "E5", READY] {
-            desk.hears(answer);
-            desk.asks();
+            rig.receive(answer);
+            rig.next_request();
         }
         // Operate; now the exchange, which is refused.
-        desk.asks();
+        rig.next_request();
     }
     let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
     let pauses: Vec<_> = starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -261,71 +261,71 @@ fn a_slave_that_errs_before_its_first_exchange_is_started_ever_more_slowly() {
 }
 
 #[test]
-fn an_answer_that_was_on_its_way_when_the_slave_was_released_is_not_taken() {
-    let mut desk = exchanging();
-    desk.asks();
-    desk.station.user.release(8);
-    desk.hears("68 05 05 68 02 08 08 03 04 19 16");
-    assert_eq!(desk.station.user.inputs(8), None);
-    assert_eq!(desk.asks().text(), "68 0C 0C 68 88 82 7D 3D 3E 40 00 00 00 12 34 00 88 16");
-    desk.hears("E5");
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Inactive));
+fn an_answer_that_arrives_after_the_release_is_ignored() {
+    let mut rig = exchanging();
+    rig.next_request();
+    rig.station.user.release(8);
+    rig.receive("68 05 05 68 02 08 08 03 04 19 16");
+    assert_eq!(rig.station.user.inputs(8), None);
+    assert_eq!(rig.next_request().text(), "68 0C 0C 68 88 82 7D 3D 3E 40 00 00 00 12 34 00 88 16");
+    rig.receive("E5");
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Inactive));
 }
 
 #[test]
-fn rr_and_ue_are_borne_with_for_a_while() {
+fn rr_and_ue_are_tolerated_up_to_the_miss_limit() {
     for (answer, status) in [("10 02 08 02 0C 16", Status::NoResource), ("10 02 08 01 0B 16", Status::UserError)] {
-        let mut desk = exchanging();
+        let mut rig = exchanging();
         for round in 1..=3 {
-            assert_eq!(desk.asks().octets[4], 8, "{answer}");
-            desk.hears(answer);
-            assert_eq!(desk.station.user.exchange_error(8).is_some(), round == 3, "{answer}");
+            assert_eq!(rig.next_request().octets[4], 8, "{answer}");
+            rig.receive(answer);
+            assert_eq!(rig.station.user.exchange_error(8).is_some(), round == 3, "{answer}");
         }
-        assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::Refused(status)));
-        assert_eq!(desk.station.user.state(8), Some(HandlerState::Diag1));
+        assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Refused(status)));
+        assert_eq!(rig.station.user.state(8), Some(HandlerState::Diag1));
     }
 }
 
 #[test]
-fn a_slave_that_falls_silent_is_lost_after_the_miss_limit() {
-    let mut desk = exchanging();
+fn a_silent_slave_is_lost_after_the_miss_limit() {
+    let mut rig = exchanging();
     let first_contact = "68 05 05 68 08 02 6D 00 00 77 16";
-    desk.dialogue(&format!(
+    rig.dialogue(&format!(
         "M 68 05 05 68 08 02 5D 00 00 67 16 | counted
          M 68 05 05 68 08 02 5D 00 00 67 16 | once more
          M {first_contact}                  | then first contacts, one try each
          M {first_contact}
          M 10 08 02 49 53 16                | lost: who is there?"
     ));
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Offline));
-    assert_eq!(desk.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
-    assert_eq!(desk.station.user.inputs(8), None);
-    assert_eq!(desk.station.user.counters(8).unwrap().lost, 3);
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Offline));
+    assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
+    assert_eq!(rig.station.user.inputs(8), None);
+    assert_eq!(rig.station.user.counters(8).unwrap().lost, 3);
 }
 
-/// Another master that speaks in place of the answer says nothing about the slave, however often it does.
+/// A telegram of another master in place of the answer says nothing about the slave, even if it is repeated.
 #[test]
 fn a_slave_is_not_lost_because_another_master_spoke() {
-    let mut desk = exchanging();
+    let mut rig = exchanging();
     for _ in 0..10 {
-        assert_eq!(desk.asks().octets[4], 8);
-        desk.hears_after(100, "10 05 03 49 51 16");
+        assert_eq!(rig.next_request().octets[4], 8);
+        rig.receive_after(100, "10 05 03 49 51 16");
     }
-    assert_eq!((desk.station.user.exchanging(), desk.station.user.exchange_error(8)), (1, None));
-    assert_eq!(desk.station.user.counters(8).unwrap().lost, 0);
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]));
+    assert_eq!((rig.station.user.exchanging(), rig.station.user.exchange_error(8)), (1, None));
+    assert_eq!(rig.station.user.counters(8).unwrap().lost, 0);
+    assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]));
 }
 
 #[test]
-fn a_slave_that_comes_back_in_time_was_never_away() {
-    let mut desk = exchanging();
-    desk.asks();
-    desk.asks();
-    desk.asks();
-    desk.hears(INPUTS);
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Data { diag: false }));
-    assert_eq!(desk.station.user.exchange_error(8), None);
-    assert_eq!(desk.asks().octets[6], 0x5D, "first contact, then FCB = 0");
+fn a_slave_that_answers_again_in_time_stays_in_data_exchange() {
+    let mut rig = exchanging();
+    rig.next_request();
+    rig.next_request();
+    rig.next_request();
+    rig.receive(INPUTS);
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Data { diag: false }));
+    assert_eq!(rig.station.user.exchange_error(8), None);
+    assert_eq!(rig.next_request().octets[6], 0x5D, "first contact, then FCB = 0");
 }
 
 #[test]
@@ -348,7 +348,7 @@ fn a_repeated_request_is_counted_and_executed_once() {
 }
 
 #[test]
-fn a_mute_bus_is_survived() {
+fn a_master_recovers_from_a_bus_without_answers() {
     let mut line = line(settings(), &[8, 9]);
     line.tamper = Some(Box::new(|from, octets| if from == From::Master { octets.to_vec() } else { Vec::new() }));
     // 0.7 s
@@ -373,7 +373,7 @@ fn a_watchdog_that_expired_is_noticed() {
 }
 
 #[test]
-fn flipped_bits_cost_repetitions_and_never_a_wrong_value() {
+fn flipped_bits_cause_repetitions_and_never_a_wrong_value() {
     let addresses = [3, 8, 77];
     let mut line = line(settings(), &addresses);
     let mut random = Random::new(0x5EED_0001);
@@ -406,29 +406,29 @@ fn flipped_bits_cost_repetitions_and_never_a_wrong_value() {
     for address in addresses {
         let counters = line.master.user.counters(address).unwrap();
         assert!(counters.exchanges > 3_000 && counters.retries > 20, "{counters:?}");
-        assert_eq!(counters.starts, 1, "nobody had to be started anew");
+        assert_eq!(counters.starts, 1, "no slave was restarted");
     }
 }
 
 #[test]
-fn clear_and_operate_are_told_at_once_and_outputs_follow() {
-    let mut desk = exchanging();
-    desk.station.user.outputs_mut(8).unwrap().copy_from_slice(&[0xAA, 0x55]);
-    desk.dialogue(&format!("M 68 05 05 68 08 02 5D AA 55 66 16\nS {INPUTS}"));
-    desk.station.user.set_mode(Mode::Clear);
-    desk.dialogue(&format!("M {CLEAR}\nM 68 05 05 68 08 02 7D 00 00 87 16\nS {INPUTS}"));
-    assert_eq!(desk.station.user.inputs(8), Some(&[1, 2][..]), "inputs are valid in Clear");
-    desk.station.user.set_mode(Mode::Operate);
-    desk.dialogue(&format!("M {OPERATE}\nM 68 05 05 68 08 02 5D AA 55 66 16\nS {INPUTS}"));
+fn clear_and_operate_are_sent_at_once_and_outputs_follow() {
+    let mut rig = exchanging();
+    rig.station.user.outputs_mut(8).unwrap().copy_from_slice(&[0xAA, 0x55]);
+    rig.dialogue(&format!("M 68 05 05 68 08 02 5D AA 55 66 16\nS {INPUTS}"));
+    rig.station.user.set_mode(Mode::Clear);
+    rig.dialogue(&format!("M {CLEAR}\nM 68 05 05 68 08 02 7D 00 00 87 16\nS {INPUTS}"));
+    assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]), "inputs are valid in Clear");
+    rig.station.user.set_mode(Mode::Operate);
+    rig.dialogue(&format!("M {OPERATE}\nM 68 05 05 68 08 02 5D AA 55 66 16\nS {INPUTS}"));
 }
 
 #[test]
 fn a_fail_safe_slave_is_cleared_by_outputs_of_length_zero() {
     let slave = SlaveParameters { fail_safe: true, ..SlaveParameters::new(8, IDENT, &CFG) };
-    let mut desk = desk_with(&slave);
-    desk.station.user.set_mode(Mode::Clear);
-    desk.hears(INPUTS);
-    desk.dialogue(&format!("M {CLEAR}\nM 10 08 02 5D 67 16\nS {INPUTS}"));
+    let mut rig = rig_with(&slave);
+    rig.station.user.set_mode(Mode::Clear);
+    rig.receive(INPUTS);
+    rig.dialogue(&format!("M {CLEAR}\nM 10 08 02 5D 67 16\nS {INPUTS}"));
 }
 
 #[test]
@@ -452,13 +452,13 @@ fn global_control_is_repeated() {
     let first = line.trace.len();
     let cycles = line.master.user.cycles();
     line.run_for(100_000);
-    let told = line.messages(first).iter().filter(|text| *text == OPERATE).count();
+    let reported = line.messages(first).iter().filter(|text| *text == OPERATE).count();
     let expected = ((line.master.user.cycles() - cycles) / 10) as usize;
-    assert!(expected > 5 && told.abs_diff(expected) <= 1, "{told} times, {expected} expected");
+    assert!(expected > 5 && reported.abs_diff(expected) <= 1, "{reported} times, {expected} expected");
 }
 
 #[test]
-fn a_slave_that_joins_is_told_the_mode() {
+fn a_slave_that_enters_data_exchange_is_sent_the_mode() {
     let mut line = line(settings(), &[8]);
     line.run_for(10_000);
     let first = line.trace.len();
@@ -469,42 +469,42 @@ fn a_slave_that_joins_is_told_the_mode() {
 
 #[test]
 fn global_control_that_another_master_interrupted_is_sent_later() {
-    let mut desk = exchanging();
-    desk.station.user.set_mode(Mode::Clear);
-    let due = desk.station.wake_at().unwrap();
-    assert_eq!(text(desk.station.poll(due).unwrap().octets), CLEAR);
-    desk.now = due;
-    desk.hears_after(11, "DC 05 05");
-    desk.station.sent(desk.now);
-    desk.dialogue(&format!("M {CLEAR}"));
+    let mut rig = exchanging();
+    rig.station.user.set_mode(Mode::Clear);
+    let due = rig.station.wake_at().unwrap();
+    assert_eq!(text(rig.station.poll(due).unwrap().octets), CLEAR);
+    rig.now = due;
+    rig.receive_after(11, "DC 05 05");
+    rig.station.sent(rig.now);
+    rig.dialogue(&format!("M {CLEAR}"));
 }
 
 #[test]
-fn a_slave_without_inputs_answers_sc_or_a_high_nothing() {
+fn a_slave_without_inputs_answers_sc_or_dh_without_data() {
     let slave = SlaveParameters::new(8, IDENT, &[0x21]);
-    let mut desk = desk_with(&slave);
-    desk.hears("E5");
-    assert_eq!(desk.station.user.inputs(8), Some(&[][..]));
-    desk.asks();
-    desk.hears("10 02 08 0A 14 16");
-    assert_eq!(desk.asks().octets[7], 0x3C, "a diagnosis is pending");
-    desk.hears(READY);
-    desk.asks();
-    desk.hears("10 02 08 09 13 16");
-    assert_eq!(desk.station.user.counters(8).unwrap().exchanges, 3);
+    let mut rig = rig_with(&slave);
+    rig.receive("E5");
+    assert_eq!(rig.station.user.inputs(8), Some(&[][..]));
+    rig.next_request();
+    rig.receive("10 02 08 0A 14 16");
+    assert_eq!(rig.next_request().octets[7], 0x3C, "a diagnosis is pending");
+    rig.receive(READY);
+    rig.next_request();
+    rig.receive("10 02 08 09 13 16");
+    assert_eq!(rig.station.user.counters(8).unwrap().exchanges, 3);
 }
 
 #[test]
-fn a_slave_without_outputs_is_asked_by_an_sd1() {
+fn a_slave_without_outputs_is_sent_an_sd1() {
     let slave = SlaveParameters::new(8, IDENT, &[0x11]);
-    let mut desk = desk_with(&slave);
-    desk.hears(INPUTS);
-    assert_eq!(desk.asks().text(), "10 08 02 5D 67 16");
+    let mut rig = rig_with(&slave);
+    rig.receive(INPUTS);
+    assert_eq!(rig.next_request().text(), "10 08 02 5D 67 16");
 }
 
 /// profibus-wire 2.3.1 and 2.3.2: the example of the standard, an alarm, a revision, and a chain that breaks off.
 #[test]
-fn the_extended_diagnosis_is_told_entry_by_entry() {
+fn the_extended_diagnosis_is_returned_entry_by_entry() {
     let octets = hex("04 11 22 33 45 01 10 04 00 80 02 24 8C 06 A7 09 02 03 01 50 01 02 03 04 C5 07 81");
     for (dpv1, device) in [
         (false, ["device: 11 22 33", "device: 02 03 01 50 01 02 03 04"]),
@@ -521,48 +521,48 @@ fn the_extended_diagnosis_is_told_entry_by_entry() {
         let mut line = line_of(settings(), &[slave]);
         line.slaves[0].device_mut().diagnose(&octets);
         line.run_for(20_000);
-        let told: Vec<_> = line.master.user.ext_diag(8).map(|entry| entry.to_string()).collect();
+        let reported: Vec<_> = line.master.user.ext_diag(8).map(|entry| entry.to_string()).collect();
         let others = [
             "disturbed modules: 0, 12, 18",
             "module 0, channel 2 (bit): overload",
             "module 12, channel 6 (word): upper limit exceeded",
         ];
-        assert_eq!((told[0].as_str(), told[4].as_str()), (device[0], device[1]));
-        assert_eq!(told[1..4], others);
-        assert_eq!(told[5..], ["revision 5", "the rest is no block"]);
+        assert_eq!((reported[0].as_str(), reported[4].as_str()), (device[0], device[1]));
+        assert_eq!(reported[1..4], others);
+        assert_eq!(reported[5..], ["revision 5", "the rest is no block"]);
     }
     assert_eq!(line(settings(), &[8]).master.user.ext_diag(99).count(), 0);
 }
 
 #[test]
-fn a_diagnosis_in_exchange_may_end_it() {
+fn a_diagnosis_may_end_data_exchange() {
     for (diag, trouble, next) in [
         // Another master took it over.
         ("68 0B 0B 68 82 88 08 3E 3C 00 0C 00 05 12 34 E3 16", ExchangeError::Owned { master: 5 }, HandlerState::Diag1),
         ("68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", ExchangeError::PrmReq, HandlerState::Diag1),
     ] {
-        let mut desk = desk();
-        desk.hears(INPUTS_HIGH);
-        desk.asks();
-        desk.hears(diag);
-        assert_eq!(desk.station.user.exchange_error(8), Some(trouble));
-        assert_eq!(desk.station.user.state(8), Some(next));
-        assert_eq!(desk.station.user.inputs(8), None);
+        let mut rig = rig();
+        rig.receive(INPUTS_HIGH);
+        rig.next_request();
+        rig.receive(diag);
+        assert_eq!(rig.station.user.exchange_error(8), Some(trouble));
+        assert_eq!(rig.station.user.state(8), Some(next));
+        assert_eq!(rig.station.user.inputs(8), None);
     }
     // Static diagnosis: not ended, but held back.
-    let mut desk = desk();
-    desk.hears(INPUTS_HIGH);
-    desk.asks();
-    desk.hears("68 0B 0B 68 82 88 08 3E 3C 00 0E 00 02 12 34 E2 16");
-    assert!(matches!(desk.station.user.state(8), Some(HandlerState::Diag2 { .. })));
-    assert_eq!(desk.station.user.inputs(8), None);
-    assert_eq!(desk.asks().octets[7], 0x3C);
-    desk.hears(READY);
-    assert_eq!(desk.station.user.state(8), Some(HandlerState::Data { diag: false }));
+    let mut rig = rig();
+    rig.receive(INPUTS_HIGH);
+    rig.next_request();
+    rig.receive("68 0B 0B 68 82 88 08 3E 3C 00 0E 00 02 12 34 E2 16");
+    assert!(matches!(rig.station.user.state(8), Some(HandlerState::Diag2 { .. })));
+    assert_eq!(rig.station.user.inputs(8), None);
+    assert_eq!(rig.next_request().octets[7], 0x3C);
+    rig.receive(READY);
+    assert_eq!(rig.station.user.state(8), Some(HandlerState::Data { diag: false }));
 }
 
 #[test]
-fn cycles_keep_their_distance() {
+fn cycles_keep_the_minimum_cycle_time() {
     let mut line = line(Settings { min_cycle_tbit: 15_000, ..settings() }, &[8, 9]);
     line.run_for(20_000);
     let first = line.trace.len();

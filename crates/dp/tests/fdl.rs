@@ -1,12 +1,12 @@
-//! What a station answers on layer 2, and what it leaves unanswered. profibus-wire 1.3, 1.4, 1.8 and 1.11.
+//! The requests that a station answers on layer 2, and those that it does not. profibus-wire 1.3, 1.4, 1.8 and 1.11.
 
-mod bench;
+mod rig;
 
-use bench::{Answer, Bench, Gauge, MASTER, RS, SLAVE, Seen, emit, hex, low, print};
 use profivac_dp::link::Station;
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, print};
 
 fn frame(da: u8, sa: u8, fc: u8) -> Vec<u8> {
     emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }))
@@ -14,41 +14,41 @@ fn frame(da: u8, sa: u8, fc: u8) -> Vec<u8> {
 
 #[test]
 fn fdl_status_is_answered_in_every_state() {
-    let mut bench = Bench::new(Gauge::default());
-    let ask = |bench: &mut Bench| assert_eq!(bench.say("10 08 02 49 53 16"), "10 02 08 00 0A 16");
-    ask(&mut bench);
-    bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
-    ask(&mut bench);
-    bench.ms0(MASTER, 62, &hex("11 21"));
-    assert!(matches!(bench.slave.state(), SlaveState::DataExch(..)));
-    ask(&mut bench);
+    let mut rig = Rig::new(Gauge::default());
+    let ask = |rig: &mut Rig| assert_eq!(rig.say("10 08 02 49 53 16"), "10 02 08 00 0A 16");
+    ask(&mut rig);
+    rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
+    ask(&mut rig);
+    rig.ms0(MASTER, 62, &hex("11 21"));
+    assert!(matches!(rig.slave.state(), SlaveState::DataExch(..)));
+    ask(&mut rig);
 }
 
 #[test]
-fn ident_tells_vendor_controller_hardware_and_software() {
-    let mut bench = Bench::new(Gauge::default());
+fn ident_returns_vendor_controller_hardware_and_software() {
+    let mut rig = Rig::new(Gauge::default());
     let answer = "68 0D 0D 68 02 08 08 02 03 01 00 41 42 43 44 45 46 AD 16";
-    assert_eq!(bench.say("10 08 02 4E 58 16"), answer);
+    assert_eq!(rig.say("10 08 02 4E 58 16"), answer);
 }
 
 #[test]
 fn a_device_without_ident_strings_closes_ident_and_lsap_status_is_always_closed() {
-    let mut bench = Bench::new(Gauge { ident: false, ..Gauge::default() });
-    assert_eq!(bench.say("10 08 02 4E 58 16"), "10 02 08 03 0D 16");
-    assert_eq!(bench.say("10 08 02 4F 59 16"), "10 02 08 03 0D 16");
+    let mut rig = Rig::new(Gauge { ident: false, ..Gauge::default() });
+    assert_eq!(rig.say("10 08 02 4E 58 16"), "10 02 08 03 0D 16");
+    assert_eq!(rig.say("10 08 02 4F 59 16"), "10 02 08 03 0D 16");
 }
 
 #[test]
 fn sda_is_closed() {
     for fc in [0x73, 0x75, 0x43, 0x65] {
-        let mut bench = Bench::new(Gauge::default());
-        assert_eq!(bench.raw(&frame(SLAVE, MASTER, fc)), Some(hex("10 02 08 03 0D 16")), "{fc:02X}");
+        let mut rig = Rig::new(Gauge::default());
+        assert_eq!(rig.raw(&frame(SLAVE, MASTER, fc)), Some(hex("10 02 08 03 0D 16")), "{fc:02X}");
     }
 }
 
 #[test]
-fn what_is_not_for_the_slave_is_not_answered() {
-    let mut bench = Bench::exchanging(Gauge::default());
+fn a_telegram_for_another_station_is_not_answered() {
+    let mut rig = Rig::exchanging(Gauge::default());
     for octets in [
         hex("E5"),
         hex("DC 08 02"),
@@ -60,7 +60,7 @@ fn what_is_not_for_the_slave_is_not_answered() {
         frame(SLAVE, SLAVE, 0x49),
         frame(SLAVE, 127, 0x49),
         frame(SLAVE, 127, 0x6D),
-        // everybody
+        // all stations
         frame(127, MASTER, 0x49),
         frame(127, MASTER, 0x4E),
         frame(127, MASTER, 0x4F),
@@ -70,7 +70,7 @@ fn what_is_not_for_the_slave_is_not_answered() {
         frame(SLAVE, MASTER, 0x46),
         frame(SLAVE, MASTER, 0x44),
     ] {
-        assert_eq!(bench.raw(&octets), None, "{}", print(&octets));
+        assert_eq!(rig.raw(&octets), None, "{}", print(&octets));
     }
 }
 
@@ -79,7 +79,7 @@ fn reserved_and_alternative_function_codes_are_ignored() {
     for fc in 0x40..=0xFFu8 {
         let Control::Request { function, .. } = Control::from_octet(fc) else { continue };
         let ignored = matches!(function, Function::Other(_) | Function::SdnLow | Function::SdnHigh);
-        let answer = Bench::new(Gauge::default()).raw(&frame(SLAVE, MASTER, fc));
+        let answer = Rig::new(Gauge::default()).raw(&frame(SLAVE, MASTER, fc));
         assert_eq!(answer.is_none(), ignored, "{fc:02X}");
     }
 }
@@ -91,8 +91,8 @@ fn priority_makes_no_difference() {
             let fc = Control::Request { function, count: FrameCount::First }.to_octet();
             let du = hex(du);
             let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
-            let mut bench = Bench::exchanging(Gauge::default());
-            bench.raw(&emit(&Telegram::Data(frame)))
+            let mut rig = Rig::exchanging(Gauge::default());
+            rig.raw(&emit(&Telegram::Data(frame)))
         });
         assert_eq!(answers[0], answers[1], "SAP {sap}");
     }
@@ -100,8 +100,8 @@ fn priority_makes_no_difference() {
 
 /// Point 3 of section 10.
 #[test]
-fn one_access_point_alone_or_an_octet_that_is_none_is_closed() {
-    let mut bench = Bench::exchanging(Gauge::default());
+fn a_single_access_point_or_an_invalid_one_is_closed() {
+    let mut rig = Rig::exchanging(Gauge::default());
     for (dsap, ssap) in [
         (Some(60), None),
         (None, Some(62)),
@@ -114,15 +114,15 @@ fn one_access_point_alone_or_an_octet_that_is_none_is_closed() {
         (Some(52), Some(62)),
         (Some(54), Some(62)),
     ] {
-        assert_eq!(bench.srd(MASTER, dsap, ssap, &[]), RS, "{dsap:?} {ssap:?}");
+        assert_eq!(rig.srd(MASTER, dsap, ssap, &[]), RS, "{dsap:?} {ssap:?}");
     }
 }
 
 #[test]
-fn services_of_ms0_take_any_source_access_point() {
-    let mut bench = Bench::new(Gauge::default());
+fn services_of_ms0_accept_any_source_access_point() {
+    let mut rig = Rig::new(Gauge::default());
     for ssap in [0, 50, 54, 62] {
-        assert_eq!(bench.srd(MASTER, Some(60), Some(ssap), &[]), low("02 05 00 FF 12 34"), "{ssap}");
+        assert_eq!(rig.srd(MASTER, Some(60), Some(ssap), &[]), low("02 05 00 FF 12 34"), "{ssap}");
     }
 }
 
@@ -130,27 +130,27 @@ fn services_of_ms0_take_any_source_access_point() {
 #[test]
 fn sd3_is_understood() {
     let gauge = Gauge { configurations: vec![hex("17 27")], inputs: (1..=8).collect(), ..Gauge::default() };
-    let mut bench = Bench::new(gauge);
-    bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
-    bench.ms0(MASTER, 62, &hex("17 27"));
-    let answer = bench.say("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
+    let mut rig = Rig::new(gauge);
+    rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
+    rig.ms0(MASTER, 62, &hex("17 27"));
+    let answer = rig.say("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
     assert_eq!(answer, "68 0B 0B 68 02 08 08 01 02 03 04 05 06 07 08 36 16");
-    assert_eq!(bench.device().seen.last(), Some(&Seen::Outputs((1..=8).collect())));
+    assert_eq!(rig.device().seen.last(), Some(&Seen::Outputs((1..=8).collect())));
 }
 
 /// And never later than the max T_SDR the slave declares, 150 bit times at 1.5 Mbit/s.
 #[test]
 fn an_answer_begins_at_min_tsdr() {
-    let at = |bench: &mut Bench| {
-        let end = bench.now + 1000;
+    let at = |rig: &mut Rig| {
+        let end = rig.now + 1000;
         let octets = hex("10 08 02 49 53 16");
         let telegram = Telegram::parse(&octets).unwrap();
-        bench.slave.telegram(end, &telegram).map(|transmit| transmit.not_before - end)
+        rig.slave.telegram(end, &telegram).map(|transmit| transmit.not_before - end)
     };
-    let mut bench = Bench::new(Gauge::default());
-    assert_eq!(at(&mut bench), Some(11));
-    for (told, holds) in [(20, 20), (0, 20), (150, 150), (151, 150), (255, 150), (1, 11), (11, 11)] {
-        assert_eq!(bench.ms0(MASTER, 61, &[0, 1, 1, told, 0, 0, 0]), Answer::Ack);
-        assert_eq!(at(&mut bench), Some(holds), "told {told}");
+    let mut rig = Rig::new(Gauge::default());
+    assert_eq!(at(&mut rig), Some(11));
+    for (reported, holds) in [(20, 20), (0, 20), (150, 150), (151, 150), (255, 150), (1, 11), (11, 11)] {
+        assert_eq!(rig.ms0(MASTER, 61, &[0, 1, 1, reported, 0, 0, 0]), Answer::Ack);
+        assert_eq!(at(&mut rig), Some(holds), "reported {reported}");
     }
 }

@@ -1,27 +1,27 @@
-//! Repetitions: one frame count memory per station, whatever the service. profibus-wire 1.9 and 9.2.
+//! Repetitions: one frame count memory per station for all services. profibus-wire 1.9 and 9.2.
 
-mod bench;
+mod rig;
 
-use bench::{Answer, Bench, Gauge, MASTER, SLAVE, Seen, emit, hex, low, print};
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Answer, Gauge, MASTER, Rig, SLAVE, Seen, emit, hex, low, print};
 
 const FIRST: FrameCount = FrameCount::First;
 const UNCOUNTED: FrameCount = FrameCount::Uncounted;
 const ZERO: FrameCount = FrameCount::Counted(false);
 const ONE: FrameCount = FrameCount::Counted(true);
 
-/// A slave in data exchange with master 2 to which every frame count bit is told by the test.
+/// A slave in data exchange with master 2; the test sets every frame count bit.
 struct Counted {
-    bench: Bench,
+    rig: Rig,
 }
 
 impl Counted {
     /// The last request counted `ONE`.
     fn new() -> Self {
-        let mut counted = Self { bench: Bench::exchanging(Gauge::default()) };
+        let mut counted = Self { rig: Rig::exchanging(Gauge::default()) };
         counted.dx(MASTER, FIRST, &[0, 0]);
-        counted.bench.device().seen.clear();
+        counted.rig.device().seen.clear();
         counted
     }
 
@@ -29,7 +29,7 @@ impl Counted {
         let fc = Control::Request { function: Function::SrdHigh, count }.to_octet();
         let ssap = sap.map(|_| 62);
         let frame = DataTelegram { da: SLAVE, sa, dsap: sap, ssap, fc, du };
-        self.bench.raw(&emit(&Telegram::Data(frame))).map(|answer| print(&answer)).unwrap_or_default()
+        self.rig.raw(&emit(&Telegram::Data(frame))).map(|answer| print(&answer)).unwrap_or_default()
     }
 
     fn dx(&mut self, sa: u8, count: FrameCount, outputs: &[u8]) -> String {
@@ -38,7 +38,7 @@ impl Counted {
 
     /// How often outputs reached the process.
     fn executed(&mut self) -> usize {
-        self.bench.device().seen.iter().filter(|seen| matches!(seen, Seen::Outputs(_))).count()
+        self.rig.device().seen.iter().filter(|seen| matches!(seen, Seen::Outputs(_))).count()
     }
 }
 
@@ -46,9 +46,9 @@ impl Counted {
 fn a_repetition_gets_the_same_answer_and_is_not_executed() {
     let mut slave = Counted::new();
     let answer = slave.dx(MASTER, ZERO, &[5, 6]);
-    slave.bench.device().inputs = vec![9, 9];
+    slave.rig.device().inputs = vec![9, 9];
     assert_eq!(slave.dx(MASTER, ZERO, &[5, 6]), answer);
-    assert_eq!(slave.dx(MASTER, ZERO, &[7, 8]), answer, "whatever it carries");
+    assert_eq!(slave.dx(MASTER, ZERO, &[7, 8]), answer, "regardless of its data");
     assert_eq!(slave.executed(), 1);
     assert_ne!(slave.dx(MASTER, ONE, &[5, 6]), answer);
     assert_eq!(slave.executed(), 2);
@@ -88,7 +88,7 @@ fn another_requester_is_new_with_any_count() {
         slave.dx(MASTER, count, &[5, 6]);
         let diagnosis = slave.srd(3, count, Some(60), &[]);
         assert!(diagnosis.starts_with("68 0B"), "{diagnosis}");
-        slave.bench.device().seen.clear();
+        slave.rig.device().seen.clear();
         slave.dx(MASTER, count, &[5, 6]);
         assert_eq!(slave.executed(), 1, "the first requester is new again");
     }
@@ -100,7 +100,7 @@ fn the_memory_is_not_kept_per_access_point() {
     let mut slave = Counted::new();
     let before = slave.srd(MASTER, ZERO, Some(60), &[]);
     slave.srd(MASTER, ONE, Some(59), &[]);
-    slave.bench.device().static_diag = true;
+    slave.rig.device().static_diag = true;
     assert_ne!(slave.srd(MASTER, ZERO, Some(60), &[]), before);
 }
 
@@ -122,7 +122,7 @@ fn uncounted_telegrams_do_not_disturb() {
         "10 02 09 00 0B 16",
         "E5",
     ] {
-        slave.bench.raw(&hex(octets));
+        slave.rig.raw(&hex(octets));
         assert_eq!(slave.dx(MASTER, ZERO, &[5, 6]), answer, "{octets}");
     }
     assert_eq!(slave.executed(), 1);
@@ -142,7 +142,7 @@ fn an_uncounted_request_is_always_new() {
 fn without_a_held_answer_nothing_is_a_repetition() {
     let mut slave = Counted::new();
     slave.dx(MASTER, ZERO, &[5, 6]);
-    slave.bench.slave.forget_answer();
+    slave.rig.slave.forget_answer();
     slave.dx(MASTER, ZERO, &[5, 6]);
     assert_eq!(slave.executed(), 2);
 }
@@ -160,7 +160,7 @@ impl Dice {
     }
 }
 
-/// How a master goes on after a request and its retry were lost.
+/// The next step of a master after a request and its repetition were lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum AfterLoss {
     /// With a first request, as profibus-wire 1.10 asks for.
@@ -169,16 +169,16 @@ enum AfterLoss {
     KeepCount,
 }
 
-/// What happens to the answer a slave holds while others talk.
+/// What the slave does with its stored answer while other stations communicate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Held {
     Kept,
     Dropped,
 }
 
-/// A master with one frame count bit that believes whatever comes back, on a line that loses telegrams both ways.
+/// A master with one frame count bit that accepts any answer, on a line that loses telegrams both ways.
 struct Believer {
-    slave: Bench,
+    slave: Rig,
     dice: Dice,
     count: FrameCount,
     after_loss: AfterLoss,
@@ -190,7 +190,7 @@ struct Believer {
 
 impl Believer {
     fn new(seed: u64, after_loss: AfterLoss, held: Held, acyclic: (u8, u8)) -> Self {
-        let mut slave = Bench::exchanging(Gauge::default());
+        let mut slave = Rig::exchanging(Gauge::default());
         assert_eq!(slave.connect(MASTER), MS2.0);
         Self { slave, dice: Dice(seed), count: FIRST, after_loss, held, acyclic, losses: 0 }
     }
@@ -275,7 +275,7 @@ fn cyclic_and_acyclic_octets_never_mix_whether_the_slave_keeps_its_answer_or_not
 
 /// The same test sees a master that does not begin anew: the check is no decoration.
 #[test]
-fn a_master_that_keeps_its_count_takes_one_for_the_other() {
+fn a_master_that_keeps_its_count_confuses_the_answers_as_the_standard_warns() {
     for seed in SEEDS {
         let mixed = Believer::new(seed, AfterLoss::KeepCount, Held::Kept, MS2).run(500);
         assert!(mixed.is_err(), "seed {seed}: {mixed:?}");
@@ -284,13 +284,13 @@ fn a_master_that_keeps_its_count_takes_one_for_the_other() {
 
 #[test]
 fn a_write_is_executed_once_however_often_its_acknowledgement_is_lost() {
-    let mut bench = Bench::exchanging(Gauge::default());
-    let sap = bench.connect(3);
-    assert_eq!(bench.ms2(3, sap, "5F 01 10 01 AA"), Answer::Ack);
+    let mut rig = Rig::exchanging(Gauge::default());
+    let sap = rig.connect(3);
+    assert_eq!(rig.ms2(3, sap, "5F 01 10 01 AA"), Answer::Ack);
     for _ in 0..5 {
-        assert_eq!(bench.again(), "E5");
+        assert_eq!(rig.again(), "E5");
     }
-    let writes = bench.device().seen.iter().filter(|seen| matches!(seen, Seen::Write(..))).count();
+    let writes = rig.device().seen.iter().filter(|seen| matches!(seen, Seen::Write(..))).count();
     assert_eq!(writes, 1);
-    assert_eq!(bench.ms2(3, sap, ""), low("5F 01 10 01"));
+    assert_eq!(rig.ms2(3, sap, ""), low("5F 01 10 01"));
 }

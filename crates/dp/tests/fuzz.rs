@@ -1,16 +1,16 @@
 //! Octets and services at random. A failure names its seed; `PROFIVAC_FUZZ=100` makes the runs a hundred times as long.
 //!
-//! Whatever comes: nothing panics, nothing is answered but a request to the station that asks for an answer, no answer is
+//! Any octets: nothing panics, the slave answers only requests to its address that have an answer, no answer is
 //! early, every answer is a telegram, and afterwards the slave is as usable as before.
 
-mod bench;
+mod rig;
 
-use bench::{Gauge, INITIATE, SLAVE, emit, hex, print};
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::slave::{Slave, SlaveState};
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, Telegram};
+use rig::{Gauge, INITIATE, SLAVE, emit, hex, print};
 
 /// How much longer than usual.
 fn times() -> usize {
@@ -141,20 +141,20 @@ struct Line {
     receiver: Receiver,
     slave: Slave<Gauge>,
     now: BitTime,
-    heard: u64,
+    received: u64,
     answered: u64,
 }
 
 impl Line {
     fn new() -> Self {
         let (receiver, slave) = (Receiver::new(BitTime(0)), Slave::new(Gauge::default(), SLAVE, Baud::B1500000));
-        Self { receiver, slave, now: BitTime(0), heard: 0, answered: 0 }
+        Self { receiver, slave, now: BitTime(0), received: 0, answered: 0 }
     }
 
     fn passes(&mut self, tbit: u64) {
         self.now = self.now + tbit;
         assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
-        assert!(self.slave.wake_at().is_none_or(|wake| wake > self.now), "what has expired is over");
+        assert!(self.slave.wake_at().is_none_or(|wake| wake > self.now), "an expired timer does not expire again");
         self.device_agrees();
     }
 
@@ -168,12 +168,12 @@ impl Line {
     }
 
     /// Characters without a gap. Returns the answers.
-    fn hears(&mut self, octets: &[u8]) -> Vec<Vec<u8>> {
+    fn receive(&mut self, octets: &[u8]) -> Vec<Vec<u8>> {
         let mut answers = Vec::new();
         for octet in octets {
             self.now = self.now + CHARACTER_TBIT;
             if let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet) {
-                self.heard += 1;
+                self.received += 1;
                 answers.extend(telegram_at(&mut self.slave, self.now, &telegram));
             }
         }
@@ -185,16 +185,16 @@ impl Line {
 }
 
 /// Whether a station at `address` owes an answer.
-fn asks(telegram: &Telegram<'_>, address: u8) -> bool {
+fn expects_answer(telegram: &Telegram<'_>, address: u8) -> bool {
     let Telegram::Data(frame) = telegram else { return false };
     let Control::Request { function, .. } = frame.control() else { return false };
     let answered = !matches!(function, Function::SdnLow | Function::SdnHigh | Function::Other(_));
     answered && frame.da == address && frame.sa != address && frame.sa != BROADCAST
 }
 
-/// One telegram, and everything that holds for its answer whatever it says.
+/// One telegram, and the checks that hold for every answer.
 fn telegram_at(slave: &mut Slave<Gauge>, end: BitTime, telegram: &Telegram<'_>) -> Option<Vec<u8>> {
-    let (owed, earliest) = (asks(telegram, slave.address()), end + u64::from(slave.min_tsdr_tbit()));
+    let (owed, earliest) = (expects_answer(telegram, slave.address()), end + u64::from(slave.min_tsdr_tbit()));
     let Some(transmit) = slave.telegram(end, telegram) else {
         assert!(!owed, "no answer to {telegram:?}");
         return None;
@@ -221,7 +221,7 @@ fn ten_million_random_and_mutated_octets() {
     while octets < 10_000_000 * times() {
         let mut stream = match rng.u8(..8) {
             0 => random(&mut rng),
-            // Only what begins a telegram is listened to.
+            // The receiver accepts only the beginning of a telegram.
             1 => [&[[0x10, 0x68, 0xA2, 0xDC, 0xE5][rng.usize(..5)]], &*random(&mut rng)].concat(),
             _ => Request::random(&mut rng).octets(),
         };
@@ -234,17 +234,17 @@ fn ten_million_random_and_mutated_octets() {
         if rng.u8(..20) == 0 {
             line.receiver.character_error(line.now);
         }
-        let answers = line.hears(&stream);
-        // The driver may hear what it sent.
+        let answers = line.receive(&stream);
+        // The driver may receive its own telegram.
         if rng.u8(..4) == 0 {
-            let echoes: Vec<_> = answers.iter().flat_map(|answer| line.hears(answer)).collect();
+            let echoes: Vec<_> = answers.iter().flat_map(|answer| line.receive(answer)).collect();
             assert!(echoes.is_empty(), "an answer was answered");
         }
         rename(&mut line);
     }
-    let (heard, answered) = (line.heard, line.answered);
-    println!("{octets} octets, {heard} telegrams, {answered} answers");
-    assert!(heard > 200_000 && answered > 80_000, "{heard} telegrams, {answered} answers");
+    let (received, answered) = (line.received, line.answered);
+    println!("{octets} octets, {received} telegrams, {answered} answers");
+    assert!(received > 200_000 && answered > 80_000, "{received} telegrams, {answered} answers");
 }
 
 fn random(rng: &mut Rng) -> Vec<u8> {
@@ -259,7 +259,7 @@ fn rename(line: &mut Line) {
     }
 }
 
-/// What the state allows, told by the reply matrix alone: profibus-wire 2.2.
+/// The answers that the state allows, by the reply matrix alone: profibus-wire 2.2.
 fn is_allowed(before: &SlaveState, frame: &DataTelegram<'_>, answer: &Answer) -> bool {
     let owns = before.owner().is_some_and(|owner| owner.master == frame.sa);
     let exchanging = matches!(before, SlaveState::DataExch(..));
@@ -304,13 +304,13 @@ fn services_of_three_masters_in_any_order_and_at_any_time() {
             (device.changed, device.static_diag, device.event) = (rng.u8(..9) == 0, rng.u8(..9) == 0, rng.u8(..9) == 0);
             let request = Request::random(&mut rng);
             let (before, repeated) = (*line.slave.state(), request.is_counted());
-            let answers = line.hears(&request.octets());
+            let answers = line.receive(&request.octets());
             if let ([answer], false) = (&answers[..], repeated) {
                 let context = format!("seed {seed}, step {step}: {:?} in {before:?}", request.frame);
                 assert!(is_allowed(&before, &request.frame, &classify(answer)), "{context}: {}", print(answer));
             }
             if rng.u8(..50) == 0 {
-                line.hears(&request.octets());
+                line.receive(&request.octets());
             }
             rename(&mut line);
         }
@@ -339,7 +339,7 @@ fn is_still_usable(line: &mut Line, context: &str) {
         let ssap = dsap.map(|dsap| if dsap <= 49 { 50 } else { 62 });
         let frame = DataTelegram { da: SLAVE, sa, dsap, ssap, fc, du: &hex(du) };
         line.passes(100);
-        let answers = line.hears(&emit(&Telegram::Data(frame)));
+        let answers = line.receive(&emit(&Telegram::Data(frame)));
         assert_eq!(answers.len(), 1, "{context}");
         answers.concat()
     };

@@ -1,13 +1,13 @@
 //! Every state and every service, as the slave answers them: the goldens `services.txt` and `ms2.txt`. profibus-wire 2.2,
 //! 3.2 and 4.10.
 
-mod bench;
+mod rig;
 
-use bench::golden::{compare, table};
-use bench::{Answer, Bench, Gauge, INITIATE, MASTER, SLAVE, emit, hex, low, print};
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{DataTelegram, Telegram};
+use rig::golden::{compare, table};
+use rig::{Answer, Gauge, INITIATE, MASTER, Rig, SLAVE, emit, hex, low, print};
 
 const OTHER: u8 = 3;
 
@@ -25,7 +25,7 @@ fn short(answer: &Answer) -> String {
     }
 }
 
-/// Who asks a slave in which state.
+/// The master that sends the request, and the state of the slave.
 const COLUMNS: [(&str, &str, u8); 5] = [
     ("WAIT-PRM", "", MASTER),
     ("WAIT-CFG own", "WAIT-CFG", MASTER),
@@ -34,15 +34,15 @@ const COLUMNS: [(&str, &str, u8); 5] = [
     ("DATA-EXCH other", "DATA-EXCH", OTHER),
 ];
 
-fn slave_in(state: &str) -> Bench {
-    let mut bench = Bench::new(Gauge::default());
+fn slave_in(state: &str) -> Rig {
+    let mut rig = Rig::new(Gauge::default());
     if !state.is_empty() {
-        bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00 80 00 00"));
+        rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00 80 00 00"));
     }
     if state == "DATA-EXCH" {
-        bench.ms0(MASTER, 62, &hex("11 21"));
+        rig.ms0(MASTER, 62, &hex("11 21"));
     }
-    bench
+    rig
 }
 
 /// A request: its name, function, access points and data unit.
@@ -105,8 +105,8 @@ const SERVICES: [Service; 44] = [
 /// The answer, and the state after it where it is another one.
 fn ask(service: &Service, state: &str, sa: u8) -> String {
     let (_, function, saps, du) = service;
-    let mut bench = slave_in(state);
-    let before = bench.slave.state().to_string();
+    let mut rig = slave_in(state);
+    let before = rig.slave.state().to_string();
     let count = match function {
         Function::SrdHigh => FrameCount::First,
         _ => FrameCount::Uncounted,
@@ -115,16 +115,16 @@ fn ask(service: &Service, state: &str, sa: u8) -> String {
     let (dsap, ssap) = saps.unzip();
     let du = hex(du);
     let frame = DataTelegram { da: SLAVE, sa, dsap, ssap: ssap.filter(|ssap| *ssap != 255), fc, du: &du };
-    let octets = bench.raw(&emit(&Telegram::Data(frame)));
-    let answer = short(&bench::read(&frame, octets.as_deref()));
-    let after = bench.slave.state().to_string();
-    let fault = if matches!(bench.slave.state(), SlaveState::WaitPrm(_)) { fault(&mut bench) } else { "" };
+    let octets = rig.raw(&emit(&Telegram::Data(frame)));
+    let answer = short(&rig::read(&frame, octets.as_deref()));
+    let after = rig.slave.state().to_string();
+    let fault = if matches!(rig.slave.state(), SlaveState::WaitPrm(_)) { fault(&mut rig) } else { "" };
     if before == after && fault.is_empty() { answer } else { format!("{answer} {after}{fault}") }
 }
 
-/// What the diagnosis says is wrong, to a master that has not asked yet.
-fn fault(bench: &mut Bench) -> &'static str {
-    match &bench.diag(1)[..2] {
+/// The fault in the diagnosis, for a master that has not read it yet.
+fn fault(rig: &mut Rig) -> &'static str {
+    match &rig.diag(1)[..2] {
         "42" => " Prm_Fault",
         "06" => " Cfg_Fault",
         _ => "",
@@ -154,22 +154,22 @@ const T: u64 = 1_500_000;
 
 const PHASES: [&str; 6] = ["free", "Initiate answered", "Initiate refused", "open", "answered", "aborting"];
 
-fn connection_in(phase: &str) -> Bench {
-    let mut bench = Bench::new(Gauge::default());
+fn connection_in(phase: &str) -> Rig {
+    let mut rig = Rig::new(Gauge::default());
     match phase {
         "free" => {}
-        "Initiate answered" => assert_eq!(bench.ms2(1, 49, INITIATE), low("56 30 00 64")),
-        "Initiate refused" => assert_eq!(bench.ms2(1, 49, &INITIATE.replace("64 01", "64 00")), low("56 30 00 64")),
-        "aborting" => assert_eq!(bench.ms2(1, 49, "57"), low("56 30 00 64")),
-        _ => assert_eq!(bench.connect(1), 48),
+        "Initiate answered" => assert_eq!(rig.ms2(1, 49, INITIATE), low("56 30 00 64")),
+        "Initiate refused" => assert_eq!(rig.ms2(1, 49, &INITIATE.replace("64 01", "64 00")), low("56 30 00 64")),
+        "aborting" => assert_eq!(rig.ms2(1, 49, "57"), low("56 30 00 64")),
+        _ => assert_eq!(rig.connect(1), 48),
     }
     if phase == "answered" {
-        assert_eq!(bench.ms2(1, 48, "5E 00 10 04"), Answer::Ack);
+        assert_eq!(rig.ms2(1, 48, "5E 00 10 04"), Answer::Ack);
     }
-    bench
+    rig
 }
 
-/// What the master does, or how many T pass.
+/// An input: a request of the master, or a number of T.
 #[derive(Clone, Copy)]
 enum Input {
     Sends(&'static str),
@@ -200,19 +200,19 @@ fn full(answer: &Answer) -> String {
     }
 }
 
-/// The answer to the input, and what the next poll fetches.
+/// The answer to the input, and the response that the next poll fetches.
 fn step(phase: &str, input: Input) -> String {
-    let mut bench = connection_in(phase);
+    let mut rig = connection_in(phase);
     let answer = match input {
-        Input::Sends(pdu) => full(&bench.ms2(1, 48, pdu)),
-        Input::OtherMaster => full(&bench.ms2(OTHER, 48, "48")),
-        Input::OtherSap => full(&bench.srd(1, Some(48), Some(51), &hex("48"))),
+        Input::Sends(pdu) => full(&rig.ms2(1, 48, pdu)),
+        Input::OtherMaster => full(&rig.ms2(OTHER, 48, "48")),
+        Input::OtherSap => full(&rig.srd(1, Some(48), Some(51), &hex("48"))),
         Input::Passes(times) => {
-            bench.pass(times * T);
+            rig.pass(times * T);
             "-".to_owned()
         }
     };
-    format!("{answer} / {}", full(&bench.ms2(1, 48, "")))
+    format!("{answer} / {}", full(&rig.ms2(1, 48, "")))
 }
 
 #[test]

@@ -1,22 +1,22 @@
 //! MS2: opening, using and closing connections. profibus-wire 4.6 to 4.8, 4.10 and 4.12.
 
-mod bench;
+mod rig;
 
-use bench::{Answer, Bench, Gauge, INITIATE, MASTER, RR, RS, Seen, hex, low};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{Features, Relation, SlaveState};
+use rig::{Answer, Gauge, INITIATE, MASTER, RR, RS, Rig, Seen, hex, low};
 
 const INVALID_REQUEST: &str = "58 00 12";
 const INVALID_ADDRESS: &str = "58 00 17";
 
-fn new() -> Bench {
-    Bench::new(Gauge::default())
+fn new() -> Rig {
+    Rig::new(Gauge::default())
 }
 
 /// 4.6.6, without the poll that comes too early.
 #[test]
 fn the_printed_dialogue() {
-    let mut bench = new();
+    let mut rig = new();
     for (request, answer) in [
         (
             "68 19 19 68 88 82 6C 31 32 57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00 99 16",
@@ -33,34 +33,34 @@ fn the_printed_dialogue() {
         ("68 08 08 68 88 82 5C 30 32 58 00 20 40 16", "E5"),
         ("68 05 05 68 88 82 7C 30 32 E8 16", "10 02 08 03 0D 16"),
     ] {
-        assert_eq!(bench.say(request), answer, "{request}");
+        assert_eq!(rig.say(request), answer, "{request}");
     }
 }
 
 #[test]
 fn the_least_send_timeout_follows_the_rate() {
     for (baud, least) in Baud::ALL.into_iter().zip(["01 90"; 5].into_iter().chain(["00 C8"]).chain(["00 64"; 4])) {
-        let mut bench: Bench = Bench::at(Gauge::default(), baud);
-        assert_eq!(bench.ms2(1, 49, INITIATE), low(&format!("56 30 {least}")), "{baud}");
+        let mut rig: Rig = Rig::at(Gauge::default(), baud);
+        assert_eq!(rig.ms2(1, 49, INITIATE), low(&format!("56 30 {least}")), "{baud}");
     }
 }
 
 #[test]
 fn connections_are_numbered_downwards_until_none_is_left() {
-    let mut bench: Bench<3> = Bench::at(Gauge::default(), Baud::B1500000);
-    assert_eq!([bench.connect(1), bench.connect(1), bench.connect(3)], [48, 47, 46]);
-    assert_eq!(bench.ms2(4, 49, ""), RS);
-    assert_eq!(bench.ms2(4, 49, INITIATE), RS);
-    assert_eq!(bench.ms2(1, 47, "58 00 20"), Answer::Ack);
-    assert_eq!(bench.ms2(4, 49, ""), Answer::Ack);
-    assert_eq!(bench.connect(4), 47);
+    let mut rig: Rig<3> = Rig::at(Gauge::default(), Baud::B1500000);
+    assert_eq!([rig.connect(1), rig.connect(1), rig.connect(3)], [48, 47, 46]);
+    assert_eq!(rig.ms2(4, 49, ""), RS);
+    assert_eq!(rig.ms2(4, 49, INITIATE), RS);
+    assert_eq!(rig.ms2(1, 47, "58 00 20"), Answer::Ack);
+    assert_eq!(rig.ms2(4, 49, ""), Answer::Ack);
+    assert_eq!(rig.connect(4), 47);
 }
 
 #[test]
 fn a_slave_may_have_no_connection_or_all_49() {
-    let mut none: Bench<0> = Bench::at(Gauge::default(), Baud::B1500000);
+    let mut none: Rig<0> = Rig::at(Gauge::default(), Baud::B1500000);
     assert_eq!(none.ms2(1, 49, INITIATE), RS);
-    let mut all: Bench<49> = Bench::at(Gauge::default(), Baud::B1500000);
+    let mut all: Rig<49> = Rig::at(Gauge::default(), Baud::B1500000);
     let saps: Vec<u8> = (0..49).map(|_| all.connect(1)).collect();
     assert_eq!(saps, (0..49).rev().collect::<Vec<u8>>());
     assert_eq!(all.ms2(1, 49, INITIATE), RS);
@@ -73,12 +73,12 @@ fn a_slave_may_have_no_connection_or_all_49() {
 #[test]
 fn a_dp_v0_device_has_no_connections() {
     let features = Features { dpv1: false, ms1: false, ..Gauge::default().features };
-    let mut bench = Bench::new(Gauge { features, ..Gauge::default() });
-    assert_eq!(bench.ms2(1, 49, INITIATE), RS);
-    assert_eq!(bench.ms2(1, 48, ""), RS);
+    let mut rig = Rig::new(Gauge { features, ..Gauge::default() });
+    assert_eq!(rig.ms2(1, 49, INITIATE), RS);
+    assert_eq!(rig.ms2(1, 48, ""), RS);
 }
 
-/// The table of profibus-wire 4.6.5: what the first poll fetches, and RS afterwards.
+/// The table of profibus-wire 4.6.5: the response to the first poll, and RS afterwards.
 #[test]
 fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
     for (initiate, answer) in [
@@ -96,11 +96,11 @@ fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
         ("57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 01", "D7 80 B8 00"),
         ("57 00 00 00 00 64 00 00 00 00 00 00 00 02 00 02 00 00 00 00", "D7 80 A9 00"),
     ] {
-        let mut bench = new();
-        assert_eq!(bench.ms2(1, 49, initiate), low("56 30 00 64"), "{initiate}");
-        assert_eq!(bench.ms2(1, 48, ""), low(answer), "{initiate}");
-        assert_eq!(bench.ms2(1, 48, ""), RS, "{initiate}");
-        assert_eq!(bench.connect(1), 48, "{initiate}");
+        let mut rig = new();
+        assert_eq!(rig.ms2(1, 49, initiate), low("56 30 00 64"), "{initiate}");
+        assert_eq!(rig.ms2(1, 48, ""), low(answer), "{initiate}");
+        assert_eq!(rig.ms2(1, 48, ""), RS, "{initiate}");
+        assert_eq!(rig.connect(1), 48, "{initiate}");
     }
 }
 
@@ -108,80 +108,80 @@ fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
 #[test]
 fn an_initiate_longer_than_declared_is_refused() {
     for (length, answer) in [(52, low("56 30 00 64")), (53, RR), (244, RR)] {
-        let mut bench = new();
+        let mut rig = new();
         let initiate = format!("{INITIATE}{}", " 00".repeat(length - 20));
-        assert_eq!(bench.ms2(1, 49, &initiate), answer, "{length}");
+        assert_eq!(rig.ms2(1, 49, &initiate), answer, "{length}");
     }
-    let mut bench = new();
-    assert_eq!(bench.ms2(1, 49, &format!("{INITIATE}{}", " 00".repeat(33))), RR);
-    assert_eq!(bench.connect(1), 48);
+    let mut rig = new();
+    assert_eq!(rig.ms2(1, 49, &format!("{INITIATE}{}", " 00".repeat(33))), RR);
+    assert_eq!(rig.connect(1), 48);
 }
 
 #[test]
-fn what_is_no_initiate_gets_the_rm_pdu_and_no_connection() {
+fn another_pdu_to_sap_49_gets_the_rm_pdu_and_no_connection() {
     for pdu in ["5E 00 10 04", "48", "58 00 20", "00", "56 30 00 64", "5E"] {
-        let mut bench = new();
-        assert_eq!(bench.ms2(1, 49, pdu), low("56 30 00 64"), "{pdu}");
-        assert_eq!(bench.ms2(1, 48, ""), RS, "{pdu}");
+        let mut rig = new();
+        assert_eq!(rig.ms2(1, 49, pdu), low("56 30 00 64"), "{pdu}");
+        assert_eq!(rig.ms2(1, 48, ""), RS, "{pdu}");
     }
 }
 
 #[test]
 fn the_response_swaps_the_ends_and_keeps_the_slaves_own_profile() {
-    let mut bench = new();
+    let mut rig = new();
     let initiate = "57 00 00 00 00 64 FF FF 12 34 97 00 01 0A 00 02 07 01 11 22 33 44 55 66 AA BB 00 00";
-    assert_eq!(bench.ms2(1, 49, initiate), low("56 30 00 64"));
+    assert_eq!(rig.ms2(1, 49, initiate), low("56 30 00 64"));
     let response = "57 F0 01 00 00 00 00 00 00 02 01 0A 00 00 07 01 11 22 33 44 55 66 AA BB";
-    assert_eq!(bench.ms2(1, 48, ""), low(response));
+    assert_eq!(rig.ms2(1, 48, ""), low(response));
 }
 
 #[test]
-fn only_the_peer_is_served_and_others_change_nothing() {
-    let mut bench = new();
-    let sap = bench.connect(1);
-    assert_eq!(bench.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
-    assert_eq!(bench.ms2(3, sap, ""), RS, "another master");
-    assert_eq!(bench.srd(1, Some(sap), Some(51), &[]), RS, "another access point");
-    assert_eq!(bench.ms2(3, sap, "58 00 20"), RS);
-    assert_eq!(bench.ms2(1, sap, ""), low("5E 00 10 04 DE AD BE EF"));
+fn only_the_peer_is_served_and_other_masters_change_nothing() {
+    let mut rig = new();
+    let sap = rig.connect(1);
+    assert_eq!(rig.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
+    assert_eq!(rig.ms2(3, sap, ""), RS, "another master");
+    assert_eq!(rig.srd(1, Some(sap), Some(51), &[]), RS, "another access point");
+    assert_eq!(rig.ms2(3, sap, "58 00 20"), RS);
+    assert_eq!(rig.ms2(1, sap, ""), low("5E 00 10 04 DE AD BE EF"));
 }
 
 #[test]
-fn while_a_response_waits_only_an_abort_is_taken() {
-    let mut bench = new();
-    let sap = bench.connect(1);
+fn while_a_response_waits_only_an_abort_is_accepted() {
+    let mut rig = new();
+    let sap = rig.connect(1);
     for pdu in ["5E 00 10 04", "5F 00 10 01 AA", "48", "51 00 00 01 00", "57", "00"] {
-        assert_eq!(bench.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
-        assert_eq!(bench.ms2(1, sap, pdu), RR, "{pdu}");
-        assert_eq!(bench.ms2(1, sap, ""), low("5E 00 10 04 DE AD BE EF"), "{pdu}");
+        assert_eq!(rig.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
+        assert_eq!(rig.ms2(1, sap, pdu), RR, "{pdu}");
+        assert_eq!(rig.ms2(1, sap, ""), low("5E 00 10 04 DE AD BE EF"), "{pdu}");
     }
-    assert_eq!(bench.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
-    assert_eq!(bench.ms2(1, sap, "58 00 20"), Answer::Ack);
-    assert_eq!(bench.ms2(1, sap, ""), RS);
+    assert_eq!(rig.ms2(1, sap, "5E 00 10 04"), Answer::Ack);
+    assert_eq!(rig.ms2(1, sap, "58 00 20"), Answer::Ack);
+    assert_eq!(rig.ms2(1, sap, ""), RS);
 }
 
 #[test]
-fn an_abort_is_taken_in_every_phase() {
-    let opening = |bench: &mut Bench| bench.ms2(1, 49, INITIATE);
-    let refused = |bench: &mut Bench| bench.ms2(1, 49, "57 00 00 00 00 64 00 00 00 00 00 00 00 02 00 02 00 00 00 00");
-    let open = |bench: &mut Bench| {
-        bench.connect(1);
+fn an_abort_is_accepted_in_every_phase() {
+    let opening = |rig: &mut Rig| rig.ms2(1, 49, INITIATE);
+    let refused = |rig: &mut Rig| rig.ms2(1, 49, "57 00 00 00 00 64 00 00 00 00 00 00 00 02 00 02 00 00 00 00");
+    let open = |rig: &mut Rig| {
+        rig.connect(1);
         Answer::Ack
     };
-    let aborting = |bench: &mut Bench| bench.ms2(1, 49, "57");
-    for reach in [opening, refused, open, aborting] as [fn(&mut Bench) -> Answer; 4] {
-        let mut bench = new();
-        reach(&mut bench);
-        assert_eq!(bench.ms2(1, 48, "58 00 20"), Answer::Ack);
-        assert_eq!(bench.ms2(1, 48, ""), RS);
-        assert_eq!(bench.connect(1), 48);
+    let aborting = |rig: &mut Rig| rig.ms2(1, 49, "57");
+    for reach in [opening, refused, open, aborting] as [fn(&mut Rig) -> Answer; 4] {
+        let mut rig = new();
+        reach(&mut rig);
+        assert_eq!(rig.ms2(1, 48, "58 00 20"), Answer::Ack);
+        assert_eq!(rig.ms2(1, 48, ""), RS);
+        assert_eq!(rig.connect(1), 48);
     }
 }
 
 #[test]
 fn malformed_requests_are_refused_by_name_and_the_connection_stays() {
-    let mut bench = new();
-    let sap = bench.connect(1);
+    let mut rig = new();
+    let sap = rig.connect(1);
     for (request, refusal) in [
         ("5E", "DE 80 B3 00"),
         ("5E 01 10 04 00", "DE 80 B3 00"),
@@ -197,99 +197,99 @@ fn malformed_requests_are_refused_by_name_and_the_connection_stays() {
         ("51 00 00 02 AA", "D1 80 B3 00"),
         ("51 00 00 01 AA", "D1 80 A9 00"),
     ] {
-        assert_eq!(bench.ms2_job(1, sap, request), low(refusal), "{request}");
+        assert_eq!(rig.ms2_job(1, sap, request), low(refusal), "{request}");
     }
-    assert_eq!(bench.ms2_job(1, sap, "5E 00 10 04"), low("5E 00 10 04 DE AD BE EF"));
+    assert_eq!(rig.ms2_job(1, sap, "5E 00 10 04"), low("5E 00 10 04 DE AD BE EF"));
 }
 
 #[test]
 fn an_unknown_function_is_answered_by_an_abort() {
     for request in ["00", INITIATE, "57", "56 30 00 64", "5C 03 02 10", "DE 80 B0 00", "58", "58 00", "FF"] {
-        let mut bench = new();
-        let sap = bench.connect(1);
-        assert_eq!(bench.ms2_job(1, sap, request), low(INVALID_REQUEST), "{request}");
-        assert_eq!(bench.ms2(1, sap, ""), RS, "{request}");
+        let mut rig = new();
+        let sap = rig.connect(1);
+        assert_eq!(rig.ms2_job(1, sap, request), low(INVALID_REQUEST), "{request}");
+        assert_eq!(rig.ms2(1, sap, ""), RS, "{request}");
     }
 }
 
 #[test]
-fn an_abort_that_got_lost_is_repeated_though_the_connection_is_gone() {
-    let mut bench = new();
-    let sap = bench.connect(1);
-    assert_eq!(bench.ms2(1, sap, "00"), Answer::Ack);
-    let abort = bench.say("68 05 05 68 88 81 7C 30 32 E7 16");
+fn a_lost_abort_is_repeated_after_the_connection_has_ended() {
+    let mut rig = new();
+    let sap = rig.connect(1);
+    assert_eq!(rig.ms2(1, sap, "00"), Answer::Ack);
+    let abort = rig.say("68 05 05 68 88 81 7C 30 32 E7 16");
     assert_eq!(abort, "68 08 08 68 81 88 08 32 30 58 00 12 DD 16");
-    assert_eq!(bench.again(), abort);
-    assert_eq!(bench.ms2(1, sap, ""), RS);
+    assert_eq!(rig.again(), abort);
+    assert_eq!(rig.ms2(1, sap, ""), RS);
 }
 
 #[test]
 fn idle_comes_back_as_it_was_sent() {
-    let mut bench = new();
-    let sap = bench.connect(1);
-    assert_eq!(bench.ms2_job(1, sap, "48"), low("48"));
-    assert_eq!(bench.ms2_job(1, sap, "48 AA BB"), low("48 AA BB"));
+    let mut rig = new();
+    let sap = rig.connect(1);
+    assert_eq!(rig.ms2_job(1, sap, "48"), low("48"));
+    assert_eq!(rig.ms2_job(1, sap, "48 AA BB"), low("48 AA BB"));
 }
 
 #[test]
 fn records_have_up_to_240_octets() {
-    let mut bench = new();
-    let sap = bench.connect(1);
+    let mut rig = new();
+    let sap = rig.connect(1);
     let whole: Vec<u8> = (0..240).collect();
-    bench.device().records.insert((0, 17), vec![0; 240]);
+    rig.device().records.insert((0, 17), vec![0; 240]);
     let write: Vec<u8> = [&hex("5F 00 11 F0")[..], &whole].concat();
-    assert_eq!(bench.srd(1, Some(sap), Some(50), &write), Answer::Ack);
-    assert_eq!(bench.ms2(1, sap, ""), low("5F 00 11 F0"));
-    assert_eq!(bench.ms2_job(1, sap, "5E 00 11 F0"), Answer::Low([&hex("5E 00 11 F0")[..], &whole].concat()));
-    assert_eq!(bench.ms2_job(1, sap, "5E 00 11 01"), low("5E 00 11 01 00"));
+    assert_eq!(rig.srd(1, Some(sap), Some(50), &write), Answer::Ack);
+    assert_eq!(rig.ms2(1, sap, ""), low("5F 00 11 F0"));
+    assert_eq!(rig.ms2_job(1, sap, "5E 00 11 F0"), Answer::Low([&hex("5E 00 11 F0")[..], &whole].concat()));
+    assert_eq!(rig.ms2_job(1, sap, "5E 00 11 01"), low("5E 00 11 01 00"));
 }
 
 #[test]
-fn it_works_in_every_state_of_ms0_and_changes_none() {
-    let mut bench = new();
-    let sap = bench.connect(1);
-    let read = |bench: &mut Bench| bench.ms2_job(1, sap, "5E 00 10 04");
+fn ms2_works_in_every_state_of_ms0_and_changes_none() {
+    let mut rig = new();
+    let sap = rig.connect(1);
+    let read = |rig: &mut Rig| rig.ms2_job(1, sap, "5E 00 10 04");
     let record = low("5E 00 10 04 DE AD BE EF");
-    assert_eq!(read(&mut bench), record);
-    bench.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
-    assert_eq!(read(&mut bench), record, "WAIT-CFG");
-    bench.ms0(MASTER, 62, &hex("11 21"));
-    assert_eq!(read(&mut bench), record, "DATA-EXCH");
-    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
-    bench.ms0(MASTER, 61, &hex("80 01 01 00 FF FF 00"));
-    assert_eq!(read(&mut bench), record, "after Prm_Fault");
-    assert!(matches!(bench.slave.state(), SlaveState::WaitPrm(_)));
+    assert_eq!(read(&mut rig), record);
+    rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
+    assert_eq!(read(&mut rig), record, "WAIT-CFG");
+    rig.ms0(MASTER, 62, &hex("11 21"));
+    assert_eq!(read(&mut rig), record, "DATA-EXCH");
+    assert_eq!(rig.dx(MASTER, &[5, 6]), low("01 02"));
+    rig.ms0(MASTER, 61, &hex("80 01 01 00 FF FF 00"));
+    assert_eq!(read(&mut rig), record, "after Prm_Fault");
+    assert!(matches!(rig.slave.state(), SlaveState::WaitPrm(_)));
 }
 
 #[test]
-fn what_others_do_before_the_poll_changes_nothing() {
-    let mut bench = Bench::exchanging(Gauge::default());
-    let (first, second) = (bench.connect(1), bench.connect(3));
-    assert_eq!(bench.ms2(1, first, "5E 00 10 04"), Answer::Ack);
-    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
-    assert_eq!(bench.ms1_job("5E 01 10 04"), low("5E 01 10 04 11 22 33 44"));
-    assert_eq!(bench.ms2_job(3, second, "5E 01 10 02"), low("5E 01 10 02 11 22"));
-    assert_eq!(bench.dx(MASTER, &[5, 6]), low("01 02"));
-    assert_eq!(bench.ms2(1, first, ""), low("5E 00 10 04 DE AD BE EF"));
+fn requests_of_other_masters_before_the_poll_change_nothing() {
+    let mut rig = Rig::exchanging(Gauge::default());
+    let (first, second) = (rig.connect(1), rig.connect(3));
+    assert_eq!(rig.ms2(1, first, "5E 00 10 04"), Answer::Ack);
+    assert_eq!(rig.dx(MASTER, &[5, 6]), low("01 02"));
+    assert_eq!(rig.ms1_job("5E 01 10 04"), low("5E 01 10 04 11 22 33 44"));
+    assert_eq!(rig.ms2_job(3, second, "5E 01 10 02"), low("5E 01 10 02 11 22"));
+    assert_eq!(rig.dx(MASTER, &[5, 6]), low("01 02"));
+    assert_eq!(rig.ms2(1, first, ""), low("5E 00 10 04 DE AD BE EF"));
 }
 
 #[test]
-fn the_device_learns_which_connection_asks() {
-    let mut bench = new();
-    let (first, second) = (bench.connect(1), bench.connect(3));
-    bench.ms2_job(1, first, "5E 01 10 04");
-    bench.ms2_job(3, second, "5F 01 10 01 AA");
+fn the_device_gets_the_number_of_the_connection() {
+    let mut rig = new();
+    let (first, second) = (rig.connect(1), rig.connect(3));
+    rig.ms2_job(1, first, "5E 01 10 04");
+    rig.ms2_job(3, second, "5F 01 10 01 AA");
     let seen = [Seen::Read(Relation::Ms2(0), 1, 16), Seen::Write(Relation::Ms2(1), 1, 16, vec![0xAA])];
-    assert_eq!(bench.device().seen, seen);
+    assert_eq!(rig.device().seen, seen);
 }
 
 #[test]
 fn a_new_address_and_a_power_cycle_close_every_connection() {
-    let mut bench = new();
-    bench.connect(1);
-    assert_eq!(bench.ms0(MASTER, 55, &hex("09 12 34 00")), Answer::Ack);
-    assert_eq!(bench.ms2(1, 48, ""), RS);
-    assert_eq!(bench.connect(1), 48);
-    bench.slave.power_up(9);
-    assert_eq!(bench.ms2(1, 48, ""), RS);
+    let mut rig = new();
+    rig.connect(1);
+    assert_eq!(rig.ms0(MASTER, 55, &hex("09 12 34 00")), Answer::Ack);
+    assert_eq!(rig.ms2(1, 48, ""), RS);
+    assert_eq!(rig.connect(1), 48);
+    rig.slave.power_up(9);
+    assert_eq!(rig.ms2(1, 48, ""), RS);
 }

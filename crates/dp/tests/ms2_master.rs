@@ -4,28 +4,29 @@
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, Outcome, Phase, Settings, SubmitError};
+use profivac_dp::master::ms2::{self, Connect, RequestError};
+use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, Phase, Settings, SubmitError};
 use profivac_wire::acyclic::AbortReason;
 use profivac_wire::{DataTelegram, Telegram};
 use std::fmt::Write as _;
 use std::path::Path;
-use support::desk::Desk;
+use support::rig::MasterRig;
 use support::{bus, hex};
 
 const BAUD: Baud = Baud::B1500000;
 
-type Tool = Desk<Master<0, 0>>;
+type Class2Rig = MasterRig<Master<0, 0>>;
 
 /// T is 1 s, and a slave may be busy twice.
 fn parameters() -> Ms2Parameters {
     Ms2Parameters { send_timeout: 100, response_timeout: 100, rejections: 2, ..Ms2Parameters::new(BAUD) }
 }
 
-fn opening() -> (Tool, Handle) {
-    let mut desk = Desk::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
-    let connection = desk.station.user.ms2_open(8, &parameters()).unwrap();
-    desk.asks();
-    (desk, connection)
+fn opening() -> (Class2Rig, Handle<Connect>) {
+    let mut rig = MasterRig::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
+    let connection = rig.station.user.ms2_open(8, &parameters()).unwrap();
+    rig.next_request();
+    (rig, connection)
 }
 
 /// A response of slave 8 from `ssap`, with the function code of `fc`.
@@ -36,31 +37,59 @@ fn frame(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
     octets[..length].to_vec()
 }
 
-/// What a test lets the slave answer: DL with a PDU, SC, a status without data, or nothing.
-fn answer(desk: &mut Tool, ssap: u8, what: &str) {
+/// Sends an answer of the slave: DL with a PDU, SC, a status without data, or nothing.
+fn answer(rig: &mut Class2Rig, ssap: u8, what: &str) {
     match what.split_once(' ') {
-        _ if what == "SC" => desk.hears("E5"),
-        _ if what == "RS" => desk.hears("10 02 08 03 0D 16"),
-        _ if what == "RR" => desk.hears("10 02 08 02 0C 16"),
-        _ if what == "UE" => desk.hears("10 02 08 01 0B 16"),
+        _ if what == "SC" => rig.receive("E5"),
+        _ if what == "RS" => rig.receive("10 02 08 03 0D 16"),
+        _ if what == "RR" => rig.receive("10 02 08 02 0C 16"),
+        _ if what == "UE" => rig.receive("10 02 08 01 0B 16"),
         _ if what == "silence" => {}
-        Some(("DH", pdu)) => desk.hears_octets(11, &frame(0x0A, ssap, &hex(pdu))),
-        Some(("RDL", pdu)) => desk.hears_octets(11, &frame(0x0C, ssap, &hex(pdu))),
-        Some(("RDH", pdu)) => desk.hears_octets(11, &frame(0x0D, ssap, &hex(pdu))),
-        _ => desk.hears_octets(11, &frame(0x08, ssap, &hex(what))),
+        Some(("DH", pdu)) => rig.receive_octets(11, &frame(0x0A, ssap, &hex(pdu))),
+        Some(("RDL", pdu)) => rig.receive_octets(11, &frame(0x0C, ssap, &hex(pdu))),
+        Some(("RDH", pdu)) => rig.receive_octets(11, &frame(0x0D, ssap, &hex(pdu))),
+        _ => rig.receive_octets(11, &frame(0x08, ssap, &hex(what))),
     }
 }
 
 const MANAGER: &str = "56 30 00 64";
 const INITIATE_RES: &str = "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
 
-fn open() -> (Tool, Handle) {
-    let (mut desk, connection) = opening();
-    answer(&mut desk, 49, MANAGER);
-    desk.asks();
-    answer(&mut desk, 48, INITIATE_RES);
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Opened(_))));
-    (desk, connection)
+fn open() -> (Class2Rig, Handle<Connect>) {
+    let (mut rig, connection) = opening();
+    answer(&mut rig, 49, MANAGER);
+    rig.next_request();
+    answer(&mut rig, 48, INITIATE_RES);
+    assert!(matches!(rig.station.user.outcome(connection), Some(Ok(_))));
+    (rig, connection)
+}
+
+/// The request of a test, if there is one.
+enum Request {
+    None,
+    Read(Handle<ms2::Read>),
+    Write(Handle<ms2::Write>),
+    Transport(Handle<ms2::Transport>),
+}
+
+impl Request {
+    /// The outcome as the golden prints it; empty if there is none.
+    fn outcome(&self, user: &mut Master<0, 0>) -> String {
+        let outcome = match self {
+            Self::None => None,
+            Self::Read(handle) => user.outcome(*handle).map(|it| it.map(|record| format!("read {record:02X?}"))),
+            Self::Write(handle) => user.outcome(*handle).map(|it| it.map(|()| "written".to_owned())),
+            Self::Transport(handle) => {
+                user.outcome(*handle).map(|it| it.map(|data| format!("transported {data:02X?}")))
+            }
+        };
+        match outcome {
+            None => String::new(),
+            Some(Ok(text)) => format!(", {text}"),
+            Some(Err(RequestError::Refused(negative))) => format!(", refused: {}", negative.code_1),
+            Some(Err(RequestError::Ended(end))) => format!(", {end}"),
+        }
+    }
 }
 
 /// Where a connection can stand, with a message on its way.
@@ -85,35 +114,38 @@ enum Stand {
 
 use Stand::{Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read};
 
-fn stand(at: Stand) -> (Tool, Handle) {
+fn stand(at: Stand) -> (Class2Rig, Handle<Connect>, Request) {
     if let Initiate | PollManager | PollServer = at {
-        let (mut desk, connection) = opening();
+        let (mut rig, connection) = opening();
         match at {
-            PollManager => answer(&mut desk, 49, "SC"),
-            PollServer => answer(&mut desk, 49, MANAGER),
-            _ => return (desk, connection),
+            PollManager => answer(&mut rig, 49, "SC"),
+            PollServer => answer(&mut rig, 49, MANAGER),
+            _ => return (rig, connection, Request::None),
         }
-        desk.asks();
-        return (desk, connection);
+        rig.next_request();
+        return (rig, connection, Request::None);
     }
-    let (mut desk, connection) = open();
-    let user = &mut desk.station.user;
-    match at {
-        Read | PollRead => user.ms2_read(connection, 1, 16, 8).unwrap(),
-        PollWrite => user.ms2_write(connection, 1, 16, &[1, 2]).unwrap(),
-        PollTransport => user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap(),
-        Aborting => user.ms2_close(connection).unwrap(),
-        _ => {}
-    }
-    desk.asks();
+    let (mut rig, connection) = open();
+    let user = &mut rig.station.user;
+    let request = match at {
+        Read | PollRead => Request::Read(user.ms2_read(connection, 1, 16, 8).unwrap()),
+        PollWrite => Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
+        PollTransport => Request::Transport(user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap()),
+        Aborting => {
+            user.ms2_close(connection).unwrap();
+            Request::None
+        }
+        _ => Request::None,
+    };
+    rig.next_request();
     if let PollRead | PollWrite | PollTransport | PollIdle = at {
-        answer(&mut desk, 48, "SC");
-        desk.asks();
+        answer(&mut rig, 48, "SC");
+        rig.next_request();
     }
-    (desk, connection)
+    (rig, connection, request)
 }
 
-/// Everything a slave may answer.
+/// The answers of a slave.
 const ANSWERS: [&str; 30] = [
     "SC",
     "RS",
@@ -147,17 +179,17 @@ const ANSWERS: [&str; 30] = [
     "5C 01 10 02",
 ];
 
-/// What follows an answer: the phase, and the outcome if there is one.
+/// The result of an answer: the phase, and the outcome if there is one.
 fn after(at: Stand, what: &str) -> String {
-    let (mut desk, connection) = stand(at);
+    let (mut rig, connection, request) = stand(at);
     let ssap = if let Initiate | PollManager = at { 49 } else { 48 };
     if what == "silence" && !matches!(at, Initiate) {
-        // The link layer repeats what was counted.
-        desk.asks();
+        // The link layer repeats a counted request.
+        rig.next_request();
     }
-    answer(&mut desk, ssap, what);
+    answer(&mut rig, ssap, what);
     // An Abort of ours is acknowledged.
-    let next = desk.asks_within(40_000).map(|said| said.octets);
+    let next = rig.next_request_within(40_000).map(|said| said.octets);
     let sent = next.as_deref().map_or(String::new(), |octets| match octets {
         [0x68, _, _, 0x68, 0x88, 0x82, _, dsap, 0x32, du @ .., _, 0x16] => {
             let du: Vec<String> = du.iter().map(|octet| format!("{octet:02X}")).collect();
@@ -166,26 +198,24 @@ fn after(at: Stand, what: &str) -> String {
         other => panic!("{other:02X?}"),
     });
     if sent.contains(": 58") {
-        answer(&mut desk, 48, "SC");
+        answer(&mut rig, 48, "SC");
     }
-    let user = &mut desk.station.user;
+    let user = &mut rig.station.user;
     let phase = user.ms2_phase(connection).map_or("-".to_owned(), |phase| phase.to_string());
-    let outcome = match user.outcome(connection) {
-        None => String::new(),
-        Some(Outcome::Ended(end)) => format!(", {end}"),
-        Some(Outcome::Refused(negative)) => format!(", refused: {}", negative.code_1),
-        Some(Outcome::Opened(opened)) => format!(", open at SAP {}", opened.server_sap),
-        Some(Outcome::Read(record)) => format!(", read {record:02X?}"),
-        Some(Outcome::Transported(data)) => format!(", transported {data:02X?}"),
-        Some(Outcome::Written) => ", written".to_owned(),
-        Some(other) => panic!("{other:?}"),
-    };
+    let mut outcome = request.outcome(user);
+    if outcome.is_empty() {
+        outcome = match user.outcome(connection) {
+            None => String::new(),
+            Some(Ok(opened)) => format!(", open at SAP {}", opened.server_sap),
+            Some(Err(end)) => format!(", {end}"),
+        };
+    }
     format!("{phase}{outcome}{sent}")
 }
 
-/// profibus-wire 4.11, and what it does not say.
+/// profibus-wire 4.11, and the cases that it leaves open.
 #[test]
-fn every_answer_in_every_state() {
+fn every_answer_in_every_state_is_as_in_the_golden() {
     let mut text = String::new();
     let all = [Initiate, PollManager, PollServer, Read, PollRead, PollWrite, PollTransport, Idle, PollIdle, Aborting];
     for at in all {
@@ -197,16 +227,16 @@ fn every_answer_in_every_state() {
     golden("ms2_master.txt", &text);
 }
 
-/// Lets the slave answer every message with `what` until the connection ends; when, and how.
-fn until_the_end(desk: &mut Tool, connection: Handle, what: &str) -> (BitTime, ConnectionEnd) {
+/// Answers every message with `what` until the connection ends; returns when and how it ended.
+fn until_the_end(rig: &mut Class2Rig, connection: Handle<Connect>, what: &str) -> (BitTime, ConnectionEnd) {
     loop {
-        let said = desk.asks();
+        let said = rig.next_request();
         if said.text().contains(" 32 58 00 ") {
-            desk.hears("E5");
-            let Some(Outcome::Ended(end)) = desk.station.user.outcome(connection) else { panic!("ended") };
+            rig.receive("E5");
+            let Some(Err(end)) = rig.station.user.outcome(connection) else { panic!("ended") };
             return (said.start, end);
         }
-        answer(desk, 48, what);
+        answer(rig, 48, what);
     }
 }
 
@@ -215,7 +245,7 @@ fn failed(reason: AbortReason, cause: Cause) -> ConnectionEnd {
     ConnectionEnd::Failed { reason, cause }
 }
 
-/// One poll takes a millisecond at most, and what follows begins within one more.
+/// One poll takes a millisecond at most, and the next message begins within one more.
 const GRAIN: u64 = BAUD.tbit_of_ms(2);
 
 fn is_about(measured: u64, ms: u64) -> bool {
@@ -223,45 +253,45 @@ fn is_about(measured: u64, ms: u64) -> bool {
 }
 
 /// A connection with these times, in 10 ms: Send_Timeout asked for, C2_Response_Timeout, least Send_Timeout of the slave.
-fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Tool, Handle) {
-    let mut desk = Tool::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
+fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Class2Rig, Handle<Connect>) {
+    let mut rig = Class2Rig::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
     let parameters = Ms2Parameters { send_timeout, response_timeout, ..parameters() };
-    let connection = desk.station.user.ms2_open(8, &parameters).unwrap();
-    desk.asks();
-    answer(&mut desk, 49, &format!("56 30 {:02X} {:02X}", least >> 8, least & 0xFF));
-    desk.asks();
-    answer(&mut desk, 48, INITIATE_RES);
-    let Some(Outcome::Opened(opened)) = desk.station.user.outcome(connection) else { panic!("open") };
+    let connection = rig.station.user.ms2_open(8, &parameters).unwrap();
+    rig.next_request();
+    answer(&mut rig, 49, &format!("56 30 {:02X} {:02X}", least >> 8, least & 0xFF));
+    rig.next_request();
+    answer(&mut rig, 48, INITIATE_RES);
+    let Some(Ok(opened)) = rig.station.user.outcome(connection) else { panic!("open") };
     assert_eq!(opened.send_timeout, send_timeout.max(least));
-    (desk, connection)
+    (rig, connection)
 }
 
 /// profibus-wire 4.9, rule 2: T is the greater Send_Timeout of both sides.
 #[test]
 fn idle_follows_t_after_the_last_response_again_and_again() {
     for (asked, least, ms) in [(100, 100, 1000), (10, 100, 1000), (130, 100, 1300), (1, 1, 10)] {
-        let (mut desk, connection) = open_with(asked, 1, least);
+        let (mut rig, connection) = open_with(asked, 1, least);
         for _ in 0..3 {
-            let fetched = desk.now;
-            let said = desk.asks();
+            let fetched = rig.now;
+            let said = rig.next_request();
             assert!(said.text().contains(" 30 32 48 "), "{}", said.text());
             assert!(is_about(said.start - fetched, ms), "{} after {} ms", said.start - fetched, ms);
-            answer(&mut desk, 48, "SC");
-            desk.asks();
-            answer(&mut desk, 48, "48");
+            answer(&mut rig, 48, "SC");
+            rig.next_request();
+            answer(&mut rig, 48, "48");
         }
-        assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Open));
+        assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Open));
     }
 }
 
 /// profibus-wire 4.9, rule 4.
 #[test]
-fn a_response_is_waited_for_as_long_as_c2_response_timeout_and_t() {
+fn the_wait_for_a_response_is_the_greater_of_c2_response_timeout_and_t() {
     for (asked, response, least, ms) in [(100, 100, 100, 1000), (100, 250, 100, 2500), (10, 20, 100, 1000)] {
-        let (mut desk, connection) = open_with(asked, response, least);
-        desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
-        let began = desk.now;
-        let (ended, end) = until_the_end(&mut desk, connection, "SC");
+        let (mut rig, connection) = open_with(asked, response, least);
+        rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+        let began = rig.now;
+        let (ended, end) = until_the_end(&mut rig, connection, "SC");
         assert!(is_about(ended - began, ms), "{} after {ms} ms", ended - began);
         assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
     }
@@ -270,46 +300,46 @@ fn a_response_is_waited_for_as_long_as_c2_response_timeout_and_t() {
 /// The server has an Idle timer, and this master supervises that the server answers Idle.
 #[test]
 fn a_server_that_does_not_answer_idle_ends_the_connection() {
-    let (mut desk, connection) = open();
-    let said = desk.asks();
-    answer(&mut desk, 48, "SC");
-    let (ended, end) = until_the_end(&mut desk, connection, "SC");
+    let (mut rig, connection) = open();
+    let said = rig.next_request();
+    answer(&mut rig, 48, "SC");
+    let (ended, end) = until_the_end(&mut rig, connection, "SC");
     assert!(is_about(ended - said.start, 1000));
     assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
 }
 
-/// The response to Initiate is waited for as any other; the access point is known, so the slave is told.
+/// The wait for the response to Initiate is limited as any other; the access point is known, so the master sends an Abort.
 #[test]
-fn an_initiate_that_nobody_answers_ends_in_time() {
-    let (mut desk, connection) = stand(PollServer);
-    answer(&mut desk, 48, "SC");
-    let (_, end) = until_the_end(&mut desk, connection, "SC");
+fn an_unanswered_initiate_ends_in_time() {
+    let (mut rig, connection, _) = stand(PollServer);
+    answer(&mut rig, 48, "SC");
+    let (_, end) = until_the_end(&mut rig, connection, "SC");
     assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
     // The resource manager has no connection to abort.
-    let (mut desk, connection) = stand(PollManager);
-    let (began, mut last) = (desk.now, desk.now);
-    answer(&mut desk, 49, "SC");
-    while let Some(said) = desk.asks_within(40_000) {
+    let (mut rig, connection, _) = stand(PollManager);
+    let (began, mut last) = (rig.now, rig.now);
+    answer(&mut rig, 49, "SC");
+    while let Some(said) = rig.next_request_within(40_000) {
         last = said.start;
-        answer(&mut desk, 49, "SC");
+        answer(&mut rig, 49, "SC");
     }
     assert!((BAUD.tbit_of_ms(990)..BAUD.tbit_of_ms(1001)).contains(&(last - began)), "{}", last - began);
     let end = failed(AbortReason::TIMEOUT, Cause::Timeout);
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
 }
 
 /// profibus-wire 4.9, rule 6: polls go on for T.
 #[test]
-fn a_slave_that_falls_silent_is_polled_for_t() {
+fn a_silent_slave_is_polled_for_t() {
     use profivac_dp::link::active::Failure;
-    let (mut desk, connection) = open_with(100, 400, 100);
-    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
-    desk.asks();
-    answer(&mut desk, 48, "SC");
-    let began = desk.now;
+    let (mut rig, connection) = open_with(100, 400, 100);
+    rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    rig.next_request();
+    answer(&mut rig, 48, "SC");
+    let began = rig.now;
     let mut polls = 0;
     let ended = loop {
-        let said = desk.asks();
+        let said = rig.next_request();
         match said.text().contains(" 32 58 00 0F ") {
             true => break said.start,
             false => polls += 1,
@@ -318,134 +348,134 @@ fn a_slave_that_falls_silent_is_polled_for_t() {
     assert!(polls > 100, "{polls}");
     // A poll without an answer takes two slot times.
     assert!((BAUD.tbit_of_ms(1000)..BAUD.tbit_of_ms(1010)).contains(&(ended - began)), "{}", ended - began);
-    while desk.station.user.ms2_phase(connection) != Some(Phase::Ended) {
-        desk.says();
+    while rig.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+        rig.next_telegram();
     }
-    let end = failed(AbortReason::Fdl(15), Cause::Lost(Failure::Silence));
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    let end = failed(AbortReason::Fdl(15), Cause::NoAnswer(Failure::Silence));
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
 }
 
 /// 4.2: polls are a Min_Slave_Interval apart, also from the request.
 #[test]
-fn messages_to_a_slave_keep_their_distance() {
-    let (mut desk, connection) = open();
-    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
-    let mut before = desk.now;
+fn messages_to_a_slave_keep_the_minimum_interval() {
+    let (mut rig, connection) = open();
+    rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    let mut before = rig.now;
     for _ in 0..5 {
-        let said = desk.asks();
+        let said = rig.next_request();
         assert!(said.start >= before + BAUD.tbit_of_ms(1), "{} after {before}", said.start);
-        answer(&mut desk, 48, "SC");
-        before = desk.now;
+        answer(&mut rig, 48, "SC");
+        before = rig.now;
     }
 }
 
-/// A request is sent once: what got lost is not asked for again, since a write must not be done twice.
+/// The master sends a request once: it does not repeat a lost one, since a write must not be executed twice.
 #[test]
 fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
-    let (mut desk, connection) = open();
-    desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
-    let write = desk.asks().text();
+    let (mut rig, connection) = open();
+    let written = rig.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    let write = rig.next_request().text();
     // The link layer repeats the telegram, with the same count: the slave does it once.
-    assert_eq!(desk.asks().text(), write);
+    assert_eq!(rig.next_request().text(), write);
     for _ in 0..5 {
-        assert!(desk.asks().text().starts_with("68 05 05 68 88 82 "), "a poll");
-        answer(&mut desk, 48, "SC");
+        assert!(rig.next_request().text().starts_with("68 05 05 68 88 82 "), "a poll");
+        answer(&mut rig, 48, "SC");
     }
-    desk.asks();
-    answer(&mut desk, 48, "5F 01 10 02");
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Written));
+    rig.next_request();
+    answer(&mut rig, 48, "5F 01 10 02");
+    assert_eq!(rig.station.user.outcome(written), Some(Ok(())));
 }
 
 /// profibus-wire 4.9, rule 6: the request is repeated as long as the slave has no room; the count begins anew when it
 /// has.
 #[test]
-fn a_busy_slave_is_asked_again_so_many_times() {
+fn a_busy_slave_is_asked_again_a_limited_number_of_times() {
     use profivac_wire::control::Status;
     for (what, reason, status) in
         [("RR", AbortReason::Fdl(2), Status::NoResource), ("UE", AbortReason::Fdl(1), Status::UserError)]
     {
-        let (mut desk, connection) = open();
-        desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+        let (mut rig, connection) = open();
+        rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
         for answered in [what, what, "SC", what, what, what] {
-            desk.asks();
-            answer(&mut desk, 48, answered);
+            rig.next_request();
+            answer(&mut rig, 48, answered);
         }
-        assert!(desk.asks().text().contains(" 32 58 00 "), "the third in a row ends it");
-        answer(&mut desk, 48, "SC");
+        assert!(rig.next_request().text().contains(" 32 58 00 "), "the third in a row ends it");
+        answer(&mut rig, 48, "SC");
         let end = failed(reason, Cause::Status(status));
-        assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+        assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
     }
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused_at_once() {
-    let (mut desk, connection) = opening();
-    let user = &mut desk.station.user;
+fn an_invalid_request_is_refused_at_once() {
+    let (mut rig, connection) = opening();
+    let user = &mut rig.station.user;
     assert_eq!(user.ms2_open(127, &parameters()), Err(SubmitError::Address(127)));
     assert_eq!(user.ms2_open(2, &parameters()), Err(SubmitError::Address(2)), "the master itself");
     assert_eq!(user.ms2_read(connection, 1, 16, 8), Err(SubmitError::NotOpen));
     for _ in 1..4 {
         user.ms2_open(8, &parameters()).unwrap();
     }
-    assert_eq!(user.ms2_open(8, &parameters()), Err(SubmitError::Full { places: 4 }));
+    assert_eq!(user.ms2_open(8, &parameters()), Err(SubmitError::Full { slots: 4 }));
 
-    let (mut desk, connection) = open();
-    let user = &mut desk.station.user;
-    let length = |octets| Err(SubmitError::Length { octets, room: 240 });
-    assert_eq!(user.ms2_read(connection, 1, 16, 0), length(0));
-    assert_eq!(user.ms2_write(connection, 1, 16, &[]), length(0));
-    assert_eq!(user.ms2_write(connection, 1, 16, &[0; 241]), length(241));
-    assert_eq!(user.ms2_transport(connection, 1, 16, &[0; 300]), length(300));
+    let (mut rig, connection) = open();
+    let user = &mut rig.station.user;
+    let length = |octets| SubmitError::Length { octets, room: 240 };
+    assert_eq!(user.ms2_read(connection, 1, 16, 0), Err(length(0)));
+    assert_eq!(user.ms2_write(connection, 1, 16, &[]), Err(length(0)));
+    assert_eq!(user.ms2_write(connection, 1, 16, &[0; 241]), Err(length(241)));
+    assert_eq!(user.ms2_transport(connection, 1, 16, &[0; 300]), Err(length(300)));
     user.ms2_read(connection, 1, 16, 8).unwrap();
     assert_eq!(user.ms2_read(connection, 1, 17, 8), Err(SubmitError::Busy));
     user.ms2_close(connection).unwrap();
-    desk.asks();
-    answer(&mut desk, 48, "SC");
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Ended(_))));
-    assert_eq!(desk.station.user.ms2_close(connection), Err(SubmitError::UnknownHandle));
-    assert_eq!(desk.station.user.ms2_read(connection, 1, 16, 8), Err(SubmitError::UnknownHandle));
+    rig.next_request();
+    answer(&mut rig, 48, "SC");
+    assert!(matches!(rig.station.user.outcome(connection), Some(Err(_))));
+    assert_eq!(rig.station.user.ms2_close(connection), Err(SubmitError::UnknownHandle));
+    assert_eq!(rig.station.user.ms2_read(connection, 1, 16, 8), Err(SubmitError::UnknownHandle));
 }
 
 /// A request may be handed in while an Idle is on its way.
 #[test]
 fn a_request_waits_for_an_idle_under_way() {
-    let (mut desk, connection) = stand(Idle);
-    desk.station.user.ms2_read(connection, 1, 16, 8).unwrap();
-    answer(&mut desk, 48, "SC");
-    assert!(desk.asks().text().starts_with("68 05 05"), "the Idle is fetched first");
-    answer(&mut desk, 48, "48");
-    assert!(desk.asks().text().contains(" 30 32 5E 01 10 08 "));
-    answer(&mut desk, 48, "5E 01 10 01 AA");
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Read(&[0xAA])));
+    let (mut rig, connection, _) = stand(Idle);
+    let read = rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
+    answer(&mut rig, 48, "SC");
+    assert!(rig.next_request().text().starts_with("68 05 05"), "the Idle is fetched first");
+    answer(&mut rig, 48, "48");
+    assert!(rig.next_request().text().contains(" 30 32 5E 01 10 08 "));
+    answer(&mut rig, 48, "5E 01 10 01 AA");
+    assert_eq!(rig.station.user.outcome(read), Some(Ok(&[0xAA][..])));
 }
 
-/// Who has no token is not asked for work; time passes all the same.
+/// A station without the token gets no requests, but its timeouts pass.
 #[test]
-fn without_the_token_waiting_ends_too() {
-    let (mut desk, connection) = stand(PollRead);
+fn timeouts_end_without_the_token_too() {
+    let (mut rig, connection, _) = stand(PollRead);
     // The poll is on its way: it is not given up before its answer may have come.
-    desk.station.user.elapse(desk.now + BAUD.tbit_of_ms(1001));
-    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
-    desk.station.listen(desk.now);
-    desk.station.user.elapse(desk.now);
-    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Transferring));
-    desk.station.user.elapse(desk.now + BAUD.tbit_of_ms(1001));
-    assert_eq!(desk.station.user.ms2_phase(connection), Some(Phase::Aborting));
+    rig.station.user.elapse(rig.now + BAUD.tbit_of_ms(1001));
+    assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Transferring));
+    rig.station.listen(rig.now);
+    rig.station.user.elapse(rig.now);
+    assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Transferring));
+    rig.station.user.elapse(rig.now + BAUD.tbit_of_ms(1001));
+    assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Aborting));
 }
 
-/// A wish to close while the resource manager is polled waits until it is known which access point is to be told.
+/// A close while the master polls the resource manager waits until the access point for the Abort is known.
 #[test]
 fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
-    let (mut desk, connection) = stand(PollManager);
-    desk.station.user.ms2_close(connection).unwrap();
-    answer(&mut desk, 49, "SC");
-    let said = desk.asks_within(40_000).expect("SAP 49 is polled on");
+    let (mut rig, connection, _) = stand(PollManager);
+    rig.station.user.ms2_close(connection).unwrap();
+    answer(&mut rig, 49, "SC");
+    let said = rig.next_request_within(40_000).expect("SAP 49 is polled on");
     assert!(said.text().contains(" 31 32 "), "{}", said.text());
-    answer(&mut desk, 49, MANAGER);
-    assert_eq!(desk.asks().text()[18..], *"5C 30 32 58 00 20 40 16");
-    answer(&mut desk, 48, "SC");
+    answer(&mut rig, 49, MANAGER);
+    assert_eq!(rig.next_request().text()[18..], *"5C 30 32 58 00 20 40 16");
+    answer(&mut rig, 48, "SC");
     let end = ConnectionEnd::Closed(AbortReason::User(0));
-    assert_eq!(desk.station.user.outcome(connection), Some(Outcome::Ended(end)));
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
 }
 
 /// Compares with `tests/golden/master/NAME` of the workspace. `PROFIVAC_BLESS=1` writes it instead.
@@ -462,7 +492,7 @@ fn golden(name: &str, text: &str) {
     assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
 }
 
-/// Master 3 asks somebody for its FDL status.
+/// Master 3 asks another station for its FDL status.
 const FOREIGN: &str = "10 05 03 49 51 16";
 
 /// The access point, and the octets of the message; nothing is a poll.
@@ -471,39 +501,39 @@ fn message(octets: &[u8]) -> (u8, String) {
     (*dsap, support::text(du))
 }
 
-/// In a ring that is being put in order another master may speak over a request. Nothing is wrong with the slave then.
+/// While a ring forms, another master may interrupt a request. The slave is not at fault.
 #[test]
-fn a_request_that_another_master_spoke_over_is_sent_again() {
+fn a_request_that_another_master_interrupted_is_sent_again() {
     for (at, sap, du) in [(Initiate, 49, "57"), (Read, 48, "5E 01 10 08"), (Idle, 48, "48")] {
-        let (mut desk, connection) = stand(at);
-        desk.hears_after(100, FOREIGN);
-        let (again, sent) = message(&desk.asks().octets);
+        let (mut rig, connection, request) = stand(at);
+        rig.receive_after(100, FOREIGN);
+        let (again, sent) = message(&rig.next_request().octets);
         assert!(again == sap && sent.starts_with(du), "{at:?}: {sent} to {again}");
-        // The slave has had the first one after all: there is no room for another, and its response is fetched.
+        // The slave did receive the first one: it answers RR to the second, and the master fetches the response.
         if !matches!(at, Initiate) {
-            answer(&mut desk, 48, "RR");
-            assert_eq!(message(&desk.asks().octets), (48, String::new()), "{at:?}");
+            answer(&mut rig, 48, "RR");
+            assert_eq!(message(&rig.next_request().octets), (48, String::new()), "{at:?}");
         }
-        assert_ne!(desk.station.user.ms2_phase(connection), Some(Phase::Ended), "{at:?}");
+        assert_ne!(rig.station.user.ms2_phase(connection), Some(Phase::Ended), "{at:?}");
         match at {
-            Initiate => answer(&mut desk, 49, MANAGER),
-            Read => answer(&mut desk, 48, "5E 01 10 02 AA BB"),
-            _ => answer(&mut desk, 48, "48"),
+            Initiate => answer(&mut rig, 49, MANAGER),
+            Read => answer(&mut rig, 48, "5E 01 10 02 AA BB"),
+            _ => answer(&mut rig, 48, "48"),
         }
-        let told = format!("{:?}", desk.station.user.outcome(connection));
-        let expected = if let Read = at { "Some(Read([170, 187]))" } else { "None" };
-        assert_eq!(told, expected, "{at:?}");
+        let reported = request.outcome(&mut rig.station.user);
+        let expected = if let Read = at { ", read [AA, BB]" } else { "" };
+        assert_eq!(reported, expected, "{at:?}");
     }
 }
 
-/// What must not be done twice is not: whether the slave has it shows in what it responds.
+/// The master does not repeat a write; the response shows whether the slave has it.
 #[test]
-fn a_write_that_another_master_spoke_over_is_polled_for() {
-    let (mut desk, connection) = open();
-    desk.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
-    desk.asks();
-    desk.hears_after(100, FOREIGN);
-    assert_eq!(message(&desk.asks().octets), (48, String::new()));
-    answer(&mut desk, 48, "5F 01 10 02");
-    assert!(matches!(desk.station.user.outcome(connection), Some(Outcome::Written)));
+fn a_write_that_another_master_interrupted_is_polled_for() {
+    let (mut rig, connection) = open();
+    let written = rig.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    rig.next_request();
+    rig.receive_after(100, FOREIGN);
+    assert_eq!(message(&rig.next_request().octets), (48, String::new()));
+    answer(&mut rig, 48, "5F 01 10 02");
+    assert!(matches!(rig.station.user.outcome(written), Some(Ok(()))));
 }

@@ -1,11 +1,11 @@
 //! How long an MS2 connection waits, to the bit. profibus-wire 4.9.
 
-mod bench;
+mod rig;
 
-use bench::{Answer, Bench, Gauge, INITIATE, MASTER, RS, hex, low};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
+use rig::{Answer, Gauge, INITIATE, MASTER, RS, Rig, hex, low};
 
-/// T of the bench's connections: 1 s at 1.5 Mbit/s.
+/// T of the rig's connections: 1 s at 1.5 Mbit/s.
 const T: u64 = 1_500_000;
 
 const SAP: u8 = 48;
@@ -14,42 +14,42 @@ const OPENED: &str = "57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
 
 /// A connection on SAP 48 and the moment its timer was started last, which is the end of a request.
 struct Timed {
-    bench: Bench,
+    rig: Rig,
     since: BitTime,
 }
 
 impl Timed {
     fn new(send_timeout: &str) -> Self {
-        let mut bench = Bench::new(Gauge::default());
+        let mut rig = Rig::new(Gauge::default());
         let initiate = INITIATE.replace("00 64 01", &format!("{send_timeout} 01"));
-        assert_eq!(bench.ms2(1, 49, &initiate), low("56 30 00 64"));
-        Self { bench, since: BitTime(0) }.noted()
+        assert_eq!(rig.ms2(1, 49, &initiate), low("56 30 00 64"));
+        Self { rig, since: BitTime(0) }.noted()
     }
 
     /// The last request started the timer.
     fn noted(mut self) -> Self {
-        self.since = self.bench.asked;
+        self.since = self.rig.asked;
         self
     }
 
     fn sends(mut self, pdu: &str, expected: Answer) -> Self {
-        assert_eq!(self.bench.ms2(1, SAP, pdu), expected);
+        assert_eq!(self.rig.ms2(1, SAP, pdu), expected);
         self.noted()
     }
 
-    /// A poll that ends so many bit times after what started the timer.
+    /// A poll that ends `tbit` bit times after the start of the timer.
     fn polls_after(mut self, tbit: u64, expected: Answer) -> Self {
         let poll = T_SYN_TBIT + 11 * CHARACTER_TBIT;
-        let (begins, ends) = (self.bench.now, self.since + tbit);
+        let (begins, ends) = (self.rig.now, self.since + tbit);
         assert!(begins + poll <= ends, "time only goes forward");
-        self.bench.pass(ends - (begins + poll));
-        assert_eq!(self.bench.ms2(1, SAP, ""), expected);
+        self.rig.pass(ends - (begins + poll));
+        assert_eq!(self.rig.ms2(1, SAP, ""), expected);
         self
     }
 }
 
 #[test]
-fn a_response_that_nobody_fetches_for_t_becomes_an_abort() {
+fn a_response_not_fetched_for_t_becomes_an_abort() {
     let opened = low(OPENED);
     Timed::new("00 64").polls_after(T - 1, opened.clone());
     Timed::new("00 64").polls_after(T, low(TIMEOUT));
@@ -60,7 +60,7 @@ fn a_response_that_nobody_fetches_for_t_becomes_an_abort() {
 }
 
 #[test]
-fn an_abort_that_nobody_fetches_for_t_closes_the_connection() {
+fn an_abort_not_fetched_for_t_closes_the_connection() {
     Timed::new("00 64").polls_after(2 * T - 1, low(TIMEOUT));
     Timed::new("00 64").polls_after(2 * T, RS);
 }
@@ -76,14 +76,14 @@ fn an_open_connection_waits_2_t_for_a_request_and_polls_do_not_count() {
 }
 
 #[test]
-fn every_job_gives_the_connection_2_t_more() {
+fn every_request_restarts_the_2_t_of_the_connection() {
     let opened = low(OPENED);
     let idle = Timed::new("00 64").sends("", opened).polls_after(2 * T - 1000, Answer::Ack).sends("48", Answer::Ack);
     idle.polls_after(T - 1, low("48")).noted().polls_after(2 * T - 1, Answer::Ack);
 }
 
 #[test]
-fn the_greater_send_timeout_holds() {
+fn the_greater_send_timeout_is_used() {
     let opened = low(OPENED);
     Timed::new("00 01").polls_after(T - 1, opened.clone());
     Timed::new("00 01").polls_after(T, low(TIMEOUT));
@@ -91,25 +91,25 @@ fn the_greater_send_timeout_holds() {
     Timed::new("00 C8").polls_after(2 * T, low(TIMEOUT));
 }
 
-/// Whoever drives the slave need not be on time: what should have happened meanwhile has happened.
+/// A caller may poll the slave late: timers that expired meanwhile take effect at their own time.
 #[test]
-fn deadlines_that_were_missed_count_from_when_they_were() {
+fn missed_deadlines_count_from_their_own_time() {
     let mut timed = Timed::new("00 64");
-    timed.bench.now = timed.since + 2 * T;
-    assert_eq!(timed.bench.ms2(1, SAP, ""), RS);
+    timed.rig.now = timed.since + 2 * T;
+    assert_eq!(timed.rig.ms2(1, SAP, ""), RS);
 }
 
 #[test]
 fn the_slave_asks_to_be_woken_at_the_earliest_deadline() {
-    let mut bench = Bench::new(Gauge::default());
-    assert_eq!(bench.slave.wake_at(), None);
-    assert_eq!(bench.ms2(1, 49, INITIATE), low("56 30 00 64"));
-    assert_eq!(bench.slave.wake_at(), Some(bench.asked + T));
-    let first = bench.asked;
-    assert_eq!(bench.ms2(3, 49, INITIATE), low("56 2F 00 64"));
-    assert_eq!(bench.slave.wake_at(), Some(first + T));
-    bench.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00"));
-    assert_eq!(bench.slave.wake_at(), Some(bench.asked + 15_000), "the watchdog");
-    bench.slave.power_up(8);
-    assert_eq!(bench.slave.wake_at(), None);
+    let mut rig = Rig::new(Gauge::default());
+    assert_eq!(rig.slave.wake_at(), None);
+    assert_eq!(rig.ms2(1, 49, INITIATE), low("56 30 00 64"));
+    assert_eq!(rig.slave.wake_at(), Some(rig.asked + T));
+    let first = rig.asked;
+    assert_eq!(rig.ms2(3, 49, INITIATE), low("56 2F 00 64"));
+    assert_eq!(rig.slave.wake_at(), Some(first + T));
+    rig.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00"));
+    assert_eq!(rig.slave.wake_at(), Some(rig.asked + 15_000), "the watchdog");
+    rig.slave.power_up(8);
+    assert_eq!(rig.slave.wake_at(), None);
 }

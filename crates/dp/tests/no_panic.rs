@@ -1,4 +1,4 @@
-//! Whatever comes over the line, a master survives it and works afterwards.
+//! A master survives any octets on the line and works afterwards.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
@@ -26,7 +26,7 @@ fn station() -> Any {
     station
 }
 
-/// Somebody uses the master while the line goes mad.
+/// A user sends requests while the line carries random octets.
 fn meddle(station: &mut Any, random: &mut Random) {
     let address = random.next() as u8;
     match random.below(40) {

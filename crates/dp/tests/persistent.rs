@@ -1,8 +1,8 @@
-//! One slave errs again and again, in every way there is: the trouble is told in words, it is tried more and more slowly,
-//! and the others do not suffer. profibus-wire 3.9 and 3.10.
+//! One slave fails again and again, in every way: the error has a text, the master tries the slave more and more slowly, and
+//! the others are not affected. profibus-wire 3.9 and 3.10.
 //!
-//! The bound for the others: no cycle is longer than one in which everybody works, plus one message cycle of the slave that
-//! errs with all its repetitions, plus one Global_Control. That is what one message per slave and cycle comes to.
+//! The bound for the others: no cycle is longer than one in which all slaves work, plus one message cycle of the faulty slave
+//! with all its repetitions, plus one Global_Control. This follows from one message per slave and cycle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
@@ -18,7 +18,7 @@ use support::{bus, hex, is_housekeeping};
 const IDENT: u16 = 0x1234;
 /// Two octets in, two octets out.
 const CFG: [u8; 2] = [0x11, 0x21];
-/// Who errs; its place is in the middle of the cycle.
+/// The faulty slave; its place is in the middle of the cycle.
 const BAD: u8 = 8;
 const OTHERS: [u8; 4] = [3, 5, 20, 77];
 /// A cycle in which all five work: messages of 290 bit times, the token, T_ID1.
@@ -44,7 +44,7 @@ fn line() -> Bus {
     }
     master.user.set_mode(Mode::Operate);
     let mut line = Line::new(master);
-    // The one that errs is the first in the list, wherever it is in the cycle.
+    // The faulty slave is the first on the line, independent of its place in the cycle.
     for address in [BAD].into_iter().chain(OTHERS) {
         let mut device = Plain::new(IDENT, &CFG);
         device.inputs = vec![1, address];
@@ -53,7 +53,7 @@ fn line() -> Bus {
     line
 }
 
-/// Every answer of the slave that errs becomes these octets.
+/// Every answer of the faulty slave becomes these octets.
 fn answers(line: &mut Bus, octets: Vec<u8>) {
     line.tamper = Some(Box::new(move |from, sent| if from == From::Slave(0) { octets.clone() } else { sent.to_vec() }));
 }
@@ -84,13 +84,13 @@ fn diagnoses(line: &mut Bus, du: [u8; 6]) {
     }));
 }
 
-/// A way to err, what it is called, and the words of the trouble.
+/// A fault, its name, and the text of the error.
 struct Fault {
     name: &'static str,
     err: fn(&mut Bus),
     trouble: ExchangeError,
     words: &'static str,
-    /// How many messages it takes from the first of a new try to the fault.
+    /// The number of messages from the first of a new try to the fault.
     messages: usize,
 }
 
@@ -146,7 +146,7 @@ const FAULTS: &[Fault] = &[
         messages: 1,
     },
     Fault {
-        name: "it asks for parameters for ever",
+        name: "it always asks for parameters",
         err: |line| diagnoses(line, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]),
         trouble: ExchangeError::PrmReq,
         words: "it asks to be parameterised again (Prm_Req)",
@@ -182,7 +182,7 @@ const FAULTS: &[Fault] = &[
     },
 ];
 
-/// What happens on the line in so many bit times: the longest cycle, and how many messages went to the one that errs.
+/// The traffic in a number of bit times: the longest cycle, and the number of messages to the faulty slave.
 fn watch(line: &mut Bus, tbit: u64) -> (u64, usize) {
     let first = line.trace.len();
     let end = line.now + tbit;
@@ -205,7 +205,7 @@ fn watch(line: &mut Bus, tbit: u64) -> (u64, usize) {
 }
 
 #[test]
-fn it_is_told_in_words_tried_slowly_and_costs_the_others_no_more_than_one_message() {
+fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_message() {
     for fault in FAULTS {
         let mut line = line();
         (fault.err)(&mut line);
@@ -238,19 +238,19 @@ fn it_is_told_in_words_tried_slowly_and_costs_the_others_no_more_than_one_messag
 }
 
 #[test]
-fn what_goes_on_is_told_once_and_not_with_every_try() {
+fn a_fault_that_lasts_is_reported_once() {
     for fault in FAULTS {
         let mut line = line();
         (fault.err)(&mut line);
         line.run_for(1_000_000);
-        let told: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-        let troubles = told.iter().filter(|event| event.address == BAD && event.kind.to_string() == fault.words);
-        assert_eq!(troubles.count(), 1, "{}: {told:?}", fault.name);
+        let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
+        let troubles = reported.iter().filter(|event| event.address == BAD && event.kind.to_string() == fault.words);
+        assert_eq!(troubles.count(), 1, "{}: {reported:?}", fault.name);
     }
 }
 
 #[test]
-fn it_comes_back_within_the_longest_pause_once_it_works() {
+fn a_repaired_slave_returns_within_the_longest_pause() {
     for fault in FAULTS {
         let mut line = line();
         (fault.err)(&mut line);
@@ -266,7 +266,7 @@ fn it_comes_back_within_the_longest_pause_once_it_works() {
 
 /// Not a refusal, but no end either: it is asked in every cycle while it may still be checking, and then as the others.
 #[test]
-fn a_slave_that_is_never_ready_is_given_the_time_it_may_take_and_then_a_pause() {
+fn a_slave_that_is_never_ready_gets_its_time_and_then_a_pause() {
     let mut line = line();
     diagnoses(&mut line, [0x02, 0x0C, 0x00, 0x02, 0x12, 0x34]);
     line.run_until(200_000, |line| line.master.user.exchange_error(BAD) == Some(ExchangeError::NotReady));
@@ -274,9 +274,9 @@ fn a_slave_that_is_never_ready_is_given_the_time_it_may_take_and_then_a_pause() 
     line.run_for(3_000_000);
     let (longest, _) = watch(&mut line, 3_000_000);
     assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{longest}");
-    let told = std::iter::from_fn(|| line.master.user.next_event());
+    let reported = std::iter::from_fn(|| line.master.user.next_event());
     assert_eq!(
-        told.filter(|event| event.address == BAD && event.kind.to_string().contains("not become ready")).count(),
+        reported.filter(|event| event.address == BAD && event.kind.to_string().contains("not become ready")).count(),
         1
     );
     assert_eq!(line.master.user.counters(OTHERS[0]).unwrap().lost, 0);
@@ -284,7 +284,7 @@ fn a_slave_that_is_never_ready_is_given_the_time_it_may_take_and_then_a_pause() 
 
 /// It works until it is asked a few times, and then it has lost its parameters: again and again.
 #[test]
-fn a_slave_that_falls_out_of_exchange_every_time_is_started_four_times_a_second_at_most() {
+fn a_slave_that_leaves_exchange_every_time_is_started_four_times_a_second_at_most() {
     let mut line = line();
     line.run_until(500_000, |line| line.master.user.exchanging() == 5);
     let mut falls = 0;

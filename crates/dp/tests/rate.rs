@@ -1,15 +1,15 @@
 //! A slave that does not know its rate, on a bus that does. profibus-wire 3.6, 3.7 and 3.2, transition 15.
 
-mod bench;
+mod rig;
 
-use bench::{Bench, Gauge, MASTER, RS, SLAVE, emit, hex};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Rate, RateControl, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::slave::SlaveState;
 use profivac_wire::{DataTelegram, Telegram};
+use rig::{Gauge, MASTER, RS, Rig, SLAVE, emit, hex};
 
-/// What drives a port: it sets the rate it is asked to, hears garbage at any other, and never sends while searching.
+/// A port: it has the rate of the station, receives garbage at any other rate, and never sends while searching.
 struct Port {
-    bench: Bench,
+    rig: Rig,
     control: RateControl,
     receiver: Receiver,
     now: BitTime,
@@ -20,12 +20,12 @@ struct Port {
 impl Port {
     fn new(bus: Baud) -> Self {
         let now = BitTime(0);
-        let bench = Bench::new(Gauge::default());
-        Self { bench, control: RateControl::automatic(now), receiver: Receiver::new(now), now, bus }
+        let rig = Rig::new(Gauge::default());
+        Self { rig, control: RateControl::automatic(now), receiver: Receiver::new(now), now, bus }
     }
 
     /// At another rate characters break.
-    fn hears(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+    fn receive(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.now = self.now + T_SYN_TBIT;
         let mut answer = None;
         for octet in octets {
@@ -36,20 +36,20 @@ impl Port {
             }
             let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet) else { continue };
             if self.control.telegram_received(self.now, &telegram, SLAVE) {
-                self.bench.slave.rate_found(self.control.rate().baud());
+                self.rig.slave.rate_found(self.control.rate().baud());
             }
-            answer = self.bench.slave.telegram(self.now, &telegram).map(|transmit| transmit.octets.to_vec());
+            answer = self.rig.slave.telegram(self.now, &telegram).map(|transmit| transmit.octets.to_vec());
         }
         assert!(answer.is_none() || matches!(self.control.rate(), Rate::Found(_)), "sent while searching");
         answer
     }
 
-    /// Nothing is heard until the control wants something.
+    /// Nothing is received until the control wants something.
     fn silence(&mut self) {
         let Some(wake) = self.control.wake_at() else { return };
         self.now = wake;
-        assert_eq!(self.bench.slave.poll(wake), None);
-        if self.control.elapse(wake, self.bench.slave.watchdog_is_running()) {
+        assert_eq!(self.rig.slave.poll(wake), None);
+        if self.control.elapse(wake, self.rig.slave.watchdog_is_running()) {
             self.now = BitTime(0);
             self.receiver = Receiver::new(self.now);
         }
@@ -64,67 +64,67 @@ fn every_rate_is_found_by_listening_to_others() {
     for bus in Baud::ALL {
         let mut port = Port::new(bus);
         for _ in 0..Baud::ALL.len() {
-            assert_eq!(port.hears(&hex(STATUS_OF_9)), None);
+            assert_eq!(port.receive(&hex(STATUS_OF_9)), None);
             if port.control.rate() == Rate::Found(bus) {
                 break;
             }
             port.silence();
         }
         assert_eq!(port.control.rate(), Rate::Found(bus));
-        assert_eq!(port.hears(&hex(STATUS_OF_8)), Some(hex("10 02 08 00 0A 16")), "{bus}");
+        assert_eq!(port.receive(&hex(STATUS_OF_8)), Some(hex("10 02 08 00 0A 16")), "{bus}");
     }
 }
 
 fn port_in_data_exchange(prm: &str) -> Port {
     let mut port = Port::new(Baud::B12000000);
-    port.hears(&hex(STATUS_OF_9));
+    port.receive(&hex(STATUS_OF_9));
     for (sap, du, fc) in [(61, prm, 0x6D), (62, "11 21", 0x5D)] {
         let du = hex(du);
         let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
-        assert_eq!(port.hears(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
+        assert_eq!(port.receive(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
     }
-    assert!(matches!(port.bench.slave.state(), SlaveState::DataExch(..)));
+    assert!(matches!(port.rig.slave.state(), SlaveState::DataExch(..)));
     port
 }
 
 #[test]
-fn an_unwatched_slave_goes_on_exchanging_when_the_rate_is_found_again() {
+fn a_slave_without_a_watchdog_keeps_exchanging_when_the_rate_is_found_again() {
     let mut port = port_in_data_exchange("80 01 01 00 12 34 00");
     port.silence();
     assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
-    assert!(matches!(port.bench.slave.state(), SlaveState::DataExch(..)));
-    port.hears(&hex(STATUS_OF_9));
-    let answer = port.hears(&hex("68 05 05 68 08 02 7D AA 55 86 16"));
+    assert!(matches!(port.rig.slave.state(), SlaveState::DataExch(..)));
+    port.receive(&hex(STATUS_OF_9));
+    let answer = port.receive(&hex("68 05 05 68 08 02 7D AA 55 86 16"));
     assert_eq!(answer, Some(hex("68 05 05 68 02 08 08 01 02 15 16")));
 }
 
 #[test]
-fn a_watched_slave_leaves_its_master_first() {
+fn a_slave_with_a_watchdog_leaves_its_master_first() {
     let mut port = port_in_data_exchange("88 01 01 00 12 34 00");
     port.silence();
-    assert!(matches!(port.bench.slave.state(), SlaveState::WaitPrm(_)));
+    assert!(matches!(port.rig.slave.state(), SlaveState::WaitPrm(_)));
     assert_eq!(port.control.rate(), Rate::Searching(Baud::B12000000));
 }
 
 #[test]
-fn a_lost_rate_closes_connections_and_forgets_who_asked_last() {
-    let mut bench = Bench::new(Gauge::default());
-    bench.connect(1);
+fn a_lost_rate_closes_connections_and_clears_the_frame_count() {
+    let mut rig = Rig::new(Gauge::default());
+    rig.connect(1);
     let request = hex("68 05 05 68 88 82 5D 3C 3E E1 16");
-    let before = bench.raw(&request);
-    bench.slave.rate_found(Baud::B19200);
-    bench.device().event = true;
-    assert_ne!(bench.raw(&request), before, "no repetition");
-    assert_eq!(bench.ms2(1, 48, ""), RS);
-    assert_eq!(bench.slave.wake_at(), None);
+    let before = rig.raw(&request);
+    rig.slave.rate_found(Baud::B19200);
+    rig.device().event = true;
+    assert_ne!(rig.raw(&request), before, "no repetition");
+    assert_eq!(rig.ms2(1, 48, ""), RS);
+    assert_eq!(rig.slave.wake_at(), None);
 }
 
 #[test]
 fn times_follow_the_rate_that_was_found() {
-    let mut bench = Bench::new(Gauge::default());
-    bench.slave.rate_found(Baud::B19200);
-    bench.ms0(MASTER, 61, &hex("88 0A 0A 00 12 34 00"));
-    assert_eq!(bench.slave.wake_at(), Some(bench.asked + 19_200));
-    bench.slave.rate_found(Baud::B12000000);
-    assert!(matches!(bench.slave.state(), SlaveState::WaitPrm(_)), "the watchdog's time was in other bits");
+    let mut rig = Rig::new(Gauge::default());
+    rig.slave.rate_found(Baud::B19200);
+    rig.ms0(MASTER, 61, &hex("88 0A 0A 00 12 34 00"));
+    assert_eq!(rig.slave.wake_at(), Some(rig.asked + 19_200));
+    rig.slave.rate_found(Baud::B12000000);
+    assert!(matches!(rig.slave.state(), SlaveState::WaitPrm(_)), "the watchdog's time was in other bits");
 }

@@ -1,12 +1,12 @@
-//! The receiver against the rules written down as simply as they can be: octet by octet, in slices however they are cut,
-//! with damaged octets, gaps and character errors. What is heard, and when, must be the same.
+//! The receiver compared with the simplest implementation of the rules: octet by octet, in slices of any size, with damaged
+//! octets, gaps and character errors. Results and times must be the same.
 
-mod bench;
+mod rig;
 
-use bench::{Bench, Gauge, hex};
 use fastrand::Rng;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_wire::{DataTelegram, MAX_DU, Telegram};
+use rig::{Gauge, Rig, hex};
 
 /// One of every form, and the longest: profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8.
 fn telegrams() -> Vec<Vec<u8>> {
@@ -22,22 +22,22 @@ fn telegrams() -> Vec<Vec<u8>> {
     .map(hex)
     .to_vec();
     let longest = DataTelegram { da: 8, sa: 2, dsap: Some(56), ssap: Some(62), fc: 0x7D, du: &[0xE5; MAX_DU] };
-    telegrams.push(bench::emit(&Telegram::Data(longest)));
+    telegrams.push(rig::emit(&Telegram::Data(longest)));
     telegrams
 }
 
-/// What was heard, and the end of the character with which it was.
-type Said = (BitTime, String);
+/// A result, and the end of the character that completed it.
+type Sent = (BitTime, String);
 
-fn said(end: BitTime, heard: Received<'_>) -> Option<Said> {
-    match heard {
+fn said(end: BitTime, received: Received<'_>) -> Option<Sent> {
+    match received {
         Received::Nothing => None,
         Received::Telegram(telegram) => Some((end, format!("{telegram:02X?}"))),
         Received::Damaged(defect) => Some((end, format!("{defect:?}"))),
     }
 }
 
-/// The rules of profibus-wire 1.7, each looked at for every octet.
+/// The rules of profibus-wire 1.7, each checked for every octet.
 struct Rules {
     octets: Vec<u8>,
     hunting: bool,
@@ -59,7 +59,7 @@ impl Rules {
         self.damaged += 1;
     }
 
-    fn octet(&mut self, end: BitTime, octet: u8) -> Option<Said> {
+    fn octet(&mut self, end: BitTime, octet: u8) -> Option<Sent> {
         let since_last = end - self.last;
         self.last = end;
         if !self.octets.is_empty() && since_last > Self::GAP_TBIT {
@@ -106,18 +106,18 @@ fn is_decided(octets: &[u8]) -> bool {
 }
 
 /// All octets of a piece at once, as often as there is something left.
-fn together(receiver: &mut Receiver, mut end: BitTime, mut octets: &[u8]) -> Vec<Said> {
+fn together(receiver: &mut Receiver, mut end: BitTime, mut octets: &[u8]) -> Vec<Sent> {
     let mut all = Vec::new();
     while !octets.is_empty() {
-        let (taken, heard) = receiver.octets(end, octets);
-        all.extend(said(end + (taken as u64 - 1) * CHARACTER_TBIT, heard));
+        let (taken, received) = receiver.octets(end, octets);
+        all.extend(said(end + (taken as u64 - 1) * CHARACTER_TBIT, received));
         end = end + taken as u64 * CHARACTER_TBIT;
         octets = &octets[taken..];
     }
     all
 }
 
-/// The same line heard in three ways.
+/// The same line received in three ways.
 struct Line {
     rules: Rules,
     each: Receiver,
@@ -132,8 +132,8 @@ impl Line {
         Self { rules: Rules::new(), each: receiver.clone(), slices: receiver, now: BitTime(0) }
     }
 
-    /// Pieces without a gap between them. Returns what the rules say.
-    fn pieces(&mut self, pieces: &[&[u8]]) -> Vec<Said> {
+    /// Pieces without a gap between them. Returns the results of the rules.
+    fn pieces(&mut self, pieces: &[&[u8]]) -> Vec<Sent> {
         let (mut rules, mut each, mut slices) = (Vec::new(), Vec::new(), Vec::new());
         for piece in pieces {
             slices.extend(together(&mut self.slices, self.now + CHARACTER_TBIT, piece));
@@ -168,20 +168,20 @@ fn cuts(octets: &[u8]) -> impl Iterator<Item = [&[u8]; 3]> {
 }
 
 #[test]
-fn every_telegram_is_heard_however_it_is_cut() {
+fn every_telegram_is_received_in_pieces_of_any_size() {
     for octets in telegrams() {
         let mut line = Line::new();
         for pieces in cuts(&octets) {
             line.now = line.now + 33;
-            let heard = line.pieces(&pieces);
+            let received = line.pieces(&pieces);
             let Ok(telegram) = Telegram::parse(&octets) else { panic!("no telegram: {octets:02X?}") };
-            assert_eq!(heard, [(line.now, format!("{telegram:02X?}"))], "{pieces:02X?}");
+            assert_eq!(received, [(line.now, format!("{telegram:02X?}"))], "{pieces:02X?}");
         }
     }
 }
 
 #[test]
-fn a_damaged_octet_is_heard_alike_by_all_and_the_next_telegram_after_t_syn() {
+fn all_receivers_report_a_damaged_octet_alike_and_receive_the_next_telegram_after_t_syn() {
     let next = hex("10 08 02 49 53 16");
     for octets in telegrams().into_iter().filter(|octets| octets.len() < 20) {
         for place in 0..octets.len() {
@@ -194,8 +194,8 @@ fn a_damaged_octet_is_heard_alike_by_all_and_the_next_telegram_after_t_syn() {
                     let (front, back) = damaged.split_at(place);
                     line.pieces(&[front, back]);
                     line.now = line.now + idle;
-                    let heard = line.pieces(&[&next]);
-                    assert!(idle < 33 || heard.len() == 1, "{damaged:02X?}");
+                    let received = line.pieces(&[&next]);
+                    assert!(idle < 33 || received.len() == 1, "{damaged:02X?}");
                 }
             }
         }
@@ -219,7 +219,7 @@ fn chunk(rng: &mut Rng, telegrams: &[Vec<u8>]) -> Vec<u8> {
 }
 
 #[test]
-fn random_pieces_gaps_and_errors_are_heard_alike_by_all() {
+fn all_receivers_report_random_pieces_gaps_and_errors_alike() {
     let telegrams = telegrams();
     let times = std::env::var("PROFIVAC_FUZZ").ok().and_then(|times| times.parse().ok()).unwrap_or(1);
     for seed in 0..2_000 * times {
@@ -253,9 +253,9 @@ fn a_damaged_telegram_changes_nothing_in_a_slave() {
         "68 06 06 68 88 82 7D 3E 3E 21 24 16",
     ];
     for octets in requests.map(hex) {
-        let mut bench = Bench::exchanging(Gauge::default());
-        let told = |bench: &Bench| format!("{:?} {:?}", bench.slave.state(), bench.slave.device());
-        let before = told(&bench);
+        let mut rig = Rig::exchanging(Gauge::default());
+        let reported = |rig: &Rig| format!("{:?} {:?}", rig.slave.state(), rig.slave.device());
+        let before = reported(&rig);
         for place in 0..octets.len() {
             for flipped in 1..=0xFF {
                 let mut damaged = octets.clone();
@@ -265,13 +265,13 @@ fn a_damaged_telegram_changes_nothing_in_a_slave() {
                 for octet in &damaged {
                     end = end + CHARACTER_TBIT;
                     if let Received::Telegram(telegram) = receiver.octet(end, *octet) {
-                        assert_eq!(bench.slave.telegram(end, &telegram), None, "{damaged:02X?}");
+                        assert_eq!(rig.slave.telegram(end, &telegram), None, "{damaged:02X?}");
                     }
                 }
-                assert_eq!(told(&bench), before, "{damaged:02X?}");
+                assert_eq!(reported(&rig), before, "{damaged:02X?}");
             }
         }
-        assert!(bench.raw(&octets).is_some(), "undamaged, it is answered");
-        assert_ne!(told(&bench), before, "undamaged, it changes something");
+        assert!(rig.raw(&octets).is_some(), "undamaged, it is answered");
+        assert_ne!(reported(&rig), before, "undamaged, it changes something");
     }
 }

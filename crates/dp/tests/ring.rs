@@ -1,4 +1,4 @@
-//! The active station in a ring, telegram by telegram: the table of `link::active::token`, and what no line can make it do.
+//! The active station in a ring, telegram by telegram: the table of `link::active::token`, and random octets.
 //! profibus-wire 1.5, 1.12 and 1.13.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
@@ -9,10 +9,10 @@ use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::services;
 use profivac_wire::control::Control;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
-use support::desk::Desk;
+use support::rig::MasterRig;
 use support::{Random, bus, hex, text};
 
-/// Asks slave 40 for its diagnosis, as often as it is told to.
+/// Asks slave 40 for its diagnosis a given number of times.
 #[derive(Clone, Default)]
 struct Asker {
     left: u32,
@@ -35,55 +35,55 @@ fn parameters() -> BusParameters {
     BusParameters { address: 5, hsa: 5, ..bus() }
 }
 
-fn listening() -> Desk<Asker> {
-    Desk::new(Active::new(parameters(), Asker::default(), BitTime(0)))
+fn listening() -> MasterRig<Asker> {
+    MasterRig::new(Active::new(parameters(), Asker::default(), BitTime(0)))
 }
 
 /// Station 5 knows the ring of 3, 9 and 15 and is not in it.
-fn ready() -> Desk<Asker> {
-    let mut desk = listening();
+fn ready() -> MasterRig<Asker> {
+    let mut rig = listening();
     for _ in 0..3 {
         for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
-            desk.hears_after(40, token);
+            rig.receive_after(40, token);
         }
     }
-    assert_eq!(desk.station.ring_state(), RingState::Ready);
-    desk
+    assert_eq!(rig.station.ring_state(), RingState::Ready);
+    rig
 }
 
 /// Station 5 is in the ring of 3, 5, 9 and 15 and has passed the token on; 9 has it.
-fn idle() -> Desk<Asker> {
-    let mut desk = ready();
-    desk.hears_after(40, "DC 05 03");
-    while desk.says().text() != "DC 09 05" {}
-    desk.hears_after(40, "DC 0F 09");
-    assert_eq!((desk.station.ring_state(), desk.station.has_token()), (RingState::InRing, false));
-    desk
+fn idle() -> MasterRig<Asker> {
+    let mut rig = ready();
+    rig.receive_after(40, "DC 05 03");
+    while rig.next_telegram().text() != "DC 09 05" {}
+    rig.receive_after(40, "DC 0F 09");
+    assert_eq!((rig.station.ring_state(), rig.station.has_token()), (RingState::InRing, false));
+    rig
 }
 
-/// What the station answers to a telegram that ends now, and how many bit times later.
-fn answer(desk: &mut Desk<Asker>, telegram: &str) -> Option<(u64, String)> {
+/// The answer of the station to a telegram that ends now, and its delay in bit times.
+fn answer(rig: &mut MasterRig<Asker>, telegram: &str) -> Option<(u64, String)> {
     let octets = hex(telegram);
-    desk.now = desk.now + 40 + octets.len() as u64 * CHARACTER_TBIT;
-    let end = desk.now;
-    let answer = desk.station.telegram(end, &Telegram::parse(&octets).unwrap())?;
+    rig.now = rig.now + 40 + octets.len() as u64 * CHARACTER_TBIT;
+    let end = rig.now;
+    let answer = rig.station.telegram(end, &Telegram::parse(&octets).unwrap())?;
     let (start, octets) = (answer.not_before, answer.octets.to_vec());
-    desk.now = start + octets.len() as u64 * CHARACTER_TBIT;
-    desk.station.sent(desk.now);
+    rig.now = start + octets.len() as u64 * CHARACTER_TBIT;
+    rig.station.sent(rig.now);
     Some((start - end, text(&octets)))
 }
 
 #[test]
-fn fdl_status_tells_how_the_station_stands_to_the_ring() {
+fn fdl_status_reports_the_ring_state() {
     const ASK: &str = "10 05 03 49 51 16";
-    for (mut desk, expected) in
+    for (mut rig, expected) in
         [(listening(), "10 03 05 10 18 16"), (ready(), "10 03 05 20 28 16"), (idle(), "10 03 05 30 38 16")]
     {
-        assert_eq!(answer(&mut desk, ASK), Some((11, expected.into())));
-        assert_eq!(answer(&mut desk, ASK), Some((11, expected.into())), "and again");
-        // Others are asked, or everybody, or nobody that exists asks.
+        assert_eq!(answer(&mut rig, ASK), Some((11, expected.into())));
+        assert_eq!(answer(&mut rig, ASK), Some((11, expected.into())), "and again");
+        // Requests to another station, to all stations, or from an impossible address.
         for other in ["10 06 03 49 52 16", "10 7F 03 49 CB 16", "10 05 7F 49 CD 16"] {
-            assert_eq!(answer(&mut desk, other), None, "{other}");
+            assert_eq!(answer(&mut rig, other), None, "{other}");
         }
     }
 }
@@ -100,51 +100,51 @@ fn a_station_of_the_ring_has_no_services() {
 
 #[test]
 fn the_token_is_taken_from_the_predecessor_at_once_and_from_others_the_second_time() {
-    for mut desk in [ready(), idle()] {
-        desk.hears_after(40, "DC 05 0F");
-        assert!(!desk.station.has_token(), "15 is not the predecessor");
-        desk.hears_after(300, "DC 05 09");
-        assert!(!desk.station.has_token(), "nor is 9");
-        desk.hears_after(300, "DC 05 0F");
-        assert!(!desk.station.has_token(), "this was not the second time in a row");
-        desk.hears_after(300, "DC 05 0F");
-        assert!(desk.station.has_token(), "now the ring has changed");
-        assert!(!desk.station.masters().any(|master| master == 3), "nobody is between 15 and 5");
+    for mut rig in [ready(), idle()] {
+        rig.receive_after(40, "DC 05 0F");
+        assert!(!rig.station.has_token(), "15 is not the predecessor");
+        rig.receive_after(300, "DC 05 09");
+        assert!(!rig.station.has_token(), "nor is 9");
+        rig.receive_after(300, "DC 05 0F");
+        assert!(!rig.station.has_token(), "this was not the second time in a row");
+        rig.receive_after(300, "DC 05 0F");
+        assert!(rig.station.has_token(), "now the ring has changed");
+        assert!(!rig.station.masters().any(|master| master == 3), "no master is between 15 and 5");
     }
-    for mut desk in [ready(), idle()] {
-        desk.hears_after(40, "DC 05 03");
-        let token = desk.now;
-        assert!(desk.station.has_token());
-        assert_eq!(desk.says().start, token + 37);
+    for mut rig in [ready(), idle()] {
+        rig.receive_after(40, "DC 05 03");
+        let token = rig.now;
+        assert!(rig.station.has_token());
+        assert_eq!(rig.next_telegram().start, token + 37);
     }
 }
 
 #[test]
-fn a_station_that_does_not_know_the_ring_takes_no_token() {
-    let mut desk = listening();
+fn a_station_that_does_not_know_the_ring_accepts_no_token() {
+    let mut rig = listening();
     for _ in 0..5 {
-        desk.hears_after(300, "DC 05 03");
+        rig.receive_after(300, "DC 05 03");
     }
-    assert!(!desk.station.has_token());
+    assert!(!rig.station.has_token());
 }
 
 #[test]
-fn a_token_nobody_takes_is_sent_three_times_and_then_to_the_next() {
-    let mut desk = ready();
-    desk.hears_after(40, "DC 05 03");
-    let mut expected = desk.now + 37;
+fn a_token_that_is_not_taken_is_sent_three_times_and_then_to_the_next_master() {
+    let mut rig = ready();
+    rig.receive_after(40, "DC 05 03");
+    let mut expected = rig.now + 37;
     for token in ["DC 09 05", "DC 0F 05", "DC 03 05"] {
         for _ in 0..3 {
-            let said = desk.says();
+            let said = rig.next_telegram();
             assert_eq!((said.start, said.text().as_str()), (expected, token));
-            expected = desk.now + 300;
+            expected = rig.now + 300;
         }
     }
-    // Nobody is left: the GAP is everybody again, and the token comes back.
-    assert_eq!(desk.says().text(), "DC 05 05");
-    assert_eq!(desk.station.masters().collect::<Vec<_>>(), [5]);
-    assert_eq!(desk.says().text(), "10 00 05 49 4E 16");
-    let counters = desk.station.ring_counters();
+    // No other master is left: the GAP has all addresses again, and the token comes back.
+    assert_eq!(rig.next_telegram().text(), "DC 05 05");
+    assert_eq!(rig.station.masters().collect::<Vec<_>>(), [5]);
+    assert_eq!(rig.next_telegram().text(), "10 00 05 49 4E 16");
+    let counters = rig.station.ring_counters();
     assert_eq!((counters.repeated, counters.lost_successors), (6, 3));
 }
 
@@ -156,133 +156,133 @@ fn a_master_that_is_found_in_the_gap_gets_the_token_if_it_can_take_it() {
         ("10 05 03 20 28 16", "ready", "DC 03 05"),
         ("10 05 03 30 38 16", "in a ring of its own", "DC 03 05"),
     ] {
-        let mut desk = listening();
-        while desk.says().text() != "10 03 05 49 51 16" {}
-        desk.hears(answer);
-        assert_eq!(desk.says().text(), token, "{kind}");
+        let mut rig = listening();
+        while rig.next_telegram().text() != "10 03 05 49 51 16" {}
+        rig.receive(answer);
+        assert_eq!(rig.next_telegram().text(), token, "{kind}");
     }
 }
 
 #[test]
-fn whoever_speaks_after_the_token_has_it() {
-    for heard in ["DC 0F 09", "10 28 09 49 7A 16", "FF", "10 28"] {
-        let mut desk = ready();
-        desk.hears_after(40, "DC 05 03");
-        assert_eq!(desk.says().text(), "DC 09 05");
-        desk.hears_after(280, heard);
+fn any_telegram_after_the_token_confirms_the_pass() {
+    for received in ["DC 0F 09", "10 28 09 49 7A 16", "FF", "10 28"] {
+        let mut rig = ready();
+        rig.receive_after(40, "DC 05 03");
+        assert_eq!(rig.next_telegram().text(), "DC 09 05");
+        rig.receive_after(280, received);
         // Silence from here on: T_TO of 5 is 16 slot times.
-        let silent = desk.now;
-        let claim = desk.says();
-        assert_eq!((claim.start, claim.text().as_str()), (silent + 16 * 300, "DC 09 05"), "{heard}");
+        let silent = rig.now;
+        let claim = rig.next_telegram();
+        assert_eq!((claim.start, claim.text().as_str()), (silent + 16 * 300, "DC 09 05"), "{received}");
     }
 }
 
 #[test]
-fn a_token_that_goes_past_puts_the_station_out_of_the_ring_and_keeps_it_ready() {
+fn a_token_that_skips_the_station_puts_it_out_of_the_ring_and_keeps_it_ready() {
     for token in ["DC 09 03", "DC 03 03", "DC 06 0F"] {
-        let mut desk = idle();
-        desk.hears_after(40, token);
-        assert_eq!(desk.station.ring_state(), RingState::Ready, "{token}");
-        assert_eq!(desk.station.ring_counters().left_out, 1, "{token}");
+        let mut rig = idle();
+        rig.receive_after(40, token);
+        assert_eq!(rig.station.ring_state(), RingState::Ready, "{token}");
+        assert_eq!(rig.station.ring_counters().left_out, 1, "{token}");
     }
     for token in ["DC 0F 09", "DC 03 0F", "DC 06 09"] {
-        let mut desk = idle();
-        desk.hears_after(40, token);
+        let mut rig = idle();
+        rig.receive_after(40, token);
         if token == "DC 06 09" {
             // From 9 around the end to 6: past us.
-            assert_eq!(desk.station.ring_state(), RingState::Ready);
+            assert_eq!(rig.station.ring_state(), RingState::Ready);
         } else {
-            assert_eq!(desk.station.ring_state(), RingState::InRing, "{token}");
+            assert_eq!(rig.station.ring_state(), RingState::InRing, "{token}");
         }
     }
 }
 
 #[test]
 fn outside_the_ring_a_silent_line_is_claimed_with_two_tokens_and_inside_the_token_is_passed_on() {
-    for mut desk in [listening(), ready()] {
-        let silent = desk.now;
-        let said = [desk.says(), desk.says()].map(|said| said.text());
-        assert_eq!((said, desk.now), (["DC 05 05".into(), "DC 05 05".into()], silent + 4800 + 33 + 37 + 33));
-        assert_eq!(desk.station.masters().collect::<Vec<_>>(), [5]);
+    for mut rig in [listening(), ready()] {
+        let silent = rig.now;
+        let said = [rig.next_telegram(), rig.next_telegram()].map(|said| said.text());
+        assert_eq!((said, rig.now), (["DC 05 05".into(), "DC 05 05".into()], silent + 4800 + 33 + 37 + 33));
+        assert_eq!(rig.station.masters().collect::<Vec<_>>(), [5]);
     }
-    let mut desk = idle();
-    let silent = desk.now;
-    let said = desk.says();
+    let mut rig = idle();
+    let silent = rig.now;
+    let said = rig.next_telegram();
     assert_eq!((said.start, said.text().as_str()), (silent + 4800, "DC 09 05"));
-    assert_eq!(desk.station.ring_counters().claimed, 1);
+    assert_eq!(rig.station.ring_counters().claimed, 1);
 }
 
 #[test]
-fn who_has_the_token_and_hears_another_master_gives_it_up() {
-    for heard in ["10 28 03 49 74 16", "DC 0F 09", "68 05 05 68 A8 83 6D 3C 3E 12 16"] {
-        let mut desk = ready();
-        desk.station.user.left = 5;
-        desk.hears_after(40, "DC 05 03");
-        assert_eq!(desk.says().text(), "68 05 05 68 A8 85 6D 3C 3E 14 16");
-        desk.hears_after(100, heard);
-        assert_eq!((desk.station.has_token(), desk.station.user.failed), (false, 1), "{heard}");
-        assert_eq!(desk.station.ring_counters().given_up, 1, "{heard}");
+fn a_token_holder_that_hears_another_master_gives_the_token_up() {
+    for received in ["10 28 03 49 74 16", "DC 0F 09", "68 05 05 68 A8 83 6D 3C 3E 12 16"] {
+        let mut rig = ready();
+        rig.station.user.left = 5;
+        rig.receive_after(40, "DC 05 03");
+        assert_eq!(rig.next_telegram().text(), "68 05 05 68 A8 85 6D 3C 3E 14 16");
+        rig.receive_after(100, received);
+        assert_eq!((rig.station.has_token(), rig.station.user.failed), (false, 1), "{received}");
+        assert_eq!(rig.station.ring_counters().given_up, 1, "{received}");
         // Another token that is offered is taken as if nothing had happened.
-        desk.hears_after(40, "DC 05 03");
-        assert!(desk.station.has_token(), "{heard}");
+        rig.receive_after(40, "DC 05 03");
+        assert!(rig.station.has_token(), "{received}");
     }
 }
 
 #[test]
 fn the_own_address_heard_twice_silences_the_station_until_two_rotations_are_without_it() {
-    for heard in ["DC 09 05", "10 28 05 49 76 16", "10 03 05 00 08 16"] {
-        let mut desk = idle();
-        desk.hears_after(40, heard);
-        assert_eq!(desk.station.ring_state(), RingState::InRing, "once may be noise: {heard}");
-        desk.hears_after(40, heard);
-        assert_eq!(desk.station.ring_state(), RingState::AddressTaken, "{heard}");
-        assert_eq!(answer(&mut desk, "10 05 03 49 51 16"), None, "the other one answers");
+    for received in ["DC 09 05", "10 28 05 49 76 16", "10 03 05 00 08 16"] {
+        let mut rig = idle();
+        rig.receive_after(40, received);
+        assert_eq!(rig.station.ring_state(), RingState::InRing, "once may be noise: {received}");
+        rig.receive_after(40, received);
+        assert_eq!(rig.station.ring_state(), RingState::AddressTaken, "{received}");
+        assert_eq!(answer(&mut rig, "10 05 03 49 51 16"), None, "the other one answers");
         for _ in 0..3 {
             for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
-                assert_ne!(desk.station.ring_state(), RingState::Ready);
-                desk.hears_after(40, token);
+                assert_ne!(rig.station.ring_state(), RingState::Ready);
+                rig.receive_after(40, token);
             }
         }
-        assert_eq!(desk.station.ring_state(), RingState::Ready, "{heard}");
+        assert_eq!(rig.station.ring_state(), RingState::Ready, "{received}");
     }
 }
 
 #[test]
 fn the_own_address_heard_now_and_then_is_noise() {
-    let mut desk = idle();
+    let mut rig = idle();
     for _ in 0..10 {
-        desk.hears_after(40, "DC 09 05");
+        rig.receive_after(40, "DC 09 05");
         for _ in 0..2 {
-            desk.hears_after(40, "DC 05 03");
-            while desk.says().text() != "DC 09 05" {}
-            desk.hears_after(40, "DC 0F 09");
+            rig.receive_after(40, "DC 05 03");
+            while rig.next_telegram().text() != "DC 09 05" {}
+            rig.receive_after(40, "DC 0F 09");
         }
     }
-    assert_eq!(desk.station.ring_state(), RingState::InRing);
+    assert_eq!(rig.station.ring_state(), RingState::InRing);
 }
 
-/// A station that is alone is told to leave while it passes the token to itself: what comes back starts no message.
+/// A station that is alone leaves while it passes the token to itself: the returning token starts no message.
 #[test]
-fn who_leaves_begins_nothing_with_the_token_that_comes_back() {
-    let mut desk = listening();
-    while !desk.station.has_token() {
-        desk.says();
+fn a_leaving_station_does_not_use_a_token_that_comes_back() {
+    let mut rig = listening();
+    while !rig.station.has_token() {
+        rig.next_telegram();
     }
     loop {
-        let due = desk.station.wake_at().unwrap();
-        let sent = desk.station.poll(due).map(|transmit| (transmit.not_before, transmit.octets.to_vec()));
+        let due = rig.station.wake_at().unwrap();
+        let sent = rig.station.poll(due).map(|transmit| (transmit.not_before, transmit.octets.to_vec()));
         let Some((start, octets)) = sent else { continue };
         if octets[0] == 0xDC {
-            desk.station.user.left = 5;
-            desk.station.leave();
-            desk.station.sent(start + 33);
+            rig.station.user.left = 5;
+            rig.station.leave();
+            rig.station.sent(start + 33);
             break;
         }
-        desk.station.sent(start + octets.len() as u64 * CHARACTER_TBIT);
+        rig.station.sent(start + octets.len() as u64 * CHARACTER_TBIT);
     }
-    let due = desk.station.wake_at().unwrap();
-    assert_eq!(desk.station.poll(due), None);
-    assert_eq!((desk.station.ring_state(), desk.station.user.left), (RingState::Offline, 5));
+    let due = rig.station.wake_at().unwrap();
+    assert_eq!(rig.station.poll(due), None);
+    assert_eq!((rig.station.ring_state(), rig.station.user.left), (RingState::Offline, 5));
 }
 
 #[test]
@@ -291,11 +291,12 @@ fn no_token_with_an_impossible_address_changes_anything() {
         let before = make();
         for address in [126, 127, 128, 131, 200, 255] {
             for (da, sa) in [(5, address), (address, 5), (address, 3), (3, address), (address, address)] {
-                let mut desk = make();
-                desk.station.telegram(desk.now + 100, &Telegram::Token { da, sa });
-                let all = |desk: &Desk<Asker>| (desk.station.masters().collect::<Vec<_>>(), desk.station.ring_state());
-                assert_eq!(all(&desk), all(&before), "{sa} to {da}");
-                assert!(!desk.station.has_token());
+                let mut rig = make();
+                rig.station.telegram(rig.now + 100, &Telegram::Token { da, sa });
+                let all =
+                    |rig: &MasterRig<Asker>| (rig.station.masters().collect::<Vec<_>>(), rig.station.ring_state());
+                assert_eq!(all(&rig), all(&before), "{sa} to {da}");
+                assert!(!rig.station.has_token());
             }
         }
     }
@@ -303,21 +304,21 @@ fn no_token_with_an_impossible_address_changes_anything() {
 
 #[test]
 fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
-    let mut desk = Desk::new(Active::new(
+    let mut rig = MasterRig::new(Active::new(
         BusParameters { rotation_tbit: 256, ..parameters() },
         Asker { left: 100, failed: 0 },
         BitTime(0),
     ));
     for _ in 0..3 {
         for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
-            desk.hears_after(40, token);
+            rig.receive_after(40, token);
         }
     }
     for _ in 0..5 {
-        desk.hears_after(2000, "DC 05 03");
-        let messages = std::iter::from_fn(|| Some(desk.says())).take_while(|said| !said.is_token());
+        rig.receive_after(2000, "DC 05 03");
+        let messages = std::iter::from_fn(|| Some(rig.next_telegram())).take_while(|said| !said.is_token());
         assert_eq!(messages.filter(|said| said.octets[0] == 0x68).count(), 1);
-        desk.hears_after(40, "DC 0F 09");
+        rig.receive_after(40, "DC 0F 09");
     }
 }
 
@@ -325,18 +326,18 @@ fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
 struct Watch {
     /// Another master spoke last, and not to give us the token.
     theirs: bool,
-    /// The end of whatever was heard or sent last.
+    /// The end of the last telegram received or sent.
     busy: BitTime,
     /// The last telegram asked us for something.
     asked: bool,
-    /// What was sent last: whoever hears it at once hears an echo.
+    /// The telegram sent last, which may come back as an echo.
     sent: Vec<u8>,
-    /// Who was asked last, and whether for its FDL status.
+    /// The station asked last, and whether for its FDL status.
     asking: Option<(u8, bool)>,
 }
 
 impl Watch {
-    fn hears(&mut self, own: u8, end: BitTime, telegram: Option<&Telegram<'_>>) {
+    fn receive(&mut self, own: u8, end: BitTime, telegram: Option<&Telegram<'_>>) {
         self.busy = end;
         self.asked = false;
         let mut octets = [0; MAX_TELEGRAM];
@@ -373,7 +374,7 @@ impl Watch {
         let answers = matches!(&telegram, Telegram::Data(frame) if matches!(frame.control(), Control::Response { .. }));
         let idle = start - self.busy;
         if answers {
-            assert!(self.asked && idle == 11, "nobody asked: {}", text(octets));
+            assert!(self.asked && idle == 11, "an answer without a request: {}", text(octets));
         } else {
             assert!(idle >= bus.id1_tbit(), "{} after {idle}", text(octets));
             assert!(!self.theirs || idle >= bus.timeout_tbit(), "it has no token: {}", text(octets));
@@ -432,7 +433,7 @@ fn storm(seed: u64) {
             now = now + CHARACTER_TBIT;
             match receiver.octet(now, octet) {
                 Received::Telegram(telegram) => {
-                    watch.hears(5, now, Some(&telegram));
+                    watch.receive(5, now, Some(&telegram));
                     if let Some(transmit) = station.telegram(now, &telegram) {
                         watch.sends(&bus, transmit.not_before, transmit.octets);
                         now = transmit.not_before + transmit.octets.len() as u64 * CHARACTER_TBIT;
@@ -441,13 +442,13 @@ fn storm(seed: u64) {
                     }
                 }
                 Received::Nothing | Received::Damaged(_) => {
-                    watch.hears(5, now, None);
+                    watch.receive(5, now, None);
                     station.activity(now);
                 }
             }
         }
         assert!(station.masters().all(|master| master <= 125));
-        assert!(station.wake_at().is_some(), "it sleeps for ever");
+        assert!(station.wake_at().is_some(), "it has no deadline");
     }
     // Silence: it makes a ring of its own.
     let end = now + 100_000;
@@ -461,7 +462,7 @@ fn storm(seed: u64) {
 }
 
 #[test]
-fn no_octets_at_no_time_make_it_panic_speak_without_the_token_or_hang() {
+fn random_octets_cause_no_panic_no_telegram_without_token_and_no_hang() {
     for seed in 0..200 {
         storm(seed);
     }

@@ -10,7 +10,7 @@ use profivac_dp::link::active::{
     Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
 };
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Outcome, Settings, SlaveListError, SlaveParameters};
+use profivac_dp::master::{Busy, Handle, Master, Operation, Settings, SlaveListError, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
 use rustix::fd::BorrowedFd;
@@ -246,10 +246,10 @@ impl BusSession {
     ///
     /// # Errors
     /// [`ToolError`] when the line could not be had at all.
-    pub fn wait_for_outcome<T>(
+    pub fn wait_for_outcome<O: Operation, T>(
         &mut self,
-        handle: Handle,
-        take: impl FnOnce(Outcome<'_>) -> T,
+        handle: Handle<O>,
+        take: impl FnOnce(O::Outcome<'_>) -> T,
     ) -> Result<T, SessionError> {
         let begun = Instant::now();
         loop {

@@ -1,5 +1,5 @@
-//! How much faster than the real thing a full segment is simulated: a master and 125 slaves at 12 Mbit/s, two octets each
-//! way, on one core, with the referee on. Run with `cargo bench -p profivac-sim --bench segment`.
+//! The speed of the simulation relative to real time: a master and 125 slaves at 12 Mbit/s, two octets in each direction, on
+//! one core, with the referee. Run with `cargo bench -p profivac-sim --bench segment`.
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
@@ -45,25 +45,25 @@ impl Device for Mirror {
     }
 }
 
-/// Simulates `ms` milliseconds with the stations spread over so many places of the cable.
+/// Simulates `ms` milliseconds with the stations at this number of positions of the cable.
 fn run(places: u64, ms: u64) {
-    let mut bus = Segment::new(BAUD);
+    let mut segment = Segment::new(BAUD);
     let mut master = Master::<125, 8>::on(BusParameters::new(MASTER, BAUD), Settings::new(BAUD), BitTime(0));
     for address in SLAVES {
         if let Err(rejected) = master.user.add(&SlaveParameters::new(address, IDENT, &CFG)) {
             println!("{rejected}");
         }
-        bus.attach_at(u64::from(address) % places, Slave::<_>::new(Mirror::default(), address, BAUD));
+        segment.attach_at(u64::from(address) % places, Slave::<_>::new(Mirror::default(), address, BAUD));
     }
     master.user.set_mode(Mode::Operate);
-    let master = bus.attach(master);
+    let master = segment.attach(master);
     let began = Instant::now();
-    let outcome = bus.run_until(BitTime(BAUD.tbit_of_ms(ms)));
+    let outcome = segment.run_until(BitTime(BAUD.tbit_of_ms(ms)));
     let took = began.elapsed().as_secs_f64();
-    if let Err(foul) = outcome {
-        println!("{foul}");
+    if let Err(violation) = outcome {
+        println!("{violation}");
     }
-    let user = &bus.station(master).user;
+    let user = &segment.station(master).user;
     let counters = SLAVES.filter_map(|address| user.counters(address));
     let exchanges: u32 = counters.map(|counters| counters.exchanges).sum();
     let ratio = ms as f64 / 1000.0 / took;
@@ -73,7 +73,7 @@ fn run(places: u64, ms: u64) {
     );
 }
 
-/// Without arguments all of it; with a number of places and milliseconds that alone, for an instruction count.
+/// Runs all cases; with a number of positions and of milliseconds as arguments only that case, for an instruction count.
 fn main() {
     let numbers: Vec<u64> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
     match numbers.as_slice() {

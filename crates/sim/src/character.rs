@@ -1,45 +1,45 @@
-//! The eleven bits of a character, and the receiver that finds characters in levels. profibus-wire 1.1.
+//! Characters of eleven bits, and the receiver that reads them from line levels. profibus-wire 1.1.
 //!
-//! A start bit (0), eight data bits with the lowest first, even parity, a stop bit (1). The idle line is 1. Nothing but the
-//! levels says where a character begins, so a flipped start bit makes the receiver read the following bits shifted, as a
-//! real one does.
+//! A character is a start bit (0), eight data bits with the lowest first, even parity and a stop bit (1). The idle line is 1.
+//! The levels alone determine where a character begins, so a receiver with an inverted start bit reads the following bits
+//! shifted, as a real UART does.
 
 use profivac_dp::link::CHARACTER_TBIT;
 
-/// What a receiver made of eleven bits.
+/// A character as received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Character {
     /// The data bits.
     pub octet: u8,
-    /// Parity or stop bit were wrong.
+    /// Whether parity or stop bit are wrong.
     pub error: bool,
 }
 
-/// The eleven bits of `octet`, the first to be sent in bit 0.
+/// The eleven bits of `octet`; bit 0 is sent first.
 #[must_use]
 pub const fn bits(octet: u8) -> u16 {
     let parity = (octet.count_ones() & 1) as u16;
     1 << 10 | parity << 9 | (octet as u16) << 1
 }
 
-/// Finds characters in levels, one bit time at a time.
+/// Reads characters from line levels, one bit time per step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Uart {
-    /// The bits of the character so far, the first in bit 0.
+    /// The bits of the present character so far, the first in bit 0.
     bits: u16,
     count: u8,
-    /// A stop bit was missing: no character begins before the line was 1.
+    /// A stop bit is missing: the next character begins after the line was 1.
     broken: bool,
 }
 
 impl Uart {
-    /// Whether it is between two characters and takes the next 0 for a start bit.
+    /// Whether the receiver is between two characters: the next 0 is a start bit.
     #[must_use]
     pub const fn is_idle(&self) -> bool {
         self.count == 0 && !self.broken
     }
 
-    /// The line was at `level` for one bit time. Returns the character that ended with it.
+    /// Takes the level of one bit time. Returns the character that ends with it.
     pub const fn level(&mut self, level: bool) -> Option<Character> {
         if self.broken || self.count == 0 && level {
             self.broken = self.broken && !level;
@@ -52,7 +52,7 @@ impl Uart {
         }
         let octet = (self.bits >> 1) as u8;
         let error = self.bits != bits(octet);
-        // free choice: after a missing stop bit some receivers take it for a start bit, this one waits for a 1.
+        // free choice: some receivers treat a missing stop bit as the next start bit; this one waits for a 1.
         *self = Self { bits: 0, count: 0, broken: !level };
         Some(Character { octet, error })
     }
@@ -103,8 +103,8 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_start_bit_shifts_the_reading() {
-        // E5 without its start bit begins at the first 0 of the data, and idle bits complete it.
+    fn a_lost_start_bit_shifts_the_bits_that_are_read() {
+        // E5 without its start bit begins at the first 0 of the data; idle bits complete the character.
         let line = levels(bits(0xE5) | 1).chain([true; 11]);
         assert_eq!(read(line), [Character { octet: 0xF9, error: true }]);
     }
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_held_down_is_one_error_until_it_rises() {
+    fn a_line_at_0_is_one_character_error_until_it_returns_to_1() {
         let line = [false; 40].into_iter().chain([true]).chain(levels(bits(0x55)));
         let read = read(line);
         assert_eq!(read, [Character { octet: 0, error: true }, Character { octet: 0x55, error: false }]);

@@ -1,4 +1,4 @@
-//! What stands between a station and the cable: its transmit queue, its transceiver, its power.
+//! The connection of a station to the cable: transmit queue, transceiver, power.
 
 use crate::scheduler::NEVER;
 use crate::signal::TelegramFault;
@@ -8,7 +8,7 @@ use std::any::Any;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// A station whose type is known again to whoever attached it.
+/// A station that can be downcast to its type.
 pub(crate) trait Attached: Station + Send {
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
@@ -24,29 +24,29 @@ impl<S: Station + Send + 'static> Attached for S {
     }
 }
 
-/// What a driver does when its time has come.
+/// The action of a driver at its time.
 pub(crate) enum DriverAction {
-    /// It begins to send.
+    /// The station begins to send.
     Send(Arc<[u8]>),
-    /// Nothing that others notice.
+    /// Nothing is sent.
     Nothing,
 }
 
-/// Drives one station.
+/// Connects one station.
 pub(crate) struct Driver {
     pub(crate) station: Box<dyn Attached>,
     pub(crate) position: u64,
-    /// The address a passive station listens to.
+    /// The address of a passive station; `None` if the station receives everything.
     pub(crate) address: Option<u8>,
-    /// What waits to be sent, and from when on it may be.
+    /// Telegrams to send, each with its earliest time.
     queue: VecDeque<(BitTime, Arc<[u8]>)>,
     sending: bool,
-    /// The end of the telegram that is being sent or was sent last.
+    /// The end of the present or last transmission.
     pub(crate) sends_until: BitTime,
     powered: bool,
-    /// It was polled at all times before this.
+    /// The station was polled at all times before this.
     polled: BitTime,
-    /// What happens to the next telegram.
+    /// The faults of the next telegram.
     pub(crate) telegram_faults: Vec<TelegramFault>,
 }
 
@@ -65,12 +65,12 @@ impl Driver {
         }
     }
 
-    /// When it has something to do.
+    /// The time of the next action.
     pub(crate) fn next(&self) -> BitTime {
         if !self.powered {
             return NEVER;
         }
-        // A station that keeps asking for the present is called once a bit time, so that time goes on.
+        // A station with a wake time in the past is called once per bit time, so time advances.
         let wake = self.station.wake_at().map_or(NEVER, |wake| wake.max(self.polled));
         let transmit = match self.queue.front() {
             _ if self.sending => self.sends_until,
@@ -80,7 +80,7 @@ impl Driver {
         wake.min(transmit)
     }
 
-    /// Its time has come: a telegram has left, the next may begin, or the station is called.
+    /// Runs the action at `now`: ends a transmission, begins the next one, or polls the station.
     pub(crate) fn run(&mut self, now: BitTime) -> DriverAction {
         if self.sending && self.sends_until <= now {
             self.sending = false;
@@ -98,13 +98,13 @@ impl Driver {
         DriverAction::Nothing
     }
 
-    /// It is sending until `end`.
+    /// Marks the station as sending until `end`.
     pub(crate) const fn begin_sending(&mut self, end: BitTime) {
         self.sending = true;
         self.sends_until = end;
     }
 
-    /// Hands over a telegram, unless the station was sending itself. Returns the address it listens to no longer.
+    /// Passes a telegram to the station, unless it was sending. Returns its former address if the address has changed.
     pub(crate) fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<u8> {
         if !self.powered || self.sending && end <= self.sends_until {
             return None;
@@ -114,7 +114,7 @@ impl Driver {
         self.changed_address()
     }
 
-    /// The address the station listens to no longer.
+    /// The former address of the station, if the address has changed.
     pub(crate) fn changed_address(&mut self) -> Option<u8> {
         let before = std::mem::replace(&mut self.address, own_address(&*self.station));
         before.filter(|_| before != self.address)
@@ -126,7 +126,7 @@ impl Driver {
         }
     }
 
-    /// Without power nothing is sent, not even the rest of a telegram.
+    /// Switches the power. Without power nothing is sent, including the rest of a telegram.
     pub(crate) fn set_power(&mut self, on: bool) {
         self.powered = on;
         self.queue.clear();

@@ -1,55 +1,58 @@
-//! What can go wrong on a cable, by script or by seed.
+//! Faults of cable and stations, at given times or by seed.
 
 use crate::noise::Noise;
 use crate::random::Random;
-use crate::segment::StationId;
 use crate::signal::TelegramFault;
+use crate::station_id::StationId;
 use profivac_dp::link::BitTime;
 
-/// A fault, or its end. Two stations at one address need none: attach them. Nor does a station that babbles:
-/// [`Babbler`](crate::stations::Babbler).
+/// A fault, or its end.
+///
+/// Two further faults are stations: attach two with one address, or a [`Babbler`](crate::stations::Babbler).
 #[derive(Clone, Debug)]
 pub enum Fault {
-    /// A station loses (`false`) or gets power. It hears and sends nothing without; what it forgets is its own business.
+    /// Switches the power of a station off (`false`) or on. Without power it neither receives nor sends; its state is kept,
+    /// a test resets it if needed.
     Power(StationId, bool),
-    /// The whole line is noisy, or quiet again.
+    /// Noise on the whole line, or `None` to end it.
     Noise(Option<Noise>),
-    /// One station hears noise that others do not.
+    /// Noise at one station, or `None` to end it.
     NoiseAt(StationId, Option<Noise>),
-    /// Something happens to the next telegram of a station.
+    /// A fault of the next telegram of a station.
     Telegram(StationId, TelegramFault),
-    /// Octets are lost and added now and then, or not any more.
+    /// Random loss and insertion of octets, or `None` to end it.
     OctetErrors(Option<OctetErrors>),
-    /// A stub without terminator: everybody, the sender included, hears everything once more so many bit times later.
+    /// A stub without terminator: every station, including the sender, receives each signal again after this delay in bit
+    /// times. `None` removes the stub.
     Echo(Option<u64>),
-    /// The cable is cut in front of everything from this position on, or mended.
+    /// A cut of the cable in front of this position, or `None` to repair it.
     Cut(Option<u64>),
 }
 
-/// Octets that are lost and added at random.
+/// Octets that are lost and inserted at random.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctetErrors {
-    /// The same seed loses and adds the same octets.
+    /// The same seed gives the same errors.
     pub seed: u64,
-    /// The probability for each octet to be lost.
+    /// The probability of each octet to be lost.
     pub loss: f64,
-    /// The probability for another octet to appear in front of it.
+    /// The probability of an additional octet in front of each octet.
     pub insertion: f64,
 }
 
 impl OctetErrors {
-    /// What happens to a telegram that begins at `now`.
-    pub(crate) fn draw(&self, now: BitTime, octets: &[u8], tampers: &mut Vec<TelegramFault>) {
+    /// Draws the faults of a telegram that begins at `now`.
+    pub(crate) fn draw(&self, now: BitTime, octets: &[u8], faults: &mut Vec<TelegramFault>) {
         let mut random = Random::new(self.seed ^ now.0.wrapping_mul(0xA076_1D64_78BD_642F));
         for (place, present) in octets.iter().enumerate().rev() {
             if random.fraction() < self.loss {
-                tampers.push(TelegramFault::Lose(place));
+                faults.push(TelegramFault::Lose(place));
             }
             if random.fraction() < self.insertion {
-                // Not the octet that follows anyway: before the last one it would complete the telegram an octet early, and
-                // the answer to it would be called too early.
+                // The inserted octet differs from the next one: otherwise a copy of the last octet would complete the telegram
+                // one octet early, and the referee would report the answer as too early.
                 let added = random.octet();
-                tampers.push(TelegramFault::Insert(place, if added == *present { !added } else { added }));
+                faults.push(TelegramFault::Insert(place, if added == *present { !added } else { added }));
             }
         }
     }

@@ -1,8 +1,7 @@
-//! Bits that arrive inverted.
+//! Noise: bits that are received inverted.
 //!
-//! Which bit times are hit depends on the seed alone and not on who asks or when, so all who listen to the same noise hear
-//! the same. The distance to the next flipped bit is drawn at once (it is geometrically distributed), so clean stretches
-//! cost nothing.
+//! The seed alone determines the inverted bit times, so all receivers of the same noise receive the same bits. The distance
+//! to the next inverted bit is drawn directly (it is geometrically distributed), so intervals without errors cost nothing.
 
 use crate::random::Random;
 use crate::scheduler::NEVER;
@@ -13,20 +12,20 @@ use profivac_dp::link::BitTime;
 pub struct Noise {
     seed: u64,
     per_bit: f64,
-    /// The distances are drawn anew at the beginning of each block of so many bit times.
+    /// Length of a block in bit times. Each block has its own sequence of distances.
     block: u64,
 }
 
 impl Noise {
-    /// Each bit, of a character or of the idle line, is inverted with the probability `per_bit`.
+    /// Noise that inverts each bit, of a character or of the idle line, with the probability `per_bit`.
     #[must_use]
     pub fn new(seed: u64, per_bit: f64) -> Self {
-        // Some four flips a block: few draws to find the place, few empty blocks to pass.
+        // About four inverted bits per block: few draws to find a position, few empty blocks to skip.
         let block = (4.0 / per_bit).clamp(64.0, 1e15) as u64;
         Self { seed, per_bit, block }
     }
 
-    /// The first inverted bit time that is not before `from`.
+    /// The first inverted bit time at or after `from`.
     pub(crate) fn next(&self, from: BitTime) -> BitTime {
         if self.per_bit <= 0.0 {
             return NEVER;
@@ -40,7 +39,7 @@ impl Noise {
         }
     }
 
-    /// All inverted bit times of a block.
+    /// The inverted bit times of a block.
     fn flips(&self, block: u64) -> impl Iterator<Item = BitTime> {
         let mut random = Random::new(self.seed ^ block.wrapping_mul(0xD134_2543_DE82_EF95));
         let mut offset = 0u64;
@@ -57,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_many_bits_are_hit_as_the_probability_says() {
+    fn the_rate_of_inverted_bits_is_the_probability() {
         let noise = Noise::new(3, 1e-3);
         let (mut at, mut hits) = (BitTime(0), 0);
         while noise.next(at) < BitTime(10_000_000) {
@@ -68,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn everybody_hears_the_same() {
+    fn every_receiver_of_the_same_noise_gets_the_same_bits() {
         let noise = Noise::new(4, 0.01);
         let all: Vec<BitTime> = (0..100_000).map(BitTime).filter(|at| noise.next(*at) == *at).collect();
         for pair in all.windows(2) {
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn none_and_all_are_possible() {
+    fn probabilities_0_and_1_invert_no_bit_and_every_bit() {
         assert_eq!(Noise::new(1, 0.0).next(BitTime(5)), NEVER);
         assert_eq!(Noise::new(1, 1.0).next(BitTime(5)), BitTime(5));
     }

@@ -1,4 +1,4 @@
-//! A small generator of random numbers (SplitMix64): the same seed gives the same run on every machine.
+//! A small generator of random numbers (SplitMix64): the same seed gives the same numbers on every machine.
 
 /// A sequence of random numbers.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ impl Random {
         ((self.next() as u128 * limit as u128) >> 64) as u64
     }
 
-    /// A number from 0 up to, never reaching, 1.
+    /// A number from 0 to below 1.
     pub const fn fraction(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -35,7 +35,7 @@ impl Random {
         (self.next() >> 56) as u8
     }
 
-    /// How many times something of `probability` does not happen before it does.
+    /// The number of failures before the first success, for a success of `probability` (geometric distribution).
     pub fn failures_before_success(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;
@@ -49,13 +49,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sequence_is_the_published_one() {
+    fn the_sequence_is_that_of_the_publication() {
         let mut random = Random::new(1_234_567);
         assert_eq!([random.next(), random.next()], [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
     }
 
     #[test]
-    fn misses_come_as_often_as_they_should() {
+    fn failures_before_success_have_the_geometric_mean() {
         let mut random = Random::new(7);
         let total: u64 = (0..100_000).map(|_| random.failures_before_success(0.01)).sum();
         assert!((9_800_000..10_000_000).contains(&total), "{total} instead of 9,900,000 or so");

@@ -1,78 +1,121 @@
-//! Tests as a dialogue: who sends what at which bit time, and what must come back in which window.
+//! Scripted dialogues for tests: telegrams at given bit times, and the expected answers with their time windows.
 //!
 //! ```
 //! use profivac_dp::link::Baud;
 //! use profivac_sim::scenario::Dialogue;
-//! use profivac_sim::stations::Puppet;
+//! use profivac_sim::stations::MockStation;
 //!
-//! // A station that answers everything with SC, 11 bit times later.
-//! let mut talk = Dialogue::new(Baud::B1500000, Puppet::new(|end, _| Some((end + 11, vec![0xE5]))));
+//! // A station that answers each telegram with SC, 11 bit times later.
+//! let mut talk = Dialogue::new(Baud::B1500000, MockStation::new(|end, _| Some((end + 11, vec![0xE5]))));
 //! talk.play("
-//!     +40     ->  10 08 02 49 53 16      # FDL status, after 40 bit times of idle line
-//!     11..60  <-  E5                     # begins 11 to 60 bit times after the end of that
-//!     @1000   ->  10 08 02 49 53 16      # at bit time 1000
-//!     11      <-  ..                     # exactly 11 bit times later, any octet
-//!     300     <-  nothing                # nobody says anything for 300 bit times
+//!     +40     ->  10 08 02 49 53 16      # sends FDL status after 40 bit times of idle line
+//!     11..60  <-  E5                     # expects E5, beginning 11 to 60 bit times after that
+//!     @1000   ->  10 08 02 49 53 16      # sends at bit time 1000
+//!     11      <-  ..                     # expects any octet, exactly 11 bit times later
+//!     300     <-  nothing                # expects silence for 300 bit times
 //! ").unwrap();
 //! ```
 
 use crate::describe::{Hex, octet};
-use crate::segment::{Segment, StationHandle, StationId};
+use crate::rule::Violation;
+use crate::segment::Segment;
+use crate::station_id::{StationHandle, StationId};
 use crate::stations::Tester;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
 use std::fmt;
 use std::ops::RangeInclusive;
 
-/// The octets of `text`, two hexadecimal digits each, spaces where they help.
+/// The octets of `text`: pairs of hexadecimal digits, separated by spaces.
 ///
 /// # Panics
-/// If `text` is anything else: it is a slip in a test.
+/// If `text` is anything else, which is an error in the test.
 #[must_use]
-#[expect(clippy::panic, reason = "a slip in a test has to be seen")]
+#[expect(clippy::panic, reason = "an error in a test must be visible")]
 pub fn hex(text: &str) -> Vec<u8> {
     let octet = |text| octet(text).unwrap_or_else(|| panic!("'{text}' is no octet"));
     text.split_whitespace().map(octet).collect()
 }
 
-/// A station alone on a line with one that says what the test wants.
+/// A station on a segment with a tester that sends the telegrams of a script.
 #[derive(Debug)]
 pub struct Dialogue<S> {
-    /// The line, for faults and a look at the clock.
-    pub bus: Segment,
-    /// The station that is tested.
+    /// The segment, for faults and the time.
+    pub segment: Segment,
+    /// The station under test.
     pub station: StationHandle<S>,
     tester: StationHandle<Tester>,
-    /// How many telegrams were on the line and have been accounted for.
+    /// The number of telegrams that the script has covered.
     seen: usize,
-    /// When the last of them ended.
+    /// The end of the last one.
     end: BitTime,
 }
 
-/// Where the dialogue went another way. `Debug` shows the story too, for failed tests.
+/// A difference between script and line. `Debug` prints the same text as `Display`, for failed tests.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Mismatch(String);
+pub struct Mismatch {
+    /// The line of the script, or the octets of the request.
+    pub line: String,
+    /// The difference.
+    pub difference: Difference,
+    /// The trace of the segment.
+    pub trace: String,
+}
+
+/// What differs between script and line. Times are in bit times after the end of the last telegram.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Difference {
+    /// The line is not a line of a dialogue.
+    Syntax,
+    /// A station violates a rule.
+    Violation(Box<Violation>),
+    /// A station sends before the request of the script.
+    Interrupted,
+    /// No telegram begins within this time.
+    Silence(u64),
+    /// The telegram begins outside its window, after this time.
+    Time(u64),
+    /// The telegram has these octets.
+    Octets(Vec<u8>),
+    /// A telegram begins after this time although none is expected.
+    Unexpected(u64, Vec<u8>),
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Syntax => f.write_str("this is no line of a dialogue"),
+            Self::Violation(violation) => violation.fmt(f),
+            Self::Interrupted => f.write_str("a station sent a telegram before"),
+            Self::Silence(within_tbit) => write!(f, "no telegram began within {within_tbit} bit times"),
+            Self::Time(tsdr) => write!(f, "the telegram began {tsdr} bit times after the last one"),
+            Self::Octets(octets) => write!(f, "the telegram is {}", Hex(octets)),
+            Self::Unexpected(tsdr, octets) => write!(f, "after {tsdr} bit times this telegram began: {}", Hex(octets)),
+        }
+    }
+}
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        write!(f, "{}\n{}\n{}", self.line, self.difference, self.trace)
     }
 }
 
 impl fmt::Debug for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        fmt::Display::fmt(self, f)
     }
 }
 
 impl std::error::Error for Mismatch {}
 
-/// One line of a dialogue.
+/// One line of a script.
 enum Step {
     /// The tester sends.
     Send(SendTime, Vec<u8>),
-    /// The station sends, so many bit times after the last telegram. `None` matches any octet.
+    /// The station sends within a window of bit times after the last telegram. `None` matches any octet.
     Expect(RangeInclusive<u64>, Vec<Option<u8>>),
-    /// Nobody sends for so many bit times after the last telegram.
+    /// No station sends for this number of bit times after the last telegram.
     Nothing(u64),
 }
 
@@ -82,106 +125,110 @@ enum SendTime {
 }
 
 impl<S: Station + Send + 'static> Dialogue<S> {
-    /// A line with `station` and the tester. The referee judges the station only.
+    /// A segment with `station` and a tester. The referee checks the station only.
     #[must_use]
     pub fn new(baud: Baud, station: S) -> Self {
-        let mut bus = Segment::new(baud);
-        let (station, tester) = (bus.attach(station), bus.attach(Tester::new()));
-        bus.exempt(tester.id());
-        bus.set_trace_length(usize::MAX);
-        Self { bus, station, tester, seen: 0, end: BitTime(0) }
+        let mut segment = Segment::new(baud);
+        let (station, tester) = (segment.attach(station), segment.attach(Tester::new()));
+        segment.exempt(tester.id());
+        segment.set_trace_length(usize::MAX);
+        Self { segment, station, tester, seen: 0, end: BitTime(0) }
     }
 
-    /// The station that is tested.
+    /// The station under test.
     #[must_use]
     pub fn station(&self) -> &S {
-        self.bus.station(self.station)
+        self.segment.station(self.station)
     }
 
-    /// The station that is tested, to change what is behind it.
+    /// The station under test, to change its device.
     pub fn station_mut(&mut self) -> &mut S {
-        self.bus.station_mut(self.station)
+        self.segment.station_mut(self.station)
     }
 
-    /// The station that says what the script says, to tamper with.
+    /// The tester, for faults of its telegrams.
     #[must_use]
     pub const fn tester(&self) -> StationId {
         self.tester.id()
     }
 
-    /// Plays the lines of `script`. The line goes on where the last play has ended.
+    /// Plays the lines of `script`, continuing at the time at which the last script ended.
     ///
     /// # Errors
-    /// [`Mismatch`] at the first line that is not met, with the trace.
+    /// [`Mismatch`] at the first line that differs, with the trace.
     pub fn play(&mut self, script: &str) -> Result<(), Mismatch> {
         for line in script.lines() {
             let line = line.split('#').next().unwrap_or_default().trim();
             if !line.is_empty() {
-                let turn = turn(line).ok_or_else(|| Mismatch(format!("'{line}' is no line of a dialogue")))?;
-                self.turn(&turn).map_err(|what| Mismatch(format!("{line}\n{what}\n{}", self.bus.trace())))?;
+                let played = step(line).ok_or(Difference::Syntax).and_then(|step| self.step(&step));
+                played.map_err(|difference| self.mismatch(line.to_owned(), difference))?;
             }
         }
         Ok(())
     }
 
-    fn turn(&mut self, turn: &Step) -> Result<(), String> {
-        match turn {
+    fn mismatch(&self, line: String, difference: Difference) -> Mismatch {
+        Mismatch { line, difference, trace: self.segment.trace().to_string() }
+    }
+
+    fn step(&mut self, step: &Step) -> Result<(), Difference> {
+        match step {
             Step::Send(when, octets) => self.send(when, octets),
             Step::Expect(window, octets) => self.expect(window, octets),
             Step::Nothing(tbit) => self.nothing(*tbit),
         }
     }
 
-    /// Sends `octets` after `idle_tbit` without anybody speaking, and returns the answer that begins within the slot time
-    /// after it, if one does.
+    /// Sends `octets` after `idle_tbit` bit times of idle line. Returns the answer that begins within the slot time, or
+    /// `None`.
     ///
     /// # Errors
-    /// [`Mismatch`] when the station broke a rule or spoke out of turn.
+    /// [`Mismatch`] if the station violates a rule or sends before the request.
     pub fn ask(&mut self, idle_tbit: u64, octets: &[u8]) -> Result<Option<Vec<u8>>, Mismatch> {
-        let slot = u64::from(self.bus.baud().default_slot_tbit());
-        let asked = self.send(&SendTime::After(idle_tbit), octets).and_then(|()| self.answer(slot));
-        let answer = asked.map_err(|what| Mismatch(format!("{}\n{what}\n{}", Hex(octets), self.bus.trace())))?;
+        let slot = u64::from(self.segment.baud().default_slot_tbit());
+        let answer = self.send(&SendTime::After(idle_tbit), octets).and_then(|()| self.answer(slot));
+        let answer = answer.map_err(|difference| self.mismatch(Hex(octets).to_string(), difference))?;
         Ok(answer.map(|(_, octets)| octets))
     }
 
-    fn send(&mut self, when: &SendTime, octets: &[u8]) -> Result<(), String> {
+    fn send(&mut self, when: &SendTime, octets: &[u8]) -> Result<(), Difference> {
         let begin = match when {
-            SendTime::After(tbit) => (self.end + *tbit).max(self.bus.now()),
+            SendTime::After(tbit) => (self.end + *tbit).max(self.segment.now()),
             SendTime::At(time) => *time,
         };
-        self.bus.station_mut(self.tester).send(begin, octets);
+        self.segment.station_mut(self.tester).send(begin, octets);
         self.run(begin)?;
-        if self.bus.trace().entries.len() != self.seen + 1 {
-            return Err("something else was said before".to_owned());
+        if self.segment.trace().entries.len() != self.seen + 1 {
+            return Err(Difference::Interrupted);
         }
         self.seen += 1;
         self.end = begin + octets.len() as u64 * CHARACTER_TBIT;
         self.run(self.end)
     }
 
-    fn expect(&mut self, window: &RangeInclusive<u64>, expected: &[Option<u8>]) -> Result<(), String> {
+    fn expect(&mut self, window: &RangeInclusive<u64>, expected: &[Option<u8>]) -> Result<(), Difference> {
         let Some((tsdr, octets)) = self.answer(*window.end())? else {
-            return Err(format!("nothing came within {} bit times", window.end()));
+            return Err(Difference::Silence(*window.end()));
         };
         if !window.contains(&tsdr) {
-            return Err(format!("it began {tsdr} bit times after the last telegram"));
+            return Err(Difference::Time(tsdr));
         }
         let matches = octets.len() == expected.len()
             && octets.iter().zip(expected).all(|(octet, expected)| expected.is_none_or(|expected| expected == *octet));
-        if matches { Ok(()) } else { Err(format!("this came instead: {}", Hex(&octets))) }
+        if matches { Ok(()) } else { Err(Difference::Octets(octets)) }
     }
 
-    fn nothing(&mut self, tbit: u64) -> Result<(), String> {
+    fn nothing(&mut self, tbit: u64) -> Result<(), Difference> {
         match self.answer(tbit)? {
-            Some((tsdr, octets)) => Err(format!("this came after {tsdr} bit times: {}", Hex(&octets))),
+            Some((tsdr, octets)) => Err(Difference::Unexpected(tsdr, octets)),
             None => Ok(()),
         }
     }
 
-    /// What begins within so many bit times after the last telegram, and after how many.
-    fn answer(&mut self, within_tbit: u64) -> Result<Option<(u64, Vec<u8>)>, String> {
+    /// The telegram that begins within `within_tbit` after the last one, with the bit times in between.
+    fn answer(&mut self, within_tbit: u64) -> Result<Option<(u64, Vec<u8>)>, Difference> {
         self.run(self.end + within_tbit)?;
-        let Some(entry) = self.bus.trace().entries.get(self.seen).cloned() else { return Ok(None) };
+        let Some(entry) = self.segment.trace().entries.get(self.seen).cloned() else { return Ok(None) };
         let tsdr = entry.start - self.end;
         self.seen += 1;
         self.end = entry.end();
@@ -189,13 +236,13 @@ impl<S: Station + Send + 'static> Dialogue<S> {
         Ok(Some((tsdr, entry.octets.to_vec())))
     }
 
-    fn run(&mut self, until: BitTime) -> Result<(), String> {
-        self.bus.run_until(until).map_err(|foul| foul.to_string())
+    fn run(&mut self, until: BitTime) -> Result<(), Difference> {
+        self.segment.run_until(until).map_err(Difference::Violation)
     }
 }
 
 /// Reads `TIME -> OCTETS`, `WINDOW <- OCTETS` or `TIME <- nothing`.
-fn turn(line: &str) -> Option<Step> {
+fn step(line: &str) -> Option<Step> {
     if let Some((when, octets)) = line.split_once("->") {
         let octets = octets.split_whitespace().map(octet).collect::<Option<_>>()?;
         return Some(Step::Send(self::when(when.trim())?, octets));
@@ -231,7 +278,7 @@ mod tests {
     use super::*;
     use crate::stations::MockStation;
 
-    /// Says SC after 20 bit times, whatever it hears.
+    /// A dialogue with a station that answers each telegram with SC after 20 bit times.
     fn dialogue() -> Dialogue<impl Station + Send + 'static> {
         Dialogue::new(Baud::B1500000, MockStation::new(|end, _| Some((end + 20, vec![0xE5]))))
     }
@@ -241,11 +288,11 @@ mod tests {
     }
 
     #[test]
-    fn a_dialogue_that_is_met_is_met() {
+    fn a_script_that_matches_passes() {
         let script = "
             +40 -> 10 08 02 49 53 16
             20 <- E5
-            +40 -> 10 08 02 49 53 16  # a remark
+            +40 -> 10 08 02 49 53 16  # a comment
             11..60 <- ..
             500 <- nothing
             @2000 -> 10 08 02 49 53 16
@@ -255,20 +302,20 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_not_met_is_told() {
-        for (line, told) in [
-            ("21..60 <- E5", "21..60 <- E5\nit began 20 bit times after the last telegram\n"),
-            ("11..19 <- E5", "11..19 <- E5\nnothing came within 19 bit times\n"),
-            ("20 <- E6", "20 <- E6\nthis came instead: E5\n"),
-            ("20 <- E5 E5", "this came instead: E5\n"),
-            ("20 <- nothing", "this came after 20 bit times: E5\n"),
-            ("+40 -> E5", "something else was said before\n"),
-            ("soon -> E5", "'soon -> E5' is no line of a dialogue"),
-            ("+40 E5", "'+40 E5' is no line of a dialogue"),
-            ("+40 -> 5X", "'+40 -> 5X' is no line of a dialogue"),
+    fn each_difference_is_reported() {
+        for (line, report) in [
+            ("21..60 <- E5", "21..60 <- E5\nthe telegram began 20 bit times after the last one\n"),
+            ("11..19 <- E5", "11..19 <- E5\nno telegram began within 19 bit times\n"),
+            ("20 <- E6", "20 <- E6\nthe telegram is E5\n"),
+            ("20 <- E5 E5", "\nthe telegram is E5\n"),
+            ("20 <- nothing", "after 20 bit times this telegram began: E5\n"),
+            ("+40 -> E5", "a station sent a telegram before\n"),
+            ("soon -> E5", "soon -> E5\nthis is no line of a dialogue"),
+            ("+40 E5", "+40 E5\nthis is no line of a dialogue"),
+            ("+40 -> 5X", "+40 -> 5X\nthis is no line of a dialogue"),
         ] {
             let message = mismatch(&format!("+40 -> 10 08 02 49 53 16\n{line}"));
-            assert!(message.contains(told), "{line}: {message}");
+            assert!(message.contains(report), "{line}: {message}");
         }
     }
 
@@ -278,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_rule_is_a_mismatch() {
+    fn a_violation_of_a_rule_is_a_mismatch() {
         let mut dialogue = Dialogue::new(Baud::B1500000, MockStation::new(|end, _| Some((end + 10, vec![0xE5]))));
         let error = dialogue.play("+40 -> 10 08 02 49 53 16\n10 <- E5").unwrap_err();
         assert!(error.to_string().contains("it answered after 10 bit times, min T_SDR is 11"), "{error}");

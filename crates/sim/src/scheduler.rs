@@ -1,27 +1,27 @@
-//! Who is next: a tournament between the times at which each of many wants to be called.
+//! The earliest of many times: a tournament tree with one time for each place.
 //!
-//! A time changes far more often than it comes (a watchdog moves with every exchange), so a heap of events would mostly
-//! hold stale ones. Here every participant has one place, and changing it costs a few comparisons.
+//! A time changes far more often than it is reached (every exchange moves a watchdog), so a heap of events would mostly hold
+//! obsolete entries. Here each place has one time, and a change costs a few comparisons.
 
 use profivac_dp::link::BitTime;
 
-/// Never.
+/// The time that is never reached.
 pub(crate) const NEVER: BitTime = BitTime(u64::MAX);
 
-/// One time for each place, and the earliest of them.
+/// One time for each place, with the earliest at the root.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduler {
-    /// A binary tree: node 1 is the root, the children of `n` are `2n` and `2n + 1`, the last half are the places.
+    /// A binary tree: node 1 is the root, the children of `n` are `2n` and `2n + 1`, the second half are the places.
     earliest: Vec<BitTime>,
 }
 
 impl Scheduler {
-    /// `places` places, all of them [`NEVER`].
+    /// A scheduler with `places` places, all at [`NEVER`].
     pub(crate) fn new(places: usize) -> Self {
         Self { earliest: vec![NEVER; places.next_power_of_two() * 2] }
     }
 
-    /// Makes room for `places` places in all. The times are kept.
+    /// Grows to `places` places in total and keeps the times.
     pub(crate) fn grow(&mut self, places: usize) {
         let had = self.places();
         if places > had {
@@ -35,7 +35,7 @@ impl Scheduler {
         self.earliest.len() / 2
     }
 
-    /// The time of `place` is now `time`.
+    /// Sets the time of `place`.
     pub(crate) fn set(&mut self, place: usize, time: BitTime) {
         let mut node = self.places() + place;
         if self.earliest[node] == time {
@@ -57,7 +57,7 @@ impl Scheduler {
         self.earliest[1]
     }
 
-    /// The lowest place that has the earliest time.
+    /// The lowest place with the earliest time.
     pub(crate) fn earliest_place(&self) -> usize {
         let mut node = 1;
         while node < self.places() {
@@ -76,26 +76,26 @@ mod tests {
     use crate::random::Random;
 
     #[test]
-    fn the_earliest_is_always_first_and_the_lowest_place_wins() {
-        let mut agenda = Scheduler::new(1);
-        agenda.grow(100);
+    fn the_earliest_time_is_first_and_the_lowest_place_wins() {
+        let mut scheduler = Scheduler::new(1);
+        scheduler.grow(100);
         let mut times = [NEVER; 100];
         let mut random = Random::new(1);
         for _ in 0..10_000 {
             let (place, time) = (random.below(100) as usize, BitTime(random.below(50)));
             times[place] = time;
-            agenda.set(place, time);
+            scheduler.set(place, time);
             let first = times.iter().min().unwrap();
-            assert_eq!(agenda.earliest_time(), *first);
-            assert_eq!(Some(agenda.earliest_place()), times.iter().position(|time| time == first));
+            assert_eq!(scheduler.earliest_time(), *first);
+            assert_eq!(Some(scheduler.earliest_place()), times.iter().position(|time| time == first));
         }
     }
 
     #[test]
     fn growing_keeps_the_times() {
-        let mut agenda = Scheduler::new(2);
-        agenda.set(1, BitTime(7));
-        agenda.grow(9);
-        assert_eq!((agenda.earliest_time(), agenda.earliest_place()), (BitTime(7), 1));
+        let mut scheduler = Scheduler::new(2);
+        scheduler.set(1, BitTime(7));
+        scheduler.grow(9);
+        assert_eq!((scheduler.earliest_time(), scheduler.earliest_place()), (BitTime(7), 1));
     }
 }

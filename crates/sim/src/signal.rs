@@ -1,34 +1,34 @@
-//! A telegram on its way along the cable, as bits.
+//! A telegram on the cable, as bits.
 
 use crate::character::{self, Character, Uart};
 use profivac_dp::link::CHARACTER_TBIT;
 use std::sync::Arc;
 
-/// Something that happens to one telegram between its sender and all who listen. Octets and bits count from 0.
+/// A fault of one telegram between its sender and all receivers. Octets and bits count from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TelegramFault {
-    /// These bits are inverted, eleven for each character: start, data, parity, stop.
+    /// Inverts these bits; each character has eleven: start, data, parity, stop.
     Flip(Vec<usize>),
-    /// The parity bit of an octet is inverted.
+    /// Inverts the parity bit of an octet.
     CharacterError(usize),
-    /// An octet is missing; the line is idle in its place.
+    /// Removes an octet; the line is idle in its place.
     Lose(usize),
-    /// An octet more, in front of the octet that had this number.
+    /// Inserts an octet in front of the octet with this number.
     Insert(usize, u8),
-    /// The sender itself pauses for so many bit times in front of an octet. The referee objects.
+    /// The sender pauses in front of an octet, for this number of bit times. The referee reports it.
     Pause(usize, u64),
 }
 
-/// What is sent, bit by bit.
+/// A transmission, bit by bit.
 #[derive(Clone, Debug)]
 pub(crate) struct Signal {
     octets: Arc<[u8]>,
-    /// The octets are one telegram.
+    /// Whether the octets are one telegram.
     telegram: bool,
     damage: Option<Arc<Damage>>,
 }
 
-/// Where the bits differ from octets that follow each other without a gap.
+/// The differences from octets without gaps and errors.
 #[derive(Clone, Debug, Default)]
 struct Damage {
     /// Idle bit times in front of the octet with this number.
@@ -38,16 +38,16 @@ struct Damage {
 }
 
 impl Signal {
-    /// `octets` as they are; `telegram` if they are one.
+    /// An undamaged signal; `telegram` if the octets are one telegram.
     pub(crate) const fn plain(octets: Arc<[u8]>, telegram: bool) -> Self {
         Self { octets, telegram, damage: None }
     }
 
-    /// `octets` after all of `tampers`, one after the other.
-    pub(crate) fn faulty(octets: &[u8], tampers: &[TelegramFault]) -> Self {
+    /// `octets` with faults, applied in order.
+    pub(crate) fn faulty(octets: &[u8], faults: &[TelegramFault]) -> Self {
         let (mut octets, mut damage) = (octets.to_vec(), Damage::default());
-        for tamper in tampers {
-            match tamper {
+        for fault in faults {
+            match fault {
                 TelegramFault::Flip(bits) => damage.flips.extend(bits.iter().map(|bit| *bit as u64)),
                 TelegramFault::CharacterError(place) => damage.flips.push(*place as u64 * CHARACTER_TBIT + 9),
                 TelegramFault::Lose(place) if *place < octets.len() => {
@@ -62,12 +62,12 @@ impl Signal {
         Self { octets: octets.into(), telegram: false, damage: Some(Arc::new(damage)) }
     }
 
-    /// Whether an undisturbed receiver hears one telegram, with its last octet.
+    /// Whether an undisturbed receiver gets one telegram, complete with the last octet.
     pub(crate) const fn is_telegram(&self) -> bool {
         self.telegram
     }
 
-    /// The octets if they follow each other without gap or damage.
+    /// The octets, if the signal has neither gaps nor errors.
     pub(crate) fn clean(&self) -> Option<&Arc<[u8]>> {
         self.damage.is_none().then_some(&self.octets)
     }
@@ -78,7 +78,7 @@ impl Signal {
         self.octets.len() as u64 * CHARACTER_TBIT + pauses
     }
 
-    /// The level `offset` bit times after the beginning of the first start bit.
+    /// The level `offset` bit times after the begin of the first start bit.
     pub(crate) fn level(&self, offset: u64) -> bool {
         let Some(damage) = &self.damage else { return self.sent(offset) };
         let flipped = damage.flips.iter().filter(|flip| **flip == offset).count() % 2 == 1;
@@ -94,13 +94,13 @@ impl Signal {
         self.sent(without_pauses) != flipped
     }
 
-    /// The level as if there were no damage.
+    /// The level without damage.
     fn sent(&self, offset: u64) -> bool {
         let octet = self.octets.get((offset / CHARACTER_TBIT) as usize);
         octet.is_none_or(|octet| character::bits(*octet) >> (offset % CHARACTER_TBIT) & 1 == 1)
     }
 
-    /// What an undisturbed receiver reads, with `flips` more bits inverted.
+    /// The characters that a receiver reads if the bits `flips` are inverted as well.
     pub(crate) fn read(&self, flips: &[u64]) -> Vec<Character> {
         let mut uart = Uart::default();
         let levels = (0..self.duration_tbit() + CHARACTER_TBIT).map(|at| self.level(at) != flips.contains(&at));
@@ -114,13 +114,13 @@ mod tests {
 
     const TOKEN: [u8; 3] = [0xDC, 2, 2];
 
-    fn read(tampers: &[TelegramFault]) -> Vec<(u8, bool)> {
-        let signal = Signal::faulty(&TOKEN, tampers);
+    fn read(faults: &[TelegramFault]) -> Vec<(u8, bool)> {
+        let signal = Signal::faulty(&TOKEN, faults);
         signal.read(&[]).into_iter().map(|character| (character.octet, character.error)).collect()
     }
 
     #[test]
-    fn what_is_sent_is_read() {
+    fn an_undamaged_signal_is_read_unchanged() {
         assert_eq!(read(&[]), [(0xDC, false), (2, false), (2, false)]);
         assert_eq!(Signal::plain(TOKEN.into(), true).duration_tbit(), 33);
     }
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn octets_are_lost_and_added() {
+    fn octets_are_lost_and_inserted() {
         assert_eq!(read(&[TelegramFault::Lose(1)]), [(0xDC, false), (2, false)]);
         assert_eq!(Signal::faulty(&TOKEN, &[TelegramFault::Lose(1)]).duration_tbit(), 33);
         assert_eq!(read(&[TelegramFault::Insert(1, 0x55)]), [(0xDC, false), (0x55, false), (2, false), (2, false)]);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_moves_what_follows() {
+    fn a_pause_delays_the_octets_after_it() {
         let signal = Signal::faulty(&TOKEN, &[TelegramFault::Pause(1, 5)]);
         assert_eq!(signal.duration_tbit(), 38);
         assert!((11..16).all(|at| signal.level(at)) && !signal.level(16));

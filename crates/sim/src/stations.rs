@@ -1,4 +1,4 @@
-//! Stations for tests: one that says what it is told, one made of a function, one that does not stop talking.
+//! Stations for tests: one that sends given telegrams, one driven by a closure, one that babbles.
 
 use crate::random::Random;
 use profivac_dp::link::{BitTime, Listening, Station, Transmit};
@@ -6,34 +6,34 @@ use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
 use std::fmt;
 
-/// A telegram as a station heard it.
+/// A received telegram.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReceivedTelegram {
-    /// When its last bit ended.
+    /// The end of its last bit.
     pub end: BitTime,
-    /// All of it.
+    /// Its octets.
     pub octets: Vec<u8>,
 }
 
-/// Sends what it is told when it is told, and writes down what it hears.
+/// Sends given telegrams at given times, and stores all telegrams that it receives.
 #[derive(Clone, Debug, Default)]
 pub struct Tester {
     queue: VecDeque<(BitTime, Vec<u8>)>,
     sent: Vec<u8>,
-    /// Every telegram of others, in order.
+    /// The received telegrams, in order.
     pub received: Vec<ReceivedTelegram>,
-    /// How many characters completed no telegram.
+    /// The number of characters that did not complete a telegram.
     pub characters: usize,
 }
 
 impl Tester {
-    /// A station that says nothing.
+    /// A tester without telegrams to send.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Sends `octets` at `time`. Telegrams leave in the order in which they were given.
+    /// Sends `octets` at `time`. Telegrams are sent in the order of the calls.
     pub fn send(&mut self, time: BitTime, octets: &[u8]) {
         self.queue.push_back((time, octets.to_vec()));
     }
@@ -63,7 +63,7 @@ impl Station for Tester {
     }
 }
 
-/// A station that answers as a function says: for stations that do something wrong.
+/// A station that a closure drives, for wrong behaviour.
 pub struct MockStation<F> {
     reaction: F,
     octets: Vec<u8>,
@@ -71,12 +71,12 @@ pub struct MockStation<F> {
 
 impl<F> fmt::Debug for MockStation<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Puppet")
+        f.write_str("MockStation")
     }
 }
 
 impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> MockStation<F> {
-    /// `reaction` gets every telegram with the time of its end, and says what to send and when.
+    /// `reaction` gets each telegram with its end, and returns the octets to send and their time.
     pub const fn new(reaction: F) -> Self {
         Self { reaction, octets: Vec::new() }
     }
@@ -98,19 +98,19 @@ impl<F: FnMut(BitTime, &Telegram<'_>) -> Option<(BitTime, Vec<u8>)>> Station for
     }
 }
 
-/// A station that talks at random and listens to nobody.
+/// A station that sends random octets at random times and ignores all others.
 #[derive(Clone, Debug)]
 pub struct Babbler {
     random: Random,
     next: BitTime,
     until: BitTime,
-    /// The longest silence between two bursts.
+    /// The longest pause between two bursts.
     pause_tbit: u64,
     octets: Vec<u8>,
 }
 
 impl Babbler {
-    /// Bursts of 1 to 20 octets from `from` to `until`, with silences of at most `pause_tbit` between them.
+    /// Bursts of 1 to 20 octets from `from` to `until`, with pauses of at most `pause_tbit` between them.
     #[must_use]
     pub const fn new(seed: u64, from: BitTime, until: BitTime, pause_tbit: u64) -> Self {
         Self { random: Random::new(seed), next: from, until, pause_tbit, octets: Vec::new() }

@@ -1,13 +1,13 @@
-//! What is heard at one place of the cable.
+//! A tap: a receiver at one position of the cable.
 //!
-//! All passive stations at one place hear alike, so one ear listens for them. An active station has its own, because it
-//! does not hear itself, and so has a station with a fault of its own.
+//! All passive stations at one position receive the same, so they share one tap. An active station has a tap of its own,
+//! because it does not receive its own telegrams; so does a station with local noise or separate power.
 //!
-//! As long as one undamaged telegram is on the line, whole characters are taken, each at the time its last bit ends.
-//! Otherwise, when signals overlap or bits are inverted, the ear steps from bit to bit through a [`Uart`].
+//! While one undamaged telegram is on the line, the tap takes whole characters, each at the time of its last bit. When
+//! signals overlap or bits are inverted, it steps bit by bit through a [`Uart`].
 //!
-//! Passive stations want telegrams only, and an undisturbed telegram is complete when it ends, so a shared ear listens to
-//! its characters then, all in one go.
+//! Passive stations need telegrams only, and an undisturbed telegram is complete at its end, so a shared tap reads all its
+//! characters at that time.
 
 use crate::character::{Character, Uart};
 use crate::noise::Noise;
@@ -18,7 +18,7 @@ use profivac_wire::{BROADCAST, DataTelegram, Telegram};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// The stations that share an ear, by the address from 0 to 127 that each listens to.
+/// The stations that share a tap, by address from 0 to 127.
 #[derive(Clone, Debug)]
 pub(crate) struct Listeners([Vec<usize>; 128]);
 
@@ -29,63 +29,63 @@ impl Default for Listeners {
 }
 
 impl Listeners {
-    /// A station listens to `address`.
+    /// Adds a station with `address`.
     pub(crate) fn join(&mut self, station: usize, address: u8) {
         self.0[usize::from(address) % 128].push(station);
     }
 
-    /// A station listens to `address` no longer.
+    /// Removes a station with `address`.
     pub(crate) fn leave(&mut self, station: usize, address: u8) {
-        self.0[usize::from(address) % 128].retain(|member| *member != station);
+        self.0[usize::from(address) % 128].retain(|other| *other != station);
     }
 
-    /// The stations that have to be given a telegram.
+    /// The stations that receive a telegram.
     pub(crate) fn of(&self, telegram: &Telegram<'_>) -> impl Iterator<Item = usize> {
         let lists = match telegram {
             Telegram::Data(DataTelegram { da: BROADCAST, .. }) => &self.0[..],
-            Telegram::Data(frame) => std::slice::from_ref(&self.0[usize::from(frame.da) % 128]),
+            Telegram::Data(data) => std::slice::from_ref(&self.0[usize::from(data.da) % 128]),
             Telegram::ShortAck | Telegram::Token { .. } => &[],
         };
         lists.iter().flatten().copied()
     }
 }
 
-/// A signal that reaches this place.
+/// A signal at this position.
 #[derive(Clone, Debug)]
 struct Incoming {
     signal: Signal,
     sender: Option<usize>,
     begin: BitTime,
-    /// Nothing comes after this.
+    /// The end of the signal.
     until: BitTime,
-    /// The number of the next whole octet, and when it begins.
+    /// The number of the next whole octet, and its begin.
     next: usize,
     due: BitTime,
 }
 
-/// A place to listen.
+/// A receiver at one position.
 #[derive(Clone, Debug)]
 pub(crate) struct Tap {
     pub(crate) position: u64,
-    /// The only station that listens here, if it is one that must not share.
+    /// The station of a tap that is not shared.
     pub(crate) owner: Option<usize>,
     pub(crate) audience: Listeners,
     pub(crate) receiver: Receiver,
-    /// The signals on their way, the first to arrive first.
+    /// The signals, ordered by arrival.
     incoming: VecDeque<Incoming>,
     uart: Uart,
-    /// Everything before this was listened to.
+    /// The tap has read everything before this.
     at: BitTime,
-    /// The next inverted bit.
+    /// The time of the next inverted bit.
     flip: BitTime,
     line_noise: Option<Noise>,
     pub(crate) own_noise: Option<Noise>,
 }
 
 impl Tap {
-    /// A place `position` bit times from the end of the cable, from `now` on.
+    /// A tap `position` bit times from the beginning of the cable, reading from `now` on.
     pub(crate) fn new(position: u64, now: BitTime, line_noise: Option<Noise>) -> Self {
-        let mut ear = Self {
+        let mut tap = Self {
             position,
             owner: None,
             audience: Listeners::default(),
@@ -97,11 +97,11 @@ impl Tap {
             line_noise,
             own_noise: None,
         };
-        ear.find_flip(now);
-        ear
+        tap.find_flip(now);
+        tap
     }
 
-    /// Takes a whole telegram, and when it began, if nothing disturbs it.
+    /// Takes a whole undisturbed telegram and its begin.
     pub(crate) fn take_telegram(&mut self) -> Option<(BitTime, Arc<[u8]>)> {
         let first = self.incoming.front().filter(|first| self.is_undisturbed(first))?;
         let whole = (first.begin, first.signal.clean()?.clone());
@@ -110,7 +110,7 @@ impl Tap {
         Some(whole)
     }
 
-    /// Other noise from `now` on.
+    /// Changes the noise from `now` on.
     pub(crate) fn set_noise(&mut self, now: BitTime, line: Option<Noise>, own: Option<Noise>) {
         self.line_noise = line;
         self.own_noise = own;
@@ -122,21 +122,21 @@ impl Tap {
         self.flip = next(&self.line_noise).min(next(&self.own_noise));
     }
 
-    /// A signal begins here at `begin`.
+    /// Adds a signal that arrives at `begin`.
     pub(crate) fn announce(&mut self, signal: Signal, sender: Option<usize>, begin: BitTime) {
         let until = begin + signal.duration_tbit();
         let place = self.incoming.partition_point(|other| other.begin <= begin);
         self.incoming.insert(place, Incoming { signal, sender, begin, until, next: 0, due: begin });
     }
 
-    /// What `sender` sends is not heard here after `now`.
+    /// Ends the signals of `sender` at `now`.
     pub(crate) fn cut_off(&mut self, sender: usize, now: BitTime) {
         for incoming in self.incoming.iter_mut().filter(|incoming| incoming.sender == Some(sender)) {
             incoming.until = incoming.until.min(now);
         }
     }
 
-    /// When there is something to hear that may matter to somebody.
+    /// The time of the next event that a station may notice.
     pub(crate) fn next(&self) -> BitTime {
         match self.incoming.front() {
             None if self.uart.is_idle() => self.flip + 1,
@@ -146,7 +146,7 @@ impl Tap {
         }
     }
 
-    /// Whether only the last character of the first signal can complete a telegram, and nobody asks about the others.
+    /// Whether the first signal is an undisturbed telegram and no station needs its single characters.
     fn is_undisturbed(&self, first: &Incoming) -> bool {
         self.owner.is_none()
             && first.signal.is_telegram()
@@ -157,7 +157,7 @@ impl Tap {
             && self.is_alone(first.until)
     }
 
-    /// Whether the next character of the first signal comes whole.
+    /// Whether the next character of the first signal is undisturbed.
     fn is_clean(&self, first: &Incoming) -> bool {
         let end = first.due + CHARACTER_TBIT;
         first.signal.clean().is_some()
@@ -167,17 +167,17 @@ impl Tap {
             && self.is_alone(end)
     }
 
-    /// Whether neither noise nor another signal comes before `end`.
+    /// Whether neither noise nor another signal occurs before `end`.
     fn is_alone(&self, end: BitTime) -> bool {
         self.flip >= end && self.incoming.get(1).is_none_or(|second| second.begin >= end)
     }
 
-    /// Whether everything before `time` was listened to.
+    /// Whether the tap has read everything before `time`.
     pub(crate) fn has_heard(&self, time: BitTime) -> bool {
         self.at >= time
     }
 
-    /// The next bit that has to be looked at.
+    /// The next bit to read.
     fn first_bit(&self) -> BitTime {
         if !self.uart.is_idle() {
             return self.at;
@@ -186,7 +186,7 @@ impl Tap {
         begins.fold(self.flip, BitTime::min).max(self.at)
     }
 
-    /// Listens to one character if nothing disturbs it, to one bit otherwise. Returns the character that ends with it.
+    /// Reads one undisturbed character, or otherwise one bit. Returns the character that ends.
     pub(crate) fn read_next(&mut self) -> Option<(BitTime, Character)> {
         if self.incoming.front().is_some_and(|first| self.is_clean(first)) {
             return self.read_octet();
@@ -217,12 +217,12 @@ impl Tap {
 }
 
 impl Incoming {
-    /// Several drivers at once: free choice, 0 wins over 1.
+    /// The level of this signal; of several signals, 0 wins over 1 (free choice).
     fn level(&self, at: BitTime) -> bool {
         at < self.begin || at >= self.until || self.signal.level(at - self.begin)
     }
 
-    /// Forgets what came before `at`. False when nothing is left.
+    /// Skips the part before `at`. Returns false at the end of the signal.
     fn has_more(&mut self, at: BitTime) -> bool {
         while self.due < at {
             self.due = self.due + CHARACTER_TBIT;

@@ -1,8 +1,7 @@
-//! No damage of up to three bits makes a receiver take one telegram for another. profibus-wire 1.1 and 1.7.
+//! A receiver rejects every telegram with up to three inverted bits. profibus-wire 1.1 and 1.7.
 //!
-//! Every pattern of flipped bits is played through the bits of the characters, start, parity and stop bits included, so a
-//! lost start bit shifts what is read, as on a line. SD4 has no check octet: what gets through there is the golden list
-//! beside this file.
+//! The tests invert every pattern of bits of the characters, including start, parity and stop bits, so a lost start bit
+//! shifts the bits that are read, as on a line. SD4 has no check octet: the golden file lists the patterns that are accepted.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -23,7 +22,7 @@ fn levels(octets: &[u8]) -> Vec<bool> {
     std::iter::repeat_n(true, IDLE).chain(bits).chain(std::iter::repeat_n(true, IDLE)).collect()
 }
 
-/// Plays levels to a receiver; `accepted` gets every telegram it hears.
+/// Feeds levels to a receiver; `accepted` gets every telegram that it accepts.
 fn play(levels: &[bool], mut accepted: impl FnMut(&Telegram<'_>)) {
     let mut uart = Uart::default();
     let mut receiver = Receiver::new(BitTime(0));
@@ -46,7 +45,7 @@ fn emitted(telegram: &Telegram<'_>) -> Vec<u8> {
     octets[..length].to_vec()
 }
 
-/// Whatever is accepted of `octets` with these bits flipped.
+/// The accepted telegrams with these bits inverted.
 fn heard(levels: &mut [bool], flips: &[usize]) -> Vec<Vec<u8>> {
     let mut all = Vec::new();
     flip(levels, flips);
@@ -87,12 +86,12 @@ fn exhaustive(text: &str) -> u64 {
 }
 
 #[test]
-fn sc() {
+fn every_pattern_of_sc_is_rejected() {
     assert_eq!(exhaustive("E5"), 11 + 55 + 165);
 }
 
 #[test]
-fn sd1_of_every_kind() {
+fn every_pattern_of_sd1_is_rejected() {
     for text in [
         "10 08 02 49 53 16", // FDL status
         "10 02 08 00 0A 16", // its answer
@@ -107,7 +106,7 @@ fn sd1_of_every_kind() {
 }
 
 #[test]
-fn sd2_of_every_service() {
+fn every_pattern_of_sd2_is_rejected() {
     for text in [
         "68 05 05 68 88 82 6D 3C 3E F1 16",                      // Slave_Diag
         "68 05 05 68 08 02 7D AA 55 86 16",                      // Data_Exchange
@@ -123,12 +122,12 @@ fn sd2_of_every_service() {
 }
 
 #[test]
-fn sd3() {
+fn every_pattern_of_sd3_is_rejected() {
     assert_eq!(exhaustive("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16"), 154 + 11_781 + 596_904);
 }
 
 #[test]
-fn a_telegram_inside_the_data_of_another_is_never_heard() {
+fn a_telegram_inside_the_data_of_another_is_never_accepted() {
     for text in [
         // Data_Exchange whose outputs are an FDL status to the same slave, alone and with SC on both sides.
         "68 09 09 68 08 02 7D 10 08 02 49 53 16 53 16",
@@ -141,28 +140,28 @@ fn a_telegram_inside_the_data_of_another_is_never_heard() {
 }
 
 #[test]
-fn long_telegrams_by_sampling() {
+fn sampled_patterns_of_long_telegrams_are_rejected() {
     const SEED: u64 = 20_260_801;
     println!("seed {SEED}");
     let mut random = Random::new(SEED);
     for _ in 0..400 {
         let du: Vec<u8> = (0..1 + random.below(244)).map(|_| random.octet()).collect();
-        let frame = profivac_wire::DataTelegram { da: 8, sa: 2, dsap: Some(51), ssap: Some(51), fc: 0x5C, du: &du };
-        let octets = emitted(&Telegram::Data(frame));
+        let telegram = profivac_wire::DataTelegram { da: 8, sa: 2, dsap: Some(51), ssap: Some(51), fc: 0x5C, du: &du };
+        let octets = emitted(&Telegram::Data(telegram));
         let mut levels = levels(&octets);
         for _ in 0..100 {
             let flips: Vec<usize> = (0..3).map(|_| random.below(octets.len() as u64 * 11) as usize).collect();
             let heard = heard(&mut levels, &flips);
-            // Two of the three may hit the same bit: then one is flipped.
+            // Two of the three may be the same bit: then only one is inverted.
             assert!(heard.is_empty(), "{} with bits {flips:?} flipped", Hex(&octets));
         }
     }
 }
 
-/// A token has no check octet. What gets through is listed: as few as two bits of one character make another address, and
-/// the ring has to live with it (profibus-wire 1.13: addresses from 127 on are refused, a foreign token is not taken).
+/// A token has no check octet. The golden file lists the accepted patterns: two bits of one character suffice for another
+/// address. The token rules handle them (profibus-wire 1.13: addresses from 127 on are rejected, a foreign token is ignored).
 #[test]
-fn what_gets_through_of_a_token_is_listed() {
+fn accepted_damaged_tokens_match_the_golden_list() {
     let octets = hex("DC 02 02");
     let mut levels = levels(&octets);
     let mut list = String::from(
@@ -177,12 +176,12 @@ fn what_gets_through_of_a_token_is_listed() {
     golden("tests/detection-token.txt", &list);
 }
 
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
+/// Compares with a golden file, or writes it if `PROFIVAC_BLESS` is 1.
 fn golden(path: &str, text: &str) {
     let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
     if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
         std::fs::write(&path, text).unwrap();
     }
     let expected = std::fs::read_to_string(&path).unwrap();
-    assert!(expected == text, "{path} differs; `cargo xtask bless` writes it anew:\n{text}");
+    assert!(expected == text, "{path} differs; `cargo xtask goldens` writes it again:\n{text}");
 }

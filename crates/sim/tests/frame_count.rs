@@ -1,6 +1,7 @@
-//! What counts as a repetition: the table of profibus-wire 1.9, row by row.
+//! Repetitions: the table of profibus-wire 1.9, row by row.
 //!
-//! Each Data_Exchange samples the inputs anew, so an answer tells whether its request was executed: `n` is the n-th.
+//! Each Data_Exchange samples the inputs, and the first input counts the samples, so an answer shows whether its request was
+//! executed.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -9,21 +10,21 @@ mod common;
 use common::*;
 use profivac_wire::{DataTelegram, Telegram};
 
-/// A slave in data exchange. Its owner's last counted request had FCB = 1.
+/// A slave in data exchange. The last counted request of its owner had FCB = 1.
 fn exchanging() -> Talk {
     let mut talk = talk(Plain::new());
     to_data_exch(&mut talk);
     talk
 }
 
-/// One Data_Exchange; returns which sample of the inputs came back.
+/// One Data_Exchange. Returns the number of the input sample in the answer.
 fn exchange(talk: &mut Talk, fc: u8) -> u8 {
     let answer = ask(talk, &plain(OWN, fc, &[fc, 0]));
-    let Ok(Telegram::Data(frame)) = Telegram::parse(&answer) else { panic!("data") };
-    frame.du[0]
+    let Ok(Telegram::Data(telegram)) = Telegram::parse(&answer) else { panic!("data") };
+    telegram.du[0]
 }
 
-/// How many outputs reached the device.
+/// The number of outputs that the device received.
 fn executed(talk: &Talk) -> usize {
     talk.station().device().outputs.iter().flatten().count()
 }
@@ -32,7 +33,7 @@ fn executed(talk: &Talk) -> usize {
 fn a_first_request_is_always_executed_and_sets_fcb() {
     let mut talk = exchanging();
     assert_eq!([exchange(&mut talk, FIRST), exchange(&mut talk, FIRST)], [1, 2]);
-    // FCBm is 1 now: a counted request with FCB = 1 repeats the first, one with FCB = 0 is new.
+    // The stored FCB is 1: a counted request with FCB = 1 repeats the first, one with FCB = 0 is new.
     assert_eq!([exchange(&mut talk, FCB_1), exchange(&mut talk, FCB_0)], [2, 3]);
     assert_eq!(executed(&talk), 3);
 }
@@ -52,7 +53,7 @@ fn the_same_fcb_is_a_repetition_and_gets_the_same_answer_without_being_executed(
     for _ in 0..5 {
         assert_eq!(ask(&mut talk, &request), answer);
     }
-    // Not even other data make it a new request.
+    // Other data do not make it a new request.
     assert_eq!(ask(&mut talk, &plain(OWN, FCB_0, &[3, 4])), answer);
     assert_eq!(executed(&talk), 1);
 }
@@ -68,7 +69,7 @@ fn another_requester_with_the_same_fcb_is_new() {
 }
 
 #[test]
-fn what_is_not_counted_does_not_touch_the_memory() {
+fn uncounted_requests_keep_the_stored_fcb_and_answer() {
     for between in [
         plain(OWN, 0x49, &[]),
         plain(OWN, 0x4E, &[]),
@@ -86,7 +87,7 @@ fn what_is_not_counted_does_not_touch_the_memory() {
 }
 
 #[test]
-fn what_others_are_told_does_not_touch_the_memory() {
+fn requests_to_other_stations_keep_the_stored_fcb_and_answer() {
     let to_another = DataTelegram { da: 9, sa: OWN, dsap: None, ssap: None, fc: FCB_1, du: &[1, 2] };
     for between in [emit(&Telegram::Data(to_another)), vec![0xDC, TS, OWN], vec![0xDC, OWN, OWN]] {
         let mut talk = exchanging();
@@ -97,7 +98,7 @@ fn what_others_are_told_does_not_touch_the_memory() {
 }
 
 #[test]
-fn a_damaged_request_does_not_touch_the_memory() {
+fn a_damaged_request_keeps_the_stored_fcb_and_answer() {
     let mut talk = exchanging();
     let first = ask(&mut talk, &plain(OWN, FCB_0, &[1, 2]));
     let mut damaged = plain(OWN, FCB_1, &[1, 2]);
@@ -114,10 +115,10 @@ fn uncounted_requests_are_executed_each_time() {
 }
 
 #[test]
-fn the_memory_is_one_per_station_and_not_per_service() {
+fn the_stored_fcb_belongs_to_the_station_and_not_to_a_service() {
     let mut talk = exchanging();
     let diag = ask(&mut talk, &request(OWN, FCB_0, 60, &[]));
-    // FCB toggles over all services; Get_Cfg with the FCB of the diagnosis would be its repetition.
+    // FCB toggles across services; Get_Cfg with the FCB of the diagnosis is a repetition of it.
     assert_eq!(ask(&mut talk, &request(OWN, FCB_0, 59, &[])), diag);
     assert_ne!(ask(&mut talk, &request(OWN, FCB_1, 59, &[])), diag);
     assert_eq!(exchange(&mut talk, FCB_0), 1);
@@ -125,12 +126,12 @@ fn the_memory_is_one_per_station_and_not_per_service() {
 
 #[test]
 fn answers_without_data_are_stored_too() {
-    // SC: the repeated Set_Prm is not evaluated again, although it would fail now.
+    // SC: the repeated Set_Prm is not evaluated again, although it would now be refused.
     let mut talk = exchanging();
     assert_eq!(ask(&mut talk, &request(OWN, FCB_0, 61, &LOCK)), [0xE5]);
     assert_eq!(ask(&mut talk, &request(OWN, FCB_0, 61, &[0x80, 0, 0, 11, 0, 0, 0])), [0xE5]);
     assert_eq!(talk.station().state().to_string(), "WAIT-CFG");
-    // RS stays RS, RR stays RR.
+    // The answers RS and RR are repeated.
     let rs = ask(&mut talk, &plain(OWN, FCB_1, &[1, 2]));
     assert_eq!(ask(&mut talk, &request(OWN, FCB_1, 60, &[])), rs);
     let rr = ask(&mut talk, &request(OWN, FCB_0, 60, &[1]));
@@ -138,7 +139,7 @@ fn answers_without_data_are_stored_too() {
 }
 
 #[test]
-fn a_repeated_diagnosis_is_the_same_diagnosis() {
+fn a_repeated_request_gets_the_same_diagnosis() {
     let mut talk = exchanging();
     let first = ask(&mut talk, &request(OWN, FCB_0, 60, &[]));
     talk.station_mut().device_mut().ext_diag = vec![2, 1];
@@ -148,7 +149,7 @@ fn a_repeated_diagnosis_is_the_same_diagnosis() {
 
 #[test]
 fn nothing_is_stored_after_power_up_and_after_a_new_address() {
-    // Nobody has asked yet: a counted request with either FCB is new.
+    // Before the first request, a counted request with either FCB is new.
     for fc in [FCB_0, FCB_1] {
         assert_eq!(ask(&mut talk(Plain::new()), &request(OWN, fc, 61, &LOCK)), [0xE5]);
     }

@@ -1,5 +1,5 @@
-//! A thousand million bit times with every ten-thousandth bit flipped: exchange goes on, and no station ever takes a value
-//! that was not sent to it.
+//! A thousand million bit times with one bit in ten thousand inverted: data exchange continues, and no station ever accepts a
+//! value that was not sent to it.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -20,7 +20,7 @@ const SEED: u64 = 20_260_801;
 const CFG: [u8; 2] = [0x17, 0x27];
 const USER_PRM: [u8; 3] = [0xC3, 0x5A, 0x0F];
 
-/// Eight octets that belong to a station, a direction and a number. Nothing else is a value.
+/// The valid value of a station, a direction and a number: eight octets.
 fn value(station: u8, direction: u8, number: u32) -> [u8; 8] {
     let mut mixed = u64::from(station) << 40 | u64::from(direction) << 32 | u64::from(number);
     mixed = (mixed ^ mixed >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -36,12 +36,12 @@ fn number(octets: &[u8]) -> u32 {
 const OUT: u8 = 0x0F;
 const IN: u8 = 0xF0;
 
-/// Watches what reaches it.
+/// A device that checks everything it receives.
 struct Witness {
     address: u8,
     samples: u32,
     taken: u32,
-    /// Everything that was not sent to it.
+    /// The received values that were not sent to it.
     wrong: Vec<String>,
 }
 
@@ -100,7 +100,7 @@ impl Device for Witness {
 type Class1 = Active<Master<8, 8>>;
 
 fn segment() -> (Segment, StationHandle<Class1>, Vec<StationHandle<Slave<Witness>>>) {
-    let mut bus = Segment::new(BAUD);
+    let mut segment = Segment::new(BAUD);
     let mut master = Master::<8, 8>::on(BusParameters::new(MASTER, BAUD), Settings::new(BAUD), BitTime(0));
     for address in SLAVES {
         let mut slave = SlaveParameters::new(address, 0x1234, &CFG);
@@ -110,42 +110,42 @@ fn segment() -> (Segment, StationHandle<Class1>, Vec<StationHandle<Slave<Witness
     master.user.set_mode(Mode::Operate);
     let slaves = SLAVES.map(|address| {
         let device = Witness { address, samples: 0, taken: 0, wrong: Vec::new() };
-        bus.attach(Slave::new(device, address, BAUD))
+        segment.attach(Slave::new(device, address, BAUD))
     });
     let slaves = slaves.collect();
-    let master = bus.attach(master);
-    (bus, master, slaves)
+    let master = segment.attach(master);
+    (segment, master, slaves)
 }
 
 #[test]
 fn no_wrong_value_is_ever_accepted_or_stored() {
     println!("seed {SEED}");
-    let (mut bus, master, slaves) = segment();
-    bus.inject(Fault::Noise(Some(Noise::new(SEED, 1e-4))));
+    let (mut segment, master, slaves) = segment();
+    segment.inject(Fault::Noise(Some(Noise::new(SEED, 1e-4))));
     let mut round = 0;
-    // Shorter than a cycle, so that every value is seen before the next one comes.
-    while bus.now() < BitTime(1_000_000_000) {
+    // Shorter than a cycle, so that every value is checked before the next one.
+    while segment.now() < BitTime(1_000_000_000) {
         round += 1;
-        let now = bus.now();
-        let user = &mut bus.station_mut(master).user;
+        let now = segment.now();
+        let user = &mut segment.station_mut(master).user;
         for address in SLAVES {
             user.outputs_mut(address).unwrap().copy_from_slice(&value(address, OUT, round));
             if let Some(inputs) = user.inputs(address) {
                 assert_eq!(inputs, value(address, IN, number(inputs)), "inputs of {address}, bit time {now}");
             }
         }
-        bus.run_for(1000).unwrap();
-        slaves.iter().for_each(|slave| intact(bus.station(*slave)));
+        segment.run_for(1000).unwrap();
+        slaves.iter().for_each(|slave| intact(segment.station(*slave)));
     }
     for (address, slave) in SLAVES.zip(&slaves) {
-        let counters = bus.station(master).user.counters(address).unwrap();
-        println!("slave {address}: {counters:?}, {} outputs taken", bus.station(*slave).device().taken);
-        assert!(counters.exchanges > 200_000, "exchange goes on");
-        assert!(counters.retries > 1000, "and there is something to repeat");
+        let counters = segment.station(master).user.counters(address).unwrap();
+        println!("slave {address}: {counters:?}, {} outputs taken", segment.station(*slave).device().taken);
+        assert!(counters.exchanges > 200_000, "data exchange continues");
+        assert!(counters.retries > 1000, "the noise causes repetitions");
     }
 }
 
-/// A slave has what it was given and nothing else.
+/// Asserts that a slave received valid values only.
 fn intact(slave: &Slave<Witness>) {
     assert!(slave.device().wrong.is_empty(), "{:?}", slave.device().wrong);
     assert_eq!((slave.address(), slave.min_tsdr_tbit()), (slave.device().address, 11));

@@ -1,4 +1,4 @@
-//! The referee finds what it is there to find: for each rule a station that breaks it, and one that just does not.
+//! The rules of the referee: for each a station that violates it, and one at the limit that does not.
 
 mod common;
 
@@ -14,37 +14,37 @@ const BAUD: Baud = Baud::B1500000;
 const ASK: [u8; 6] = [0x10, TS, OWN, 0x49, 0x53, 0x16];
 const ANSWER: [u8; 6] = [0x10, OWN, TS, 0x00, 0x0A, 0x16];
 
-/// A bus with a tester that sends telegrams at given times.
-fn bus_with(script: &[(u64, &[u8])]) -> Segment {
-    let mut bus = Segment::new(BAUD);
-    let tester = bus.attach(Tester::new());
+/// A segment with a tester that sends telegrams at given times.
+fn segment_with(script: &[(u64, &[u8])]) -> Segment {
+    let mut segment = Segment::new(BAUD);
+    let tester = segment.attach(Tester::new());
     for (time, octets) in script {
-        bus.station_mut(tester).send(BitTime(*time), octets);
+        segment.station_mut(tester).send(BitTime(*time), octets);
     }
-    bus
+    segment
 }
 
-/// A station that answers whatever comes with `octets` after `tsdr`.
+/// A station that answers every telegram with `octets` after `tsdr`.
 fn answering(tsdr: u64, octets: &[u8]) -> impl Station + Send + 'static {
     let octets = octets.to_vec();
     MockStation::new(move |end, _| Some((end + tsdr, octets.clone())))
 }
 
-fn outcome(bus: &mut Segment) -> Result<(), Rule> {
-    bus.run_until(BitTime(100_000)).map_err(|foul| foul.rule)
+fn outcome(segment: &mut Segment) -> Result<(), Rule> {
+    segment.run_until(BitTime(100_000)).map_err(|violation| violation.rule)
 }
 
-/// What the referee says to a single request and an answer `tsdr` after it.
+/// The result of a single request and an answer `tsdr` after it.
 fn answered(tsdr: u64, octets: &[u8]) -> Result<(), Rule> {
-    let mut bus = bus_with(&[(100, &ASK)]);
-    bus.attach(answering(tsdr, octets));
-    outcome(&mut bus)
+    let mut segment = segment_with(&[(100, &ASK)]);
+    segment.attach(answering(tsdr, octets));
+    outcome(&mut segment)
 }
 
-/// What the referee says to two telegrams of one master, the second `idle` bit times after the end of the first.
+/// The result of two telegrams of one master, the second `idle` bit times after the end of the first.
 fn after(first: &[u8], idle: u64) -> Result<(), Rule> {
     let end = 100 + 11 * first.len() as u64;
-    outcome(&mut bus_with(&[(100, first), (end + idle, &ASK)]))
+    outcome(&mut segment_with(&[(100, first), (end + idle, &ASK)]))
 }
 
 #[test]
@@ -55,97 +55,97 @@ fn a_good_dialogue_passes() {
 }
 
 #[test]
-fn talking_over_each_other_is_found() {
-    let mut bus = bus_with(&[(100, &ASK)]);
-    let other = bus.attach(Tester::new());
-    bus.station_mut(other).send(BitTime(165), &ASK);
-    assert_eq!(outcome(&mut bus), Err(Rule::Collision));
+fn a_collision_is_found() {
+    let mut segment = segment_with(&[(100, &ASK)]);
+    let other = segment.attach(Tester::new());
+    segment.station_mut(other).send(BitTime(165), &ASK);
+    assert_eq!(outcome(&mut segment), Err(Rule::Collision));
 }
 
 #[test]
-fn talking_over_each_other_is_found_where_signals_meet() {
-    // Seen from the middle the two never speak at once, at each end the other's telegram arrives while its own is sent.
+fn a_collision_is_found_where_the_signals_meet() {
+    // In the middle the signals do not overlap; at each end the other telegram arrives during the own transmission.
     for (distance, expected) in [(65, Err(Rule::Collision)), (66, Err(Rule::Syn))] {
-        let mut bus = bus_with(&[(100, &ASK)]);
-        let other = bus.attach_at(distance, Tester::new());
-        bus.station_mut(other).send(BitTime(100), &ASK);
-        assert_eq!(outcome(&mut bus), expected, "{distance} bit times apart");
+        let mut segment = segment_with(&[(100, &ASK)]);
+        let other = segment.attach_at(distance, Tester::new());
+        segment.station_mut(other).send(BitTime(100), &ASK);
+        assert_eq!(outcome(&mut segment), expected, "{distance} bit times apart");
     }
 }
 
 #[test]
-fn a_telegram_still_on_its_way_is_talked_over() {
-    // The first is sent from 100 to 166 and passes the other station from 150 to 216.
+fn a_transmission_during_an_arriving_telegram_is_a_collision() {
+    // The first is sent from 100 to 166 and arrives at the other station from 150 to 216.
     for (begin, expected) in [(215, Err(Rule::Collision)), (216, Err(Rule::Syn))] {
-        let mut bus = bus_with(&[(100, &ASK)]);
-        let other = bus.attach_at(50, Tester::new());
-        bus.station_mut(other).send(BitTime(begin), &ASK);
-        assert_eq!(outcome(&mut bus), expected, "{begin}");
+        let mut segment = segment_with(&[(100, &ASK)]);
+        let other = segment.attach_at(50, Tester::new());
+        segment.station_mut(other).send(BitTime(begin), &ASK);
+        assert_eq!(outcome(&mut segment), expected, "{begin}");
     }
 }
 
 #[test]
-fn two_slaves_at_one_address_talk_over_each_other() {
-    let mut bus = bus_with(&[(100, &ASK)]);
-    bus.attach(Slave::new(Plain::new(), TS, BAUD));
-    bus.attach(Slave::new(Plain::new(), TS, BAUD));
-    assert_eq!(outcome(&mut bus), Err(Rule::Collision));
+fn answers_of_two_slaves_at_one_address_are_a_collision() {
+    let mut segment = segment_with(&[(100, &ASK)]);
+    segment.attach(Slave::new(Plain::new(), TS, BAUD));
+    segment.attach(Slave::new(Plain::new(), TS, BAUD));
+    assert_eq!(outcome(&mut segment), Err(Rule::Collision));
 }
 
 #[test]
-fn what_is_no_telegram_is_found() {
+fn octets_that_are_no_telegram_are_found() {
     let mut altered = ASK;
     altered[4] += 1;
     for octets in [&altered[..], &ASK[..5], &[ASK, ASK].concat(), &[0x00]] {
-        assert_eq!(outcome(&mut bus_with(&[(100, octets)])), Err(Rule::NoTelegram), "{octets:02X?}");
+        assert_eq!(outcome(&mut segment_with(&[(100, octets)])), Err(Rule::NoTelegram), "{octets:02X?}");
     }
 }
 
 #[test]
 fn a_pause_inside_a_telegram_is_found() {
     for place in 1..6 {
-        let mut bus = Segment::new(BAUD);
-        let tester = bus.attach(Tester::new());
-        bus.station_mut(tester).send(BitTime(100), &ASK);
-        bus.inject(Fault::Telegram(tester.id(), TelegramFault::Pause(place, 1)));
-        assert_eq!(outcome(&mut bus), Err(Rule::Gap));
+        let mut segment = Segment::new(BAUD);
+        let tester = segment.attach(Tester::new());
+        segment.station_mut(tester).send(BitTime(100), &ASK);
+        segment.inject(Fault::Telegram(tester.id(), TelegramFault::Pause(place, 1)));
+        assert_eq!(outcome(&mut segment), Err(Rule::Gap));
     }
 }
 
 #[test]
-fn a_request_inside_t_syn_is_found() {
+fn a_request_within_t_syn_is_found() {
     assert_eq!(after(&[0xDC, OWN, OWN], 32), Err(Rule::Syn));
     assert_eq!(after(&[0xDC, OWN, OWN], 33), Err(Rule::Id1));
 }
 
 #[test]
-fn a_token_inside_t_syn_is_found() {
-    let bus = &mut bus_with(&[(100, &[0xDC, OWN, OWN]), (133 + 32, &[0xDC, OWN, OWN])]);
-    assert_eq!(outcome(bus), Err(Rule::Syn));
+fn a_token_within_t_syn_is_found() {
+    let segment = &mut segment_with(&[(100, &[0xDC, OWN, OWN]), (133 + 32, &[0xDC, OWN, OWN])]);
+    assert_eq!(outcome(segment), Err(Rule::Syn));
 }
 
 #[test]
-fn a_request_inside_t_id1_is_found_at_every_rate() {
+fn a_request_within_t_id1_is_found_at_every_rate() {
     for (baud, t_id1) in Baud::ALL.into_iter().zip([37, 37, 225, 37, 37, 37, 37, 46, 57, 76]) {
         for (idle, expected) in [(t_id1 - 1, Err(Rule::Id1)), (t_id1, Ok(()))] {
-            let mut bus = Segment::new(baud);
-            bus.attach(answering(11, &ANSWER));
-            let tester = bus.attach(Tester::new());
-            bus.station_mut(tester).send(BitTime(100), &ASK);
-            bus.station_mut(tester).send(BitTime(100 + 66 + 11 + 66 + idle), &ASK);
-            assert_eq!(outcome(&mut bus), expected, "{baud}, {idle}");
+            let mut segment = Segment::new(baud);
+            segment.attach(answering(11, &ANSWER));
+            let tester = segment.attach(Tester::new());
+            segment.station_mut(tester).send(BitTime(100), &ASK);
+            segment.station_mut(tester).send(BitTime(100 + 66 + 11 + 66 + idle), &ASK);
+            assert_eq!(outcome(&mut segment), expected, "{baud}, {idle}");
         }
     }
 }
 
 #[test]
-fn a_request_inside_t_id1_after_a_token_is_found() {
+fn a_request_within_t_id1_after_a_token_is_found() {
     assert_eq!(after(&[0xDC, OWN, OWN], 36), Err(Rule::Id1));
     assert_eq!(after(&[0xDC, OWN, OWN], 37), Ok(()));
 }
 
 #[test]
-fn a_request_inside_t_id2_after_an_unconfirmed_one_is_found() {
+fn a_request_within_t_id2_after_an_unconfirmed_one_is_found() {
     let all =
         emit(&Telegram::Data(DataTelegram { da: 127, sa: OWN, dsap: Some(58), ssap: Some(62), fc: 0x46, du: &[0, 0] }));
     assert_eq!(after(&all, 149), Err(Rule::Id2));
@@ -153,7 +153,7 @@ fn a_request_inside_t_id2_after_an_unconfirmed_one_is_found() {
 }
 
 #[test]
-fn a_request_that_does_not_wait_for_an_answer_is_found() {
+fn a_request_within_the_slot_time_is_found() {
     assert_eq!(after(&ASK, 299), Err(Rule::BeforeSlotTime));
     assert_eq!(after(&ASK, 300), Ok(()));
 }
@@ -165,15 +165,15 @@ fn an_answer_before_min_tsdr_is_found() {
 }
 
 #[test]
-fn an_answer_before_the_min_tsdr_a_slave_was_given_is_found_once_its_diagnosis_confirms() {
+fn an_answer_before_the_parameterised_min_tsdr_is_found_after_a_diagnosis_confirms_it() {
     // Set_Prm with min T_SDR 40, Slave_Diag, then FDL status, answered after `tsdr` each time.
     let talk = |tsdr: u64, diag: &'static [u8]| {
         let prm = request(OWN, FIRST, 61, &[0x80, 0, 0, 40, 0x12, 0x34, 0]);
         let ask_diag = request(OWN, FCB_0, 60, &[]);
-        let mut bus = bus_with(&[(100, &prm), (1000, &ask_diag), (2000, &ASK)]);
-        bus.attach(MockStation::new(move |end, telegram| {
-            let Telegram::Data(frame) = telegram else { return None };
-            Some(match frame.dsap {
+        let mut segment = segment_with(&[(100, &prm), (1000, &ask_diag), (2000, &ASK)]);
+        segment.attach(MockStation::new(move |end, telegram| {
+            let Telegram::Data(data) = telegram else { return None };
+            Some(match data.dsap {
                 Some(61) => (end + 11, vec![0xE5]),
                 Some(_) => {
                     let answer = DataTelegram { da: OWN, sa: TS, dsap: Some(62), ssap: Some(60), fc: 8, du: diag };
@@ -182,7 +182,7 @@ fn an_answer_before_the_min_tsdr_a_slave_was_given_is_found_once_its_diagnosis_c
                 None => (end + tsdr, ANSWER.to_vec()),
             })
         }));
-        outcome(&mut bus)
+        outcome(&mut segment)
     };
     let taken = &[0x02, 0x04, 0x00, OWN, 0x12, 0x34];
     assert_eq!(talk(39, taken), Err(Rule::Early));
@@ -194,119 +194,120 @@ fn an_answer_before_the_min_tsdr_a_slave_was_given_is_found_once_its_diagnosis_c
 fn an_answer_after_max_tsdr_is_found_at_every_rate() {
     for (baud, max) in Baud::ALL.into_iter().zip([60, 60, 60, 60, 60, 100, 150, 250, 450, 800]) {
         for (tsdr, expected) in [(max, Ok(())), (max + 1, Err(Rule::Late))] {
-            let mut bus = Segment::new(baud);
-            bus.attach(answering(tsdr, &ANSWER));
-            let tester = bus.attach(Tester::new());
-            bus.station_mut(tester).send(BitTime(100), &ASK);
-            assert_eq!(outcome(&mut bus), expected, "{baud}, {tsdr}");
+            let mut segment = Segment::new(baud);
+            segment.attach(answering(tsdr, &ANSWER));
+            let tester = segment.attach(Tester::new());
+            segment.station_mut(tester).send(BitTime(100), &ASK);
+            assert_eq!(outcome(&mut segment), expected, "{baud}, {tsdr}");
         }
     }
 }
 
 #[test]
 fn an_answer_after_the_slot_time_is_found() {
-    // Max T_SDR is no limit here, the first character has to end within 300 bit times.
+    // Max T_SDR does not limit here; the first character must end within 300 bit times.
     for (tsdr, expected) in [(289, Ok(())), (290, Err(Rule::Slot))] {
-        let mut bus = bus_with(&[(100, &ASK)]);
-        bus.set_limits(Limits { max_tsdr: 1000, ..Limits::of(BAUD) });
-        bus.attach(answering(tsdr, &ANSWER));
-        assert_eq!(outcome(&mut bus), expected, "{tsdr}");
+        let mut segment = segment_with(&[(100, &ASK)]);
+        segment.set_limits(Limits { max_tsdr: 1000, ..Limits::of(BAUD) });
+        segment.attach(answering(tsdr, &ANSWER));
+        assert_eq!(outcome(&mut segment), expected, "{tsdr}");
     }
 }
 
 #[test]
-fn the_way_there_and_back_counts_for_the_slot_time_and_not_for_tsdr() {
+fn propagation_delay_counts_for_the_slot_time_and_not_for_tsdr() {
     for (position, expected) in [(69, Ok(())), (70, Err(Rule::Slot))] {
-        let mut bus = bus_with(&[(100, &ASK)]);
-        bus.attach_at(position, answering(150, &ANSWER));
-        assert_eq!(outcome(&mut bus), expected, "{position}");
+        let mut segment = segment_with(&[(100, &ASK)]);
+        segment.attach_at(position, answering(150, &ANSWER));
+        assert_eq!(outcome(&mut segment), expected, "{position}");
     }
 }
 
 #[test]
-fn an_answer_nobody_asked_for_is_found() {
-    assert_eq!(outcome(&mut bus_with(&[(100, &[0xE5])])), Err(Rule::Unrequested));
-    assert_eq!(outcome(&mut bus_with(&[(100, &ANSWER)])), Err(Rule::Unrequested));
-    // To a token, to everybody, to a request that has none.
+fn an_answer_without_a_request_is_found() {
+    assert_eq!(outcome(&mut segment_with(&[(100, &[0xE5])])), Err(Rule::Unrequested));
+    assert_eq!(outcome(&mut segment_with(&[(100, &ANSWER)])), Err(Rule::Unrequested));
+    // After a token, after a request to all stations, after a request without answer.
     for octets in [&[0xDC, TS, OWN][..], &[0x10, 127, OWN, 0x46, 0xC7, 0x16], &[0x10, TS, OWN, 0x46, 0x50, 0x16]] {
-        let mut bus = bus_with(&[(100, octets)]);
-        bus.attach(answering(11, &ANSWER));
-        assert_eq!(outcome(&mut bus), Err(Rule::Unrequested), "{octets:02X?}");
+        let mut segment = segment_with(&[(100, octets)]);
+        segment.attach(answering(11, &ANSWER));
+        assert_eq!(outcome(&mut segment), Err(Rule::Unrequested), "{octets:02X?}");
     }
 }
 
 #[test]
-fn an_answer_of_or_to_the_wrong_station_is_found() {
+fn an_answer_from_or_to_the_wrong_station_is_found() {
     assert_eq!(answered(11, &[0x10, OWN, 9, 0x00, 0x0B, 0x16]), Err(Rule::Unrequested));
     assert_eq!(answered(11, &[0x10, OTHER, TS, 0x00, 0x0B, 0x16]), Err(Rule::Unrequested));
 }
 
 #[test]
 fn a_second_answer_is_found() {
-    let mut bus = bus_with(&[(100, &ASK)]);
-    bus.attach(answering(11, &ANSWER));
-    bus.attach(answering(120, &ANSWER));
-    assert_eq!(outcome(&mut bus), Err(Rule::SecondAnswer));
+    let mut segment = segment_with(&[(100, &ASK)]);
+    segment.attach(answering(11, &ANSWER));
+    segment.attach(answering(120, &ANSWER));
+    assert_eq!(outcome(&mut segment), Err(Rule::SecondAnswer));
 }
 
-/// FDL status of `da` asked by `sa`, 66 bit times long.
+/// A request of `sa` for the FDL status of `da`, 66 bit times long.
 fn status(da: u8, sa: u8) -> Vec<u8> {
     emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc: 0x49, du: &[] }))
 }
 
-/// What the referee says when the token went to `OTHER` and then `octets` come after `idle` bit times of silence.
+/// The result of `octets` after `idle` bit times, after the token was passed to `OTHER`.
 fn after_the_token(octets: &[u8], idle: u64) -> Result<(), Rule> {
-    outcome(&mut bus_with(&[(100, &[0xDC, OTHER, OWN]), (133 + idle, octets)]))
+    outcome(&mut segment_with(&[(100, &[0xDC, OTHER, OWN]), (133 + idle, octets)]))
 }
 
 #[test]
 fn a_request_without_the_token_is_found() {
-    // T_SL is 300 and T_TO of OWN, 2, is ten of them.
+    // T_SL is 300, and T_TO of OWN (address 2) is ten times that.
     assert_eq!(after_the_token(&status(TS, OTHER), 40), Ok(()));
     for (idle, expected) in [(40, Err(Rule::NoToken)), (2999, Err(Rule::NoToken)), (3000, Ok(()))] {
         assert_eq!(after_the_token(&status(TS, OWN), idle), expected, "{idle}");
     }
-    // A station that keeps the token may speak again and again, and others may not.
+    // The holder of the token may send repeatedly, other stations may not.
     for (sa, expected) in [(OTHER, Ok(())), (OWN, Err(Rule::NoToken))] {
-        let mut bus = bus_with(&[(100, &[0xDC, OTHER, OWN]), (200, &status(TS, OTHER)), (700, &status(TS, sa))]);
-        assert_eq!(outcome(&mut bus), expected, "{sa}");
+        let mut segment =
+            segment_with(&[(100, &[0xDC, OTHER, OWN]), (200, &status(TS, OTHER)), (700, &status(TS, sa))]);
+        assert_eq!(outcome(&mut segment), expected, "{sa}");
     }
 }
 
 #[test]
 fn a_second_token_is_found() {
     const AGAIN: [u8; 3] = [0xDC, OTHER, OWN];
-    // It may be sent again after T_SL, as long as the other one was not heard.
+    // The token may be sent again after T_SL, while the receiver has not sent.
     for (idle, expected) in [(299, Err(Rule::SecondToken)), (300, Ok(()))] {
         assert_eq!(after_the_token(&AGAIN, idle), expected, "{idle}");
     }
-    let mut bus = bus_with(&[(100, &AGAIN), (200, &status(TS, OTHER)), (700, &AGAIN)]);
-    assert_eq!(outcome(&mut bus), Err(Rule::SecondToken));
-    // Nor does a third station have one to give, before its T_TO of 6 + 2 x 9 slot times.
+    let mut segment = segment_with(&[(100, &AGAIN), (200, &status(TS, OTHER)), (700, &AGAIN)]);
+    assert_eq!(outcome(&mut segment), Err(Rule::SecondToken));
+    // A third station may claim the token after its T_TO of 6 + 2 x 9 slot times.
     for (idle, expected) in [(7199, Err(Rule::SecondToken)), (7200, Ok(()))] {
         assert_eq!(after_the_token(&[0xDC, 9, 9], idle), expected, "{idle}");
     }
 }
 
 #[test]
-fn nobody_can_know_who_has_a_token_that_was_damaged() {
-    let mut bus = Segment::new(BAUD);
-    let tester = bus.attach(Tester::new());
-    bus.inject(Fault::Telegram(tester.id(), TelegramFault::Flip(vec![12, 13])));
-    bus.station_mut(tester).send(BitTime(100), &[0xDC, OTHER, OWN]);
-    bus.station_mut(tester).send(BitTime(200), &status(TS, 9));
-    assert_eq!(outcome(&mut bus), Ok(()));
+fn the_holder_is_unknown_after_a_damaged_token() {
+    let mut segment = Segment::new(BAUD);
+    let tester = segment.attach(Tester::new());
+    segment.inject(Fault::Telegram(tester.id(), TelegramFault::Flip(vec![12, 13])));
+    segment.station_mut(tester).send(BitTime(100), &[0xDC, OTHER, OWN]);
+    segment.station_mut(tester).send(BitTime(200), &status(TS, 9));
+    assert_eq!(outcome(&mut segment), Ok(()));
 }
 
 #[test]
-fn a_telegram_that_power_cut_short_counts_as_far_as_it_went() {
-    // The token is cut off after two of its three characters: 3 never had it, and T_TO of 2 begins at the cut.
+fn a_telegram_cut_short_by_a_power_failure_counts_up_to_the_cut() {
+    // The token ends after two of its three characters: station 3 does not receive it, and T_TO of 2 begins at the cut.
     for (begin, expected) in [(122 + 32, Err(Rule::Syn)), (122 + 300, Ok(()))] {
-        let mut bus = bus_with(&[(begin, &status(TS, OWN))]);
-        let victim = bus.attach(Tester::new());
-        bus.station_mut(victim).send(BitTime(100), &[0xDC, OTHER, OWN]);
-        bus.schedule_fault(BitTime(122), Fault::Power(victim.id(), false));
-        assert_eq!(outcome(&mut bus), expected, "{begin}");
+        let mut segment = segment_with(&[(begin, &status(TS, OWN))]);
+        let victim = segment.attach(Tester::new());
+        segment.station_mut(victim).send(BitTime(100), &[0xDC, OTHER, OWN]);
+        segment.schedule_fault(BitTime(122), Fault::Power(victim.id(), false));
+        assert_eq!(outcome(&mut segment), expected, "{begin}");
     }
 }
 
@@ -322,36 +323,39 @@ fn a_token_outside_the_expected_ring_is_found() {
         let script: Vec<(u64, [u8; 3])> =
             (1..).zip(tokens).map(|(place, [sa, da])| (1000 * place, [0xDC, *da, *sa])).collect();
         let script: Vec<(u64, &[u8])> = script.iter().map(|(time, octets)| (*time, &octets[..])).collect();
-        let mut bus = bus_with(&script);
-        bus.expect_ring(&[9, 3, 2], BitTime(1000));
-        assert_eq!(outcome(&mut bus), expected, "{tokens:?}");
-        // Before its time, and when it is expected no longer, the token goes where it likes.
+        let mut segment = segment_with(&script);
+        segment.expect_ring(&[9, 3, 2], BitTime(1000));
+        assert_eq!(outcome(&mut segment), expected, "{tokens:?}");
+        // Before and after the expectation any receiver of the token is accepted.
         for (ring, from) in [(&[9, 3, 2][..], 3001), (&[], 0)] {
-            let mut bus = bus_with(&script);
-            bus.expect_ring(ring, BitTime(from));
-            assert_eq!(outcome(&mut bus), Ok(()), "{tokens:?}");
+            let mut segment = segment_with(&script);
+            segment.expect_ring(ring, BitTime(from));
+            assert_eq!(outcome(&mut segment), Ok(()), "{tokens:?}");
         }
     }
 }
 
 #[test]
-fn what_is_allowed_no_longer_is_found_again() {
-    let mut bus = bus_with(&[(100, &[0xDC, OTHER, OWN]), (200, &status(TS, OWN)), (1000, &status(TS, OTHER))]);
-    bus.allow(Rule::NoToken);
-    bus.run_until(BitTime(900)).unwrap();
-    bus.disallow(Rule::NoToken);
-    assert_eq!(outcome(&mut bus), Err(Rule::NoToken));
+fn a_rule_that_is_disallowed_again_is_found() {
+    let mut segment = segment_with(&[(100, &[0xDC, OTHER, OWN]), (200, &status(TS, OWN)), (1000, &status(TS, OTHER))]);
+    segment.allow(Rule::NoToken);
+    segment.run_until(BitTime(900)).unwrap();
+    segment.disallow(Rule::NoToken);
+    assert_eq!(outcome(&mut segment), Err(Rule::NoToken));
 }
 
 #[test]
-fn a_foul_tells_the_story() {
-    let mut bus = bus_with(&[(100, &ASK)]);
-    let slave = bus.attach(answering(10, &ANSWER));
-    let foul: Violation = *bus.run_until(BitTime(100_000)).unwrap_err();
-    assert_eq!((foul.station, foul.at, foul.measured_tbit, foul.limit_tbit), (slave.id(), BitTime(176), 10, 11));
-    let told: Vec<String> = foul.to_string().lines().map(squeezed).collect();
+fn a_violation_shows_the_trace() {
+    let mut segment = segment_with(&[(100, &ASK)]);
+    let slave = segment.attach(answering(10, &ANSWER));
+    let violation: Violation = *segment.run_until(BitTime(100_000)).unwrap_err();
     assert_eq!(
-        told,
+        (violation.station, violation.at, violation.measured_tbit, violation.limit_tbit),
+        (slave.id(), BitTime(176), 10, 11)
+    );
+    let report: Vec<String> = violation.to_string().lines().map(squeezed).collect();
+    assert_eq!(
+        report,
         [
             "bit time 176, station #1: it answered after 10 bit times, min T_SDR is 11",
             "100 2 -> 8 FDL_Status ? | 10 08 02 49 53 16",
@@ -365,24 +369,24 @@ fn squeezed(line: &str) -> String {
 }
 
 #[test]
-fn what_is_allowed_is_not_found_and_the_run_goes_on() {
-    let mut bus = bus_with(&[(100, &ASK)]);
-    bus.attach(answering(10, &ANSWER));
-    bus.allow(Rule::Early);
-    assert_eq!(outcome(&mut bus), Ok(()));
-    assert_eq!(bus.trace().entries.len(), 2);
+fn an_allowed_violation_does_not_end_the_run() {
+    let mut segment = segment_with(&[(100, &ASK)]);
+    segment.attach(answering(10, &ANSWER));
+    segment.allow(Rule::Early);
+    assert_eq!(outcome(&mut segment), Ok(()));
+    assert_eq!(segment.trace().entries.len(), 2);
 }
 
 #[test]
-fn an_exempt_station_may_do_what_it_likes_and_others_may_not() {
-    let mut bus = Segment::new(BAUD);
-    let tester = bus.attach(Tester::new());
-    bus.station_mut(tester).send(BitTime(100), &[0x00]);
-    bus.station_mut(tester).send(BitTime(120), &ASK);
-    bus.exempt(tester.id());
-    assert_eq!(outcome(&mut bus), Ok(()));
-    let mut bus = bus_with(&[(100, &ASK)]);
-    let slave = bus.attach(answering(10, &ANSWER));
-    bus.exempt(Segment::new(BAUD).attach(Tester::new()).id());
-    assert_eq!(bus.run_until(BitTime(1000)).map_err(|foul| foul.station), Err(slave.id()));
+fn violations_of_an_exempt_station_are_ignored_and_those_of_others_are_found() {
+    let mut segment = Segment::new(BAUD);
+    let tester = segment.attach(Tester::new());
+    segment.station_mut(tester).send(BitTime(100), &[0x00]);
+    segment.station_mut(tester).send(BitTime(120), &ASK);
+    segment.exempt(tester.id());
+    assert_eq!(outcome(&mut segment), Ok(()));
+    let mut segment = segment_with(&[(100, &ASK)]);
+    let slave = segment.attach(answering(10, &ANSWER));
+    segment.exempt(Segment::new(BAUD).attach(Tester::new()).id());
+    assert_eq!(segment.run_until(BitTime(1000)).map_err(|violation| violation.station), Err(slave.id()));
 }

@@ -1,4 +1,4 @@
-//! What a slave makes of what it should not be sent. profibus-wire 1.8, 2.2 to 2.8, 3.4 and 3.9.
+//! Reactions of a slave to invalid requests. profibus-wire 1.8, 2.2 to 2.8, 3.4 and 3.9.
 
 mod common;
 
@@ -29,7 +29,7 @@ fn dpv1() -> Plain {
 }
 
 #[test]
-fn a_faulty_set_prm_is_acknowledged_and_told_by_the_diagnosis() {
+fn a_faulty_set_prm_is_acknowledged_and_reported_in_the_diagnosis() {
     for (what, prm) in [
         ("too short", &[0x80, 0, 0, 11, 0x12, 0x34][..]),
         ("empty", &[]),
@@ -61,19 +61,19 @@ fn a_dpv1_slave_checks_reserved_bits_and_lengths() {
 }
 
 #[test]
-fn reserved_bits_do_not_matter_to_a_dpv0_slave() {
+fn a_dpv0_slave_ignores_reserved_bits() {
     assert_eq!(diagnosis_after(Plain::new(), &[0x87, 0, 0, 11, 0x12, 0x34, 0]), "02 04 00 02");
 }
 
 #[test]
-fn what_is_not_supported_is_told_and_accepted() {
+fn an_unsupported_function_is_reported_and_set_prm_is_accepted() {
     let device = Plain { features: Features::default(), ..Plain::new() };
     assert_eq!(diagnosis_after(device, &[0xB0, 0, 0, 11, 0x12, 0x34, 0]), "12 04 00 02");
     assert_eq!(diagnosis_after(Plain::new(), &[0xB0, 0, 0, 11, 0x12, 0x34, 0]), "02 04 00 02");
 }
 
 #[test]
-fn a_wrong_configuration_leads_back_to_the_beginning() {
+fn a_wrong_configuration_leads_back_to_wait_prm() {
     for wrong in [&[0x11, 0x22][..], &[0x21, 0x11], &[0x11], &[0x11, 0x21, 0x00], &[], &[0xC1]] {
         let mut talk = talk(Plain::new());
         to_wait_cfg(&mut talk);
@@ -83,7 +83,7 @@ fn a_wrong_configuration_leads_back_to_the_beginning() {
 }
 
 #[test]
-fn a_good_start_after_a_bad_one_clears_the_fault() {
+fn a_valid_start_after_an_invalid_one_clears_the_fault() {
     let mut talk = talk(Plain::new());
     ask(&mut talk, &request(OWN, FIRST, 61, &[0x80, 0, 0, 11, 0, 0, 0]));
     assert_eq!(diagnosis(&mut talk), "42 05 00 FF");
@@ -95,7 +95,7 @@ fn a_good_start_after_a_bad_one_clears_the_fault() {
 }
 
 #[test]
-fn a_foreign_master_changes_nothing_while_the_slave_is_owned() {
+fn a_foreign_master_changes_nothing_while_the_slave_has_an_owner() {
     for octets in [
         request(OTHER, FIRST, 61, &LOCK),
         request(OTHER, FIRST, 61, &[0x40, 0, 0, 0, 0x12, 0x34, 0]),
@@ -111,7 +111,7 @@ fn a_foreign_master_changes_nothing_while_the_slave_is_owned() {
 }
 
 #[test]
-fn a_foreign_master_cannot_exchange_and_cannot_command() {
+fn a_foreign_master_cannot_exchange_data_or_send_global_control() {
     let mut talk = exchanging();
     assert_eq!(ask(&mut talk, &plain(OTHER, FIRST, &[1, 2])), [0x10, OTHER, TS, 3, 14, 0x16]);
     ask_or_silence(&mut talk, &request(OTHER, 0x46, 58, &[0x02, 0]));
@@ -143,7 +143,7 @@ fn outputs_of_a_wrong_length_are_answered_once_and_end_the_exchange() {
 }
 
 #[test]
-fn an_extension_alone_or_of_another_kind_is_no_access_point() {
+fn a_single_extension_or_one_of_another_type_is_not_an_access_point() {
     for (dsap, ssap) in [
         (Some(60), None),
         (None, Some(62)),
@@ -152,38 +152,38 @@ fn an_extension_alone_or_of_another_kind_is_no_access_point() {
         (Some(60), Some(62 | 0x40)),
         (Some(60), Some(63)),
     ] {
-        let frame = DataTelegram { da: TS, sa: OWN, dsap, ssap, fc: FIRST, du: &[] };
-        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Data(frame)));
+        let telegram = DataTelegram { da: TS, sa: OWN, dsap, ssap, fc: FIRST, du: &[] };
+        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Data(telegram)));
         assert_eq!(answer, [0x10, OWN, TS, 3, 13, 0x16], "{dsap:?} {ssap:?}");
     }
 }
 
 #[test]
-fn an_acknowledged_send_is_no_service_of_dp() {
+fn sda_is_not_a_service_of_dp() {
     for fc in [0x43, 0x45, 0x63, 0x55] {
         assert_eq!(ask(&mut talk(Plain::new()), &request(OWN, fc, 61, &LOCK)), [0x10, OWN, TS, 3, 13, 0x16]);
     }
 }
 
 #[test]
-fn what_is_not_for_a_slave_is_met_by_silence() {
-    let frame = |da, sa, fc| emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }));
+fn a_slave_does_not_answer_telegrams_for_other_stations() {
+    let telegram = |da, sa, fc| emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }));
     let mut cases = vec![
         ("SC", vec![0xE5]),
         ("a token for the slave", vec![0xDC, TS, OWN]),
         ("a token for another", vec![0xDC, OWN, OTHER]),
-        ("a request for another", frame(9, OWN, 0x49)),
-        ("a request for all", frame(127, OWN, 0x49)),
-        ("a request from its own address", frame(TS, TS, 0x49)),
-        ("a request from all", frame(TS, 127, 0x49)),
-        ("an answer", frame(TS, OWN, 0x00)),
+        ("a request for another", telegram(9, OWN, 0x49)),
+        ("a request for all", telegram(127, OWN, 0x49)),
+        ("a request from its own address", telegram(TS, TS, 0x49)),
+        ("a request from all", telegram(TS, 127, 0x49)),
+        ("an answer", telegram(TS, OWN, 0x00)),
         ("Global_Control", request(OWN, 0x46, 58, &[0, 0])),
         ("Global_Control at low priority", request(OWN, 0x44, 58, &[0, 0])),
         ("Slave_Diag as a send without answer", request(OWN, 0x46, 60, &[])),
     ];
     for code in [0x0, 0x1, 0x2, 0x7, 0x8, 0xA, 0xB] {
-        cases.push(("a reserved function", frame(TS, OWN, 0x40 | code)));
-        cases.push(("the other table of functions", frame(TS, OWN, 0xC0 | code)));
+        cases.push(("a reserved function", telegram(TS, OWN, 0x40 | code)));
+        cases.push(("the other table of functions", telegram(TS, OWN, 0xC0 | code)));
     }
     for (what, octets) in cases {
         let mut talk = exchanging();
@@ -192,11 +192,11 @@ fn what_is_not_for_a_slave_is_met_by_silence() {
     }
 }
 
-/// Slave_Diag of the owner, which would be answered if it were whole.
+/// Slave_Diag of the owner, which the slave answers if it is undamaged.
 const SLAVE_DIAG: [u8; 11] = [0x68, 5, 5, 0x68, 0x80 | TS, 0x80 | OWN, FIRST, 60, 62, 0xF1, 0x16];
 
 #[test]
-fn every_altered_octet_makes_a_telegram_that_is_met_by_silence() {
+fn a_slave_does_not_answer_a_telegram_with_an_altered_octet() {
     for place in 0..SLAVE_DIAG.len() {
         for flipped in 1..=0xFF {
             let mut octets = SLAVE_DIAG;
@@ -209,46 +209,46 @@ fn every_altered_octet_makes_a_telegram_that_is_met_by_silence() {
 }
 
 #[test]
-fn damage_on_the_line_is_met_by_silence_and_forgotten_after_t_syn() {
+fn a_slave_does_not_answer_a_damaged_telegram_and_answers_again_after_t_syn() {
     for bit in 0..11 * SLAVE_DIAG.len() {
         let mut talk = talk(Plain::new());
         let tester = talk.tester();
-        talk.bus.inject(Fault::Telegram(tester, TelegramFault::Flip(vec![bit])));
+        talk.segment.inject(Fault::Telegram(tester, TelegramFault::Flip(vec![bit])));
         assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "bit {bit}");
         assert!(talk.ask(33, &SLAVE_DIAG).unwrap().is_some(), "after bit {bit}");
     }
 }
 
 #[test]
-fn after_a_damaged_telegram_only_t_syn_helps() {
+fn after_a_damaged_telegram_a_slave_answers_only_after_t_syn() {
     for (what, place) in [("the length", 2), ("the data", 8), ("the check octet", 9), ("the end", 10)] {
         let mut damaged = SLAVE_DIAG;
         damaged[place] ^= 1;
         for idle in 0..=33 {
-            let mut bus = Segment::new(Baud::B1500000);
-            bus.attach(Slave::<_>::new(Plain::new(), TS, Baud::B1500000));
-            let tester = bus.attach(Tester::new());
-            bus.exempt(tester.id());
-            bus.station_mut(tester).send(BitTime(400), &damaged);
-            bus.station_mut(tester).send(BitTime(400 + 11 * 11 + idle), &SLAVE_DIAG);
-            bus.run_until(BitTime(1000)).unwrap();
-            let answers = bus.station(tester).received.len();
+            let mut segment = Segment::new(Baud::B1500000);
+            segment.attach(Slave::<_>::new(Plain::new(), TS, Baud::B1500000));
+            let tester = segment.attach(Tester::new());
+            segment.exempt(tester.id());
+            segment.station_mut(tester).send(BitTime(400), &damaged);
+            segment.station_mut(tester).send(BitTime(400 + 11 * 11 + idle), &SLAVE_DIAG);
+            segment.run_until(BitTime(1000)).unwrap();
+            let answers = segment.station(tester).received.len();
             assert_eq!(answers, usize::from(idle == 33), "{what} damaged, {idle} bit times");
         }
     }
 }
 
 #[test]
-fn lost_and_added_octets_are_met_by_silence() {
+fn a_slave_does_not_answer_a_telegram_with_lost_or_inserted_octets() {
     for place in 0..SLAVE_DIAG.len() {
-        for tamper in
+        for fault in
             [TelegramFault::Lose(place), TelegramFault::Insert(place, 0x10), TelegramFault::Insert(place, 0xFF)]
         {
             let mut talk = talk(Plain::new());
             let tester = talk.tester();
-            talk.bus.inject(Fault::Telegram(tester, tamper.clone()));
-            assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "{tamper:?}");
-            assert!(talk.ask(400, &SLAVE_DIAG).unwrap().is_some(), "after {tamper:?}");
+            talk.segment.inject(Fault::Telegram(tester, fault.clone()));
+            assert_eq!(ask_or_silence(&mut talk, &SLAVE_DIAG), None, "{fault:?}");
+            assert!(talk.ask(400, &SLAVE_DIAG).unwrap().is_some(), "after {fault:?}");
         }
     }
 }

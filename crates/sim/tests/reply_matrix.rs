@@ -1,4 +1,4 @@
-//! Which service is answered how in which state: the table of profibus-wire 2.2, cell by cell.
+//! The answers to all services in all states: the table of profibus-wire 2.2, cell by cell.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -10,8 +10,8 @@ use profivac_dp::slave::Slave;
 use profivac_wire::control::{Control, Status};
 use profivac_wire::{DataTelegram, Telegram};
 
-/// The answer of every service in every state, to the owner of the slave and to another master. `SC>WAIT-CFG` changes the
-/// state, everything else leaves it. The device has neither MS1 nor MS2.
+/// The answer of every service in every state, to the owner of the slave and to another master. `SC>WAIT-CFG` changes
+/// the state, other entries keep it. The device has neither MS1 nor MS2.
 const MATRIX: &str = "
                  WAIT-PRM     WAIT-CFG                  DATA-EXCH
 service          own          own           other       own          other
@@ -69,7 +69,7 @@ fn service(row: &str) -> (Option<u8>, Option<u8>, &'static [u8]) {
         "SAP_52" => (None, Some(52), &[]),
         "SAP_54" => (None, Some(54), &[]),
         "SAP_63" => (None, Some(63), &[]),
-        other => panic!("no such row: {other}"),
+        other => panic!("unknown row: {other}"),
     }
 }
 
@@ -87,9 +87,9 @@ fn name(answer: Option<&[u8]>) -> String {
     match answer.map(Telegram::parse) {
         None => "-".to_owned(),
         Some(Ok(Telegram::ShortAck)) => "SC".to_owned(),
-        Some(Ok(Telegram::Data(frame))) => match frame.control() {
+        Some(Ok(Telegram::Data(telegram))) => match telegram.control() {
             Control::Response { status, .. } => status_name(status).to_owned(),
-            Control::Request { .. } => panic!("a slave asks"),
+            Control::Request { .. } => panic!("expected an answer"),
         },
         Some(other) => panic!("{other:?}"),
     }
@@ -114,12 +114,12 @@ fn play(table: &str, srd: u8, more: &[u8]) {
         let du = [du, more].concat();
         for ((state, sa), cell) in COLUMNS.into_iter().zip(words) {
             let mut talk = in_state(state);
-            let frame = DataTelegram { da: TS, sa, dsap, ssap: dsap.map(|_| 62), fc: fc.unwrap_or(srd), du: &du };
-            let answer = ask_or_silence(&mut talk, &emit(&Telegram::Data(frame)));
+            let telegram = DataTelegram { da: TS, sa, dsap, ssap: dsap.map(|_| 62), fc: fc.unwrap_or(srd), du: &du };
+            let answer = ask_or_silence(&mut talk, &emit(&Telegram::Data(telegram)));
             let (reply, after) = cell.split_once('>').unwrap_or((cell, state));
             let came = (name(answer.as_deref()), talk.station().state().to_string());
             assert_eq!(came, (reply.to_owned(), after.to_owned()), "{row}\nin {state}, master {sa}, FC {srd:02X}");
-            swapped(&frame, answer.as_deref());
+            swapped(&telegram, answer.as_deref());
         }
     }
 }
@@ -135,7 +135,7 @@ fn swapped(request: &DataTelegram<'_>, answer: Option<&[u8]>) {
 }
 
 #[test]
-fn every_cell_is_as_the_reference_says() {
+fn every_cell_matches_the_specification() {
     play(MATRIX, 0x6D, &[]);
 }
 
@@ -157,25 +157,25 @@ fn data_where_none_are_expected_are_refused() {
 }
 
 #[test]
-fn any_source_access_point_is_answered_where_it_came_from() {
+fn an_answer_goes_to_the_source_access_point_of_the_request() {
     for ssap in [0, 50, 51, 54, 62] {
-        let frame = DataTelegram { da: TS, sa: OWN, dsap: Some(60), ssap: Some(ssap), fc: FIRST, du: &[] };
-        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Data(frame)));
+        let telegram = DataTelegram { da: TS, sa: OWN, dsap: Some(60), ssap: Some(ssap), fc: FIRST, du: &[] };
+        let answer = ask(&mut talk(Plain::new()), &emit(&Telegram::Data(telegram)));
         assert_eq!(name(Some(&answer)), "DL");
-        swapped(&frame, Some(&answer));
+        swapped(&telegram, Some(&answer));
     }
 }
 
 #[test]
-fn everybody_is_asked_nothing() {
+fn requests_to_all_stations_are_not_answered() {
     for fc in [0x49, 0x4E, 0x6D, 0x6C, 0x43, 0x45] {
-        let frame = DataTelegram { da: 127, sa: OWN, dsap: Some(60), ssap: Some(62), fc, du: &[] };
-        assert_eq!(ask_or_silence(&mut talk(Plain::new()), &emit(&Telegram::Data(frame))), None, "FC {fc:02X}");
+        let telegram = DataTelegram { da: 127, sa: OWN, dsap: Some(60), ssap: Some(62), fc, du: &[] };
+        assert_eq!(ask_or_silence(&mut talk(Plain::new()), &emit(&Telegram::Data(telegram))), None, "FC {fc:02X}");
     }
 }
 
 #[test]
-fn a_slave_at_the_delivery_address_is_diagnosed_and_addressed() {
+fn a_slave_at_address_126_is_diagnosed_and_gets_an_address() {
     let mut talk = Talk::new(Baud::B19200, Slave::new(Plain::new(), 126, Baud::B19200));
     let set = DataTelegram { da: 126, sa: OWN, dsap: Some(55), ssap: Some(62), fc: FIRST, du: &[TS, 0x12, 0x34, 0] };
     assert_eq!(ask(&mut talk, &emit(&Telegram::Data(set))), [0xE5]);

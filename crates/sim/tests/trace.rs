@@ -1,4 +1,4 @@
-//! A trace is what a person reads, and what is read back is what was written.
+//! Traces as text and as capture files, written and read back.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -14,8 +14,8 @@ use profivac_sim::stations::Tester;
 use profivac_sim::trace::pcapng;
 use profivac_sim::{Fault, Noise, OctetErrors, Segment, TelegramFault, Trace};
 
-/// The start-up of profibus-wire 2.13 with a slave of this project in place of the one that was recorded: another ident
-/// number and configuration, otherwise the same telegrams.
+/// The start-up of profibus-wire 2.13 with a slave of this project instead of the recorded one: the ident number and the
+/// configuration differ, the other telegrams are equal.
 const START_UP: &str = "
     +400    ->  10 08 02 49 53 16
     11..60  <-  10 02 08 00 0A 16
@@ -41,45 +41,45 @@ fn started() -> Dialogue<Slave<Plain>> {
 }
 
 #[test]
-fn a_start_up_reads_like_this() {
+fn the_trace_of_a_start_up_matches_the_golden_file() {
     let mut talk = started();
-    // The rest is damaged: a flipped bit, a lost octet, no telegram at all.
+    // The rest is damaged: an inverted bit, a lost octet, octets that are no telegram.
     let tester = talk.tester();
-    talk.bus.inject(Fault::Telegram(tester, TelegramFault::Flip(vec![25])));
+    talk.segment.inject(Fault::Telegram(tester, TelegramFault::Flip(vec![25])));
     talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
-    talk.bus.inject(Fault::Telegram(tester, TelegramFault::Lose(7)));
+    talk.segment.inject(Fault::Telegram(tester, TelegramFault::Lose(7)));
     talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
     talk.play("+60 -> 00 FF").unwrap();
-    golden("tests/trace-start-up.txt", &talk.bus.trace().to_string());
+    golden("tests/trace-start-up.txt", &talk.segment.trace().to_string());
 }
 
-/// A second of exchange with everything that can happen to octets.
+/// A second of data exchange with all kinds of damage.
 fn disturbed() -> Trace {
     let baud = Baud::B12000000;
-    let mut bus = Segment::new(baud);
+    let mut segment = Segment::new(baud);
     let mut master = Master::<1, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
-    bus.attach(master);
-    bus.attach(Slave::new(Plain::new(), 8, baud));
-    bus.set_trace_length(usize::MAX);
-    bus.inject(Fault::Noise(Some(Noise::new(11, 1e-4))));
-    bus.inject(Fault::OctetErrors(Some(OctetErrors { seed: 12, loss: 0.001, insertion: 0.001 })));
-    bus.run_until(BitTime(12_000_000)).unwrap();
-    let trace = bus.trace().clone();
+    segment.attach(master);
+    segment.attach(Slave::new(Plain::new(), 8, baud));
+    segment.set_trace_length(usize::MAX);
+    segment.inject(Fault::Noise(Some(Noise::new(11, 1e-4))));
+    segment.inject(Fault::OctetErrors(Some(OctetErrors { seed: 12, loss: 0.001, insertion: 0.001 })));
+    segment.run_until(BitTime(12_000_000)).unwrap();
+    let trace = segment.trace().clone();
     assert!(trace.entries.len() > 10_000);
     assert!(trace.entries.iter().filter(|entry| !entry.errors.is_empty()).count() > 100);
     trace
 }
 
 #[test]
-fn text_is_read_back() {
+fn a_trace_is_read_back_from_text() {
     let trace = disturbed();
     assert!(trace.to_string().parse() == Ok(trace));
 }
 
 #[test]
-fn capture_files_are_read_back() {
+fn a_trace_is_read_back_from_a_capture_file() {
     let trace = disturbed();
     for link_type in [pcapng::PROFIBUS_DL, pcapng::USER0] {
         assert!(pcapng::read(&pcapng::write(&trace, link_type), Baud::B9600).as_ref() == Ok(&trace));
@@ -87,25 +87,25 @@ fn capture_files_are_read_back() {
 }
 
 #[test]
-fn only_as_much_is_kept_as_was_asked_for() {
-    let mut bus = Segment::new(Baud::B500000);
-    let tester = bus.attach(Tester::new());
+fn a_trace_keeps_the_requested_number_of_telegrams() {
+    let mut segment = Segment::new(Baud::B500000);
+    let tester = segment.attach(Tester::new());
     for (kept, until) in [(100, 50), (5, 60), (1, 70)] {
-        bus.set_trace_length(kept);
-        (until - 10..until).for_each(|turn| bus.station_mut(tester).send(BitTime(turn * 1000), &[0xDC, 2, 2]));
-        bus.run_until(BitTime(until * 1000)).unwrap();
-        let starts: Vec<u64> = bus.trace().entries.iter().map(|entry| entry.start.0).collect();
+        segment.set_trace_length(kept);
+        (until - 10..until).for_each(|turn| segment.station_mut(tester).send(BitTime(turn * 1000), &[0xDC, 2, 2]));
+        segment.run_until(BitTime(until * 1000)).unwrap();
+        let starts: Vec<u64> = segment.trace().entries.iter().map(|entry| entry.start.0).collect();
         assert_eq!(starts.len(), kept.min(10));
         assert_eq!(starts.last(), Some(&((until - 1) * 1000)));
     }
 }
 
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
+/// Compares with a golden file, or writes it if `PROFIVAC_BLESS` is 1.
 fn golden(path: &str, text: &str) {
     let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
     if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
         std::fs::write(&path, text).unwrap();
     }
     let expected = std::fs::read_to_string(&path).unwrap();
-    assert!(expected == text, "{path} differs; `cargo xtask bless` writes it anew:\n{text}");
+    assert!(expected == text, "{path} differs; `cargo xtask goldens` writes it again:\n{text}");
 }

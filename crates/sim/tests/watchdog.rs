@@ -1,4 +1,4 @@
-//! The response watchdog, to the bit time. profibus-wire 2.4 and 3.6.
+//! The response watchdog, exact to the bit time. profibus-wire 2.4 and 3.6.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -14,7 +14,7 @@ use profivac_wire::{DataTelegram, Telegram};
 /// Set_Prm with a watchdog of 10 ms x 5 x 12.
 const WATCHDOG_600_MS: [u8; 7] = [0x88, 5, 12, 11, 0x12, 0x34, 0];
 
-/// A slave in data exchange, parameterised by `prm`, and when the last request of the owner ended.
+/// A slave in data exchange, parameterised by `prm`, and the end of the last request of its owner.
 fn exchanging(baud: Baud, prm: &[u8]) -> (Talk, BitTime) {
     let mut device = Plain::new();
     device.features = Features { dpv1: prm.len() > 7, ..device.features };
@@ -25,24 +25,24 @@ fn exchanging(baud: Baud, prm: &[u8]) -> (Talk, BitTime) {
     (talk, end)
 }
 
-/// Asks, and returns the answer and when the request ended.
+/// Sends a request. Returns the answer and the end of the request.
 fn asked(talk: &mut Talk, octets: &[u8]) -> (Option<Vec<u8>>, BitTime) {
-    let before = talk.bus.trace().entries.len();
+    let before = talk.segment.trace().entries.len();
     let answer = ask_or_silence(talk, octets);
-    (answer, talk.bus.trace().entries[before].end())
+    (answer, talk.segment.trace().entries[before].end())
 }
 
-/// The slave exchanges data until one bit time before `deadline` and has left the master when it has come.
+/// Asserts that the slave exchanges data until one bit time before `deadline` and has left data exchange at `deadline`.
 fn expires_at(talk: &mut Talk, deadline: BitTime) {
-    talk.bus.run_until(BitTime(deadline.0 - 1)).unwrap();
+    talk.segment.run_until(BitTime(deadline.0 - 1)).unwrap();
     assert_eq!(talk.station().state().to_string(), "DATA-EXCH", "one bit time before {deadline}");
-    talk.bus.run_until(deadline).unwrap();
+    talk.segment.run_until(deadline).unwrap();
     assert_eq!(talk.station().state().to_string(), "WAIT-PRM", "at {deadline}");
     assert_eq!(talk.station().device().outputs.last(), Some(&None), "outputs are safe");
 }
 
 #[test]
-fn it_expires_at_the_parameterised_time_at_every_rate() {
+fn the_watchdog_expires_at_the_parameterised_time_at_every_rate() {
     for baud in Baud::ALL {
         let (mut talk, end) = exchanging(baud, &WATCHDOG_600_MS);
         let expected = BitTime(end.0 + u64::from(baud.bits_per_second()) * 600 / 1000);
@@ -52,7 +52,7 @@ fn it_expires_at_the_parameterised_time_at_every_rate() {
 }
 
 #[test]
-fn its_base_may_be_one_millisecond() {
+fn the_base_may_be_one_millisecond() {
     let prm = [0x88, 5, 7, 11, 0x12, 0x34, 0, 0x04, 0, 0];
     let (mut talk, end) = exchanging(Baud::B500000, &prm);
     expires_at(&mut talk, end + 35 * 500);
@@ -66,7 +66,7 @@ fn the_longest_time_is_650_seconds() {
 }
 
 #[test]
-fn every_request_of_the_owner_restarts_it() {
+fn every_request_of_the_owner_restarts_the_watchdog() {
     for (what, octets) in [
         ("Data_Exchange", plain(OWN, FCB_0, &[1, 2])),
         ("Slave_Diag", request(OWN, FCB_0, 60, &[])),
@@ -87,7 +87,7 @@ fn every_request_of_the_owner_restarts_it() {
 }
 
 #[test]
-fn nothing_else_restarts_it() {
+fn no_other_telegram_restarts_the_watchdog() {
     for (what, octets) in [
         ("Slave_Diag of another master", request(OTHER, FCB_0, 60, &[])),
         ("Data_Exchange of another master", plain(OTHER, FCB_0, &[1, 2])),
@@ -106,19 +106,19 @@ fn nothing_else_restarts_it() {
 }
 
 #[test]
-fn it_runs_while_the_configuration_is_awaited() {
+fn the_watchdog_runs_in_wait_cfg() {
     let mut talk = talk(Plain::new());
     let (_, end) = asked(&mut talk, &request(OWN, FIRST, 61, &WATCHDOG_600_MS));
     let deadline = end + 600 * 1500;
-    talk.bus.run_until(BitTime(deadline.0 - 1)).unwrap();
+    talk.segment.run_until(BitTime(deadline.0 - 1)).unwrap();
     assert_eq!(talk.station().state().to_string(), "WAIT-CFG");
-    talk.bus.run_until(deadline).unwrap();
+    talk.segment.run_until(deadline).unwrap();
     assert_eq!(talk.station().state().to_string(), "WAIT-PRM");
 }
 
 #[test]
-fn a_late_request_meets_a_slave_that_has_left() {
-    // The request begins in time and ends at the very bit time at which the watchdog expires.
+fn a_late_request_reaches_a_slave_that_has_left_data_exchange() {
+    // The request begins in time and ends at the bit time at which the watchdog expires.
     let (mut talk, end) = exchanging(Baud::B1500000, &WATCHDOG_600_MS);
     let request = plain(OWN, FCB_0, &[1, 2]);
     let begin = end.0 + 600 * 1500 - 11 * request.len() as u64;
@@ -127,36 +127,36 @@ fn a_late_request_meets_a_slave_that_has_left() {
 }
 
 #[test]
-fn without_watchdog_outputs_stay_for_ever() {
+fn without_watchdog_the_outputs_are_kept() {
     let (mut talk, end) = exchanging(Baud::B1500000, &LOCK);
     asked(&mut talk, &plain(OWN, FCB_0, &[1, 2]));
-    talk.bus.run_until(end + 1_500_000 * 86_400).unwrap();
+    talk.segment.run_until(end + 1_500_000 * 86_400).unwrap();
     assert_eq!(talk.station().state().to_string(), "DATA-EXCH");
     assert_eq!(talk.station().device().outputs.last(), Some(&Some(vec![1, 2])));
 }
 
 #[test]
-fn slaves_are_watched_one_by_one() {
-    // Both are owned; only one is spoken to any more.
+fn each_slave_has_its_own_watchdog() {
+    // Both slaves have an owner, but only one still gets requests.
     let baud = Baud::B1500000;
-    let mut bus = Segment::new(baud);
-    let slaves = [8, 9].map(|address| bus.attach(Slave::new(Plain::new(), address, baud)));
-    let tester = bus.attach(Tester::new());
+    let mut segment = Segment::new(baud);
+    let slaves = [8, 9].map(|address| segment.attach(Slave::new(Plain::new(), address, baud)));
+    let tester = segment.attach(Tester::new());
     let mut time = 0;
-    let mut send = |bus: &mut Segment, da, fc, dsap: Option<u8>, du: &[u8]| {
+    let mut send = |segment: &mut Segment, da, fc, dsap: Option<u8>, du: &[u8]| {
         time += 2000;
-        let frame = DataTelegram { da, sa: OWN, dsap, ssap: dsap.map(|_| 62), fc, du };
-        bus.station_mut(tester).send(BitTime(time), &emit(&Telegram::Data(frame)));
+        let telegram = DataTelegram { da, sa: OWN, dsap, ssap: dsap.map(|_| 62), fc, du };
+        segment.station_mut(tester).send(BitTime(time), &emit(&Telegram::Data(telegram)));
     };
     for da in [8, 9] {
-        send(&mut bus, da, FIRST, Some(61), &WATCHDOG_600_MS);
-        send(&mut bus, da, FIRST, Some(62), &CFG);
+        send(&mut segment, da, FIRST, Some(61), &WATCHDOG_600_MS);
+        send(&mut segment, da, FIRST, Some(62), &CFG);
     }
     for turn in 0..500 {
-        send(&mut bus, 8, if turn % 2 == 0 { FCB_0 } else { FCB_1 }, None, &[1, 2]);
+        send(&mut segment, 8, if turn % 2 == 0 { FCB_0 } else { FCB_1 }, None, &[1, 2]);
     }
-    bus.run_until(BitTime(1_005_000)).unwrap();
-    assert_eq!(slaves.map(|slave| bus.station(slave).state().to_string()), ["DATA-EXCH", "WAIT-PRM"]);
+    segment.run_until(BitTime(1_005_000)).unwrap();
+    assert_eq!(slaves.map(|slave| segment.station(slave).state().to_string()), ["DATA-EXCH", "WAIT-PRM"]);
 }
 
 fn to_all(sa: u8, du: &[u8]) -> Vec<u8> {

@@ -1,7 +1,7 @@
-//! How many chambers one core can keep alive in real time: `cargo bench -p profivac-vacuum`.
+//! The number of chambers that one core simulates in real time: `cargo bench -p profivac-vacuum`.
 //!
-//! A thousand chambers with a turbo and a fore line each, in high vacuum, in steps of ten milliseconds for a second of their
-//! time; and with four gauges at each: Pirani, hot cathode, cold cathode, diaphragm.
+//! A thousand chambers in high vacuum, each with turbo and fore line, for one simulated second in steps of 10 ms; then the
+//! same with four gauges per chamber: Pirani, hot cathode, cold cathode, diaphragm.
 
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::pump::{Roughing, Turbo};
@@ -31,7 +31,7 @@ fn main() {
     });
 }
 
-/// Says how long a second of these things takes.
+/// Prints the time for one simulated second.
 fn tell(what: &str, mut step: impl FnMut()) {
     let begun = Instant::now();
     (0..STEPS).for_each(|_| step());
@@ -52,7 +52,7 @@ fn gauges(number: usize) -> [(Sensor, Drive); 4] {
     ]
 }
 
-/// No two are alike.
+/// A plant; no two numbers give the same one.
 fn plant(number: usize) -> (Network, Volume) {
     let air = Atmosphere::default().mixture();
     let mut plant = Network::new(Atmosphere::default());

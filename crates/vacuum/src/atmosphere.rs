@@ -1,4 +1,4 @@
-//! The air around a plant: what comes in through leaks and vents.
+//! The air around a plant, which enters through leaks and vents.
 
 use crate::gas::{Gas, Mixture};
 
@@ -11,7 +11,7 @@ pub const STANDARD_PA: f64 = 101_325.0;
 /// The vapour pressure of water at [`ROOM_K`], in Pa (general knowledge: steam tables).
 pub const WATER_SATURATED_PA: f64 = 2_339.0;
 
-/// Dry air by parts of its volume (general knowledge: the standard atmosphere, CO2 of 2020).
+/// Dry air by volume fractions (general knowledge: the standard atmosphere, CO2 of 2020).
 const DRY_AIR: [(Gas, f64); 9] = [
     (Gas::N2, 0.780_83),
     (Gas::O2, 0.209_45),
@@ -27,21 +27,21 @@ const DRY_AIR: [(Gas, f64); 9] = [
 /// Humid air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Its pressure with everything in it, in Pa.
+    /// Total pressure, in Pa.
     pub pressure_pa: f64,
-    /// Its water, from 0 to 1 of what it can hold.
+    /// Relative humidity, 0 to 1.
     pub humidity: f64,
 }
 
 impl Default for Atmosphere {
-    /// Sea level and an ordinary room: half of the water it can hold.
+    /// Standard pressure and a relative humidity of 0.5.
     fn default() -> Self {
         Self { pressure_pa: STANDARD_PA, humidity: 0.5 }
     }
 }
 
 impl Atmosphere {
-    /// Its gases one by one, so that it can be pumped: light gases pass faster than heavy ones.
+    /// The partial pressures of its gases, because light gases flow faster than heavy ones.
     #[must_use]
     pub fn mixture(&self) -> Mixture {
         let water = (self.humidity * WATER_SATURATED_PA).min(self.pressure_pa);
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn air_is_what_it_is_made_of() {
+    fn air_is_the_sum_of_its_gases() {
         let air = Atmosphere::default().mixture();
         assert!((air.total() - STANDARD_PA).abs() < 1e-6);
         assert!((air[Gas::H2o] - 1169.5).abs() < 0.1);
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn dry_air_has_no_water_and_thin_air_not_more_than_itself() {
+    fn dry_air_has_no_water_and_the_water_never_exceeds_the_pressure() {
         assert_eq!(Atmosphere { humidity: 0.0, ..Atmosphere::default() }.mixture()[Gas::H2o], 0.0);
         let thin = Atmosphere { pressure_pa: 100.0, humidity: 1.0 }.mixture();
         assert_eq!((thin[Gas::H2o], thin.total()), (100.0, 100.0));

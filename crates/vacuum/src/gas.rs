@@ -1,4 +1,4 @@
-//! Gases, mixtures of them, and what a sensor that was calibrated for nitrogen makes of each.
+//! Gases and mixtures, with the correction factors of gauges calibrated for nitrogen.
 //!
 //! The factors are those of the BCG450 operating manual, page 54: true pressure = factor x indicated pressure, for a Pirani
 //! between 1e-2 and 1 mbar and for an ion gauge below 1e-3 mbar. Molar masses are those of the periodic table (general
@@ -8,13 +8,13 @@ use std::fmt;
 use std::ops::{Index, IndexMut};
 use std::str::FromStr;
 
-/// How many gases there are.
+/// The number of gases.
 pub const GAS_COUNT: usize = 13;
 
 /// A gas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Gas {
-    /// Nitrogen, what gauges are calibrated for.
+    /// Nitrogen, the calibration gas of gauges.
     #[default]
     N2,
     /// Air.
@@ -46,9 +46,9 @@ pub enum Gas {
 /// Gas, name, factor of a Pirani, factor of an ion gauge, molar mass in kg/mol.
 ///
 /// free choice: the manual prints no ion gauge factor for CO2, H2O and Freon 12; these three follow from the relative
-/// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes take the factors of hot ones, and both keep them at every pressure.
-/// Those of a Pirani hold while heat passes molecule by molecule; above 1 mbar [`Pirani`](crate::sensor::Principle::Pirani)
-/// goes by conductivity.
+/// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes have the factors of hot cathodes, at every pressure. The factors
+/// of a Pirani apply to molecular heat transfer; above 1 mbar [`Pirani`](crate::sensor::Principle::Pirani) uses thermal
+/// conductivity.
 const GASES: [(Gas, &str, f64, f64, f64); GAS_COUNT] = [
     (Gas::N2, "n2", 1.0, 1.0, 28.0134e-3),
     (Gas::Air, "air", 1.0, 1.0, 28.965e-3),
@@ -71,13 +71,13 @@ impl Gas {
         GASES.into_iter().map(|(gas, ..)| gas)
     }
 
-    /// True pressure per pressure that a Pirani indicates, between 1 and 100 Pa.
+    /// True pressure divided by the indication of a Pirani, between 1 and 100 Pa.
     #[must_use]
     pub fn pirani_factor(self) -> f64 {
         self.factors().0
     }
 
-    /// True pressure per pressure that an ion gauge indicates, below 0.1 Pa.
+    /// True pressure divided by the indication of an ion gauge, below 0.1 Pa.
     #[must_use]
     pub fn ion_factor(self) -> f64 {
         self.factors().1
@@ -100,7 +100,7 @@ impl Gas {
 pub struct Mixture([f64; GAS_COUNT]);
 
 impl Mixture {
-    /// One gas alone.
+    /// A single gas.
     #[must_use]
     pub fn pure(gas: Gas, pa: f64) -> Self {
         let mut mixture = Self::default();
@@ -125,7 +125,7 @@ impl Mixture {
         &self.0
     }
 
-    /// The gases with their partial pressures in Pa, also those that are not there.
+    /// All gases with their partial pressures in Pa, including those of 0 Pa.
     pub fn iter(&self) -> impl Iterator<Item = (Gas, f64)> {
         Gas::all().zip(self.0)
     }
@@ -152,7 +152,7 @@ impl IndexMut<Gas> for Mixture {
     }
 }
 
-/// Not a gas we know.
+/// The error of an unknown gas name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a gas out of {expected}, got {0:?}", expected = names())]
 pub struct UnknownGas(String);
@@ -185,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_gas_is_in_the_table_under_its_name() {
+    fn every_gas_is_found_by_its_name() {
         for (gas, name, ..) in GASES {
             assert_eq!((gas.to_string().as_str(), name.parse()), (name, Ok(gas)));
         }
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mixture_adds_up() {
+    fn the_total_of_a_mixture_is_the_sum_of_its_gases() {
         let mut mixture = Mixture::pure(Gas::N2, 78.0);
         mixture[Gas::O2] += 21.0;
         assert!((mixture.total() - 99.0).abs() < 1e-9);

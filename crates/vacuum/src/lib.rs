@@ -1,17 +1,30 @@
-//! Vacuum as it is: chambers, gases, pumps, and what sensors make of them.
+//! A physical model of vacuum plants: chambers, gases, pumps, walls and the sensors of gauges.
 //!
-//! Pressures are in Pa, volumes in m³, gas flows in Pa m³/s, conductances and pumping speeds in m³/s, temperatures in K,
-//! times in s, whatever a scenario or a screen shows.
+//! Units: pressures in Pa, volumes in m³, gas flows in Pa m³/s, conductances and pumping speeds in m³/s, temperatures in K,
+//! times in s. Scenarios and displays convert to other units.
+//!
+//! ```
+//! use profivac_vacuum::pump::Roughing;
+//! use profivac_vacuum::{Atmosphere, Network};
+//!
+//! // A chamber of 100 l with a pump of 60 l/s: after ten minutes the pressure is below 1 Pa.
+//! let air = Atmosphere::default();
+//! let mut plant = Network::new(air);
+//! let chamber = plant.add_volume(0.1, air.mixture());
+//! plant.add_roughing_pump(chamber, Roughing::dry(0.06, 0.1));
+//! plant.advance(600.0);
+//! assert!(plant.mixture(chamber).total() < 1.0);
+//! ```
 //!
 //! | Module | Holds |
 //! |---|---|
 //! | [`gas`] | gases and mixtures |
-//! | [`atmosphere`] | the air outside |
-//! | [`conductance`] | tubes, openings, leaks |
+//! | [`atmosphere`] | the air around a plant |
+//! | [`conductance`] | flow through tubes, openings and leaks |
 //! | [`pump`] | roughing and turbomolecular pumps |
-//! | [`surface`] | walls that give off gas |
-//! | [`sensor`] | what sensors make of the gas |
-//! | [`network`] | a plant of all these, and its time |
+//! | [`surface`] | outgassing of walls |
+//! | [`sensor`] | sensors of gauges: signals and measurement errors |
+//! | [`network`] | a plant of volumes, tubes, pumps and walls, and its state over time |
 
 pub mod atmosphere;
 pub mod conductance;
@@ -26,3 +39,8 @@ pub use atmosphere::Atmosphere;
 pub use conductance::Conductance;
 pub use gas::{Gas, Mixture};
 pub use network::Network;
+
+/// The example of the README runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,24 +1,22 @@
-//! Pumps: one that blows into the open, and one that needs another behind it.
+//! Pumps: roughing pumps, which exhaust to atmosphere, and turbomolecular pumps, which need a backing pump.
 
 use crate::atmosphere::ROOM_K;
 use crate::conductance::Conductance;
 use crate::gas::{GAS_COUNT, Gas, Mixture};
 
-/// A roughing pump: takes `S (p - p_ult)`, so nothing at its ultimate pressure.
+/// A roughing pump: its flow is `S (p - p_ult)`, which is 0 at its ultimate pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughing {
-    /// Pumping speed, in m^3/s.
+    /// Pumping speed S, in m^3/s.
     pub speed: f64,
-    /// What it leaves behind, gas by gas: its ultimate pressure.
+    /// Ultimate pressure of each gas, in Pa.
     pub ultimate: Mixture,
-    /// It runs. A pump that stands is closed by its valve.
+    /// Whether the pump runs. Its valve closes when it stops.
     pub running: bool,
 }
 
 impl Roughing {
-    /// A dry pump: what it leaves behind is air and the water in it.
-    ///
-    /// free choice: half water, half nitrogen.
+    /// A dry pump with a pumping speed in m^3/s. Its residual gas is, by free choice, half water and half nitrogen.
     #[must_use]
     pub fn dry(speed: f64, ultimate_pa: f64) -> Self {
         let mut ultimate = Mixture::pure(Gas::N2, ultimate_pa / 2.0);
@@ -29,36 +27,36 @@ impl Roughing {
 
 /// A turbomolecular pump between an inlet and a fore line.
 ///
-/// It passes `S p` forward and `S/K p` back, so that the ratio of the pressures is its compression K when nothing flows. ln K
-/// grows with the speed of the blades over that of the molecules, so with sqrt(M) (general knowledge), and vanishes above the
-/// critical backing pressure. A rotor that stands, or one that gas brakes, is an opening.
+/// The forward flow is `S p` and the backward flow `S/K p`, so without net flow the pressure ratio is the compression K. ln K
+/// is proportional to the ratio of blade speed and molecular speed, thus to sqrt(M) (general knowledge), and falls to 0 above
+/// the critical backing pressure. A stopped or braked rotor acts as an opening.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turbo {
     /// Pumping speed for nitrogen, in m^3/s.
     pub speed: f64,
     /// Compression of nitrogen.
     pub compression: f64,
-    /// At this pressure in the fore line the logarithm of the compression is half of what it was, in Pa.
+    /// Critical backing pressure in Pa: the logarithm of the compression is halved.
     pub critical_pa: f64,
-    /// At this pressure at the inlet the rotor turns half as fast, in Pa.
+    /// Inlet pressure in Pa at which the rotor has half of its speed.
     pub brake_pa: f64,
-    /// From standstill to full speed, in s, and back.
+    /// Time from standstill to full speed and back, in s.
     pub spin_up_s: f64,
-    /// What passes the rotor when it stands.
+    /// Conductance of the stopped rotor.
     pub standstill: Conductance,
-    /// The motor is on.
+    /// Whether the motor is on.
     pub running: bool,
-    /// How fast the rotor turns, 0 to 1.
+    /// Speed of the rotor, 0 to 1.
     pub rotor: f64,
-    /// The pressure in the fore line as the last stages have it, in Pa.
+    /// Pressure at the last stages, which follows the fore line with a lag, in Pa.
     pub stage_pa: f64,
 }
 
-/// The stages follow the pressure in the fore line within this time, in s. free choice
+/// Time constant of the last stages, in s. free choice
 const FELT_S: f64 = 0.5;
 
 impl Turbo {
-    /// An ordinary one of this speed in m^3/s, standing.
+    /// A typical pump with a pumping speed in m^3/s, at standstill.
     ///
     /// free choice: compression 1e9 for nitrogen, which by sqrt(M) is 2500 for helium and 260 for hydrogen (classical turbos of
     /// the catalogues have 1e9 and 1e2 to 1e4), critical backing pressure 10 mbar, brake 0.1 mbar, two minutes to full speed.
@@ -77,21 +75,21 @@ impl Turbo {
         }
     }
 
-    /// The same after the rotor has followed its motor and its load for so many seconds, and the stages the fore line.
+    /// The pump after `seconds`: the rotor follows motor and load, the last stages follow the fore line.
     pub(crate) fn turned(&self, inlet_pa: f64, fore_pa: f64, seconds: f64) -> Self {
-        let aim = if self.running { 1.0 / (1.0 + inlet_pa / self.brake_pa) } else { 0.0 };
-        let most = seconds / self.spin_up_s;
+        let target = if self.running { 1.0 / (1.0 + inlet_pa / self.brake_pa) } else { 0.0 };
+        let max_change = seconds / self.spin_up_s;
         Self {
-            rotor: self.rotor + (aim - self.rotor).clamp(-most, most),
+            rotor: self.rotor + (target - self.rotor).clamp(-max_change, max_change),
             stage_pa: fore_pa + (self.stage_pa - fore_pa) * (-seconds / FELT_S).exp(),
             ..*self
         }
     }
 
-    /// What it passes forward and back, gas by gas, in m^3/s. `roots` is sqrt(M/28) of each.
+    /// Forward and backward conductance of each gas, in m^3/s. `roots` is sqrt(M/28) of each gas.
     pub(crate) fn passes(&self, inlet_pa: f64, fore_pa: f64, roots: &[f64; GAS_COUNT]) -> [[f64; GAS_COUNT]; 2] {
-        let (molecules, wind) = self.standstill.parts_at((inlet_pa + fore_pa) / 2.0);
-        let speed = self.speed * self.rotor + (molecules + wind) * (1.0 - self.rotor);
+        let (molecular, viscous) = self.standstill.parts_at((inlet_pa + fore_pa) / 2.0);
+        let speed = self.speed * self.rotor + (molecular + viscous) * (1.0 - self.rotor);
         let over = self.stage_pa / self.critical_pa;
         let exponent = self.rotor * self.compression.ln() / (1.0 + over.powi(4));
         [[speed; GAS_COUNT], roots.map(|root| speed * (-exponent * root).exp())]
@@ -103,8 +101,8 @@ pub(crate) fn mass_roots() -> [f64; GAS_COUNT] {
     crate::conductance::relative_speeds().map(f64::recip)
 }
 
-/// A flow in Pa m^3/s of so many standard cubic centimetres a minute: at 0 degrees and 1013.25 mbar, as everywhere the
-/// gas is counted at room temperature.
+/// Converts a flow in standard cubic centimetres per minute (at 0 °C and 1013.25 mbar) to Pa m^3/s at room temperature, the
+/// temperature of all gas in this crate.
 #[must_use]
 pub fn flow_of_sccm(sccm: f64) -> f64 {
     sccm * crate::atmosphere::STANDARD_PA * 1e-6 / 60.0 * ROOM_K / 273.15
@@ -119,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn the_compression_is_that_of_the_gas() {
+    fn the_compression_depends_on_the_molar_mass() {
         let [forward, back] = turning(1.0).passes(1e-6, 1.0, &mass_roots());
         let ratio = |gas: Gas| forward[gas as usize] / back[gas as usize];
         assert!((ratio(Gas::N2) / 1e9 - 1.0).abs() < 1e-6);
@@ -128,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_compressed_by_a_rotor_that_stands_or_above_the_critical_pressure() {
+    fn a_stopped_rotor_and_a_pump_above_the_critical_pressure_compress_nothing() {
         for [forward, back] in [
             turning(0.0).passes(1.0, 1.0, &mass_roots()),
             Turbo { stage_pa: 1e4, ..turning(1.0) }.passes(1.0, 1e4, &mass_roots()),
@@ -141,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rotor_takes_its_time_and_gas_brakes_it() {
+    fn the_rotor_spins_up_in_its_time_and_gas_brakes_it() {
         let mut turbo = Turbo { running: true, ..Turbo::ordinary(0.3) };
         turbo = turbo.turned(0.0, 0.0, 60.0);
         assert_eq!(turbo.rotor, 0.5);

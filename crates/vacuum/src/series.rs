@@ -1,4 +1,4 @@
-//! The exact step of a network of volumes whose rates do not change meanwhile.
+//! The exact step of a network of volumes with constant rates.
 //!
 //! Amounts of gas n (in Pa m^3) follow n' = A n + q. With L not less than the rate at which any volume empties, P = 1 + A/L has no
 //! negative entry, and
@@ -7,10 +7,10 @@
 //! n(h) = sum over k of w_k (P^k n),   w_k = exp(-L h) (L h)^k / k!
 //! ```
 //!
-//! is the exponential as a sum without a single minus (uniformisation; general knowledge: Jensen 1953, known from Markov
-//! chains). So pressures stay positive, nothing cancels between 1e-9 and 1e+5 Pa, and gas is neither made nor lost: what leaves
-//! through pumps is one more volume of the same sum. The sum has about L h terms. Where that is many, because a small volume
-//! empties quickly, the table of where the gas of each volume goes in a short time is squared until the time is long enough.
+//! is the exponential as a sum of positive terms (uniformisation; general knowledge: Jensen 1953, used for Markov chains). So
+//! pressures stay positive, no digits cancel between 1e-9 and 1e+5 Pa, and gas is conserved: the gas that leaves through pumps
+//! is one more volume of the same sum. The sum has about L h terms. If these are too many, because a small volume empties
+//! quickly, the transition matrix of a short time is squared until it covers the step.
 
 use crate::gas::GAS_COUNT;
 
@@ -20,43 +20,44 @@ pub type PerGas = [f64; GAS_COUNT];
 /// The longest `L h` in one sum.
 const LONGEST: f64 = 64.0;
 
-/// The longest `L h` of a table that is squared.
+/// The longest `L h` of the transition matrix before squaring.
 const SHORT: f64 = 1.0;
 
-/// Terms are left out when together they are smaller than this part of the sum.
+/// The sum ends when the remaining terms are smaller than this fraction of it.
 const TAIL: f64 = 1e-12;
 
 /// Two volumes that exchange gas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// One.
+    /// The one volume.
     pub from: usize,
-    /// The other.
+    /// The other volume.
     pub to: usize,
-    /// What part of the gas of `from` passes to `to`, in 1/s.
+    /// The fraction of the gas of `from` that flows to `to`, in 1/s.
     pub forward: PerGas,
-    /// The other way.
+    /// The fraction of the gas of `to` that flows to `from`, in 1/s.
     pub back: PerGas,
 }
 
 /// All rates of a network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rates {
-    /// Between volumes.
+    /// Flow between volumes.
     pub edges: Vec<Edge>,
-    /// Out of each volume and away, in 1/s.
+    /// Flow out of the network, as a fraction of each volume in 1/s.
     pub out: Vec<PerGas>,
-    /// Into each volume, in Pa m^3/s.
+    /// Sources of each volume, in Pa m^3/s.
     pub source: Vec<PerGas>,
 }
 
-/// Memory for the sum, so that no step allocates.
+/// Buffers of the sum, so that a step does not allocate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Work {
     term: Vec<PerGas>,
     next: Vec<PerGas>,
     keep: Vec<PerGas>,
-    /// The gas of volume `from`, or what the sources give, is in volume `to`, or has left: line `from`, column `to`.
+    /// The transition matrix: the fraction of the gas of volume `from`, or of the sources, that is in volume `to`, or has
+    /// left. Row `from`, column `to`.
     table: Vec<PerGas>,
     squared: Vec<PerGas>,
     column: Vec<PerGas>,
@@ -65,7 +66,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// For so many volumes.
+    /// Buffers for `volumes` volumes.
     pub fn new(volumes: usize) -> Self {
         let lanes = vec![[0.0; GAS_COUNT]; volumes];
         let table = vec![[0.0; GAS_COUNT]; (volumes + 1) * (volumes + 1)];
@@ -82,13 +83,13 @@ impl Work {
 }
 
 impl Work {
-    /// The table of twice the time.
+    /// Squares the matrix: it covers twice the time.
     fn square(&mut self, volumes: usize) {
         let width = volumes + 1;
         for from in 0..=volumes {
             let line = from * width;
             let squared = &mut self.squared[line..line + width];
-            // The sources give as much in the second half; what has left stays away.
+            // The sources give the same amount in the second half; gas that has left does not return.
             squared.fill([0.0; GAS_COUNT]);
             if from == volumes {
                 squared.copy_from_slice(&self.table[line..line + width]);
@@ -109,7 +110,7 @@ impl Work {
         std::mem::swap(&mut self.table, &mut self.squared);
     }
 
-    /// Amounts after the time of the table.
+    /// Applies the matrix to `amounts`.
     fn apply(&mut self, amounts: &mut [PerGas], left: &mut PerGas) {
         let volumes = amounts.len();
         let width = volumes + 1;
@@ -128,7 +129,7 @@ impl Work {
     }
 }
 
-/// All parts of a gas together are the whole of it, whatever was rounded.
+/// Normalises the fractions of each gas to the sum 1 after rounding.
 fn whole(parts: &mut [PerGas]) {
     for gas in 0..GAS_COUNT {
         let whole: f64 = parts.iter().map(|part| part[gas]).sum();
@@ -137,13 +138,13 @@ fn whole(parts: &mut [PerGas]) {
 }
 
 impl Rates {
-    /// Rates of nothing between so many volumes and these edges.
+    /// Zero rates for `volumes` volumes and these edges.
     pub fn new(volumes: usize, edges: Vec<Edge>) -> Self {
         let lanes = vec![[0.0; GAS_COUNT]; volumes];
         Self { edges, out: lanes.clone(), source: lanes }
     }
 
-    /// `amounts` after so many seconds; what left the network is added to `left`.
+    /// Advances `amounts` by `seconds` and adds the gas that leaves the network to `left`.
     pub fn step(&self, amounts: &mut [PerGas], left: &mut PerGas, seconds: f64, work: &mut Work) {
         self.leaving(&mut work.keep);
         let quickest = work.keep.iter().flatten().copied().fold(1e-6 / seconds, f64::max);
@@ -158,7 +159,7 @@ impl Rates {
         }
     }
 
-    /// The step by squaring: the table of a short time, then of twice that, and so on.
+    /// The step by repeated squaring of the matrix of a short time.
     fn squares(&self, amounts: &mut [PerGas], left: &mut PerGas, quickest: f64, seconds: f64, work: &mut Work) {
         let volumes = amounts.len();
         let times = (quickest * seconds / SHORT).log2().ceil();
@@ -190,7 +191,7 @@ impl Rates {
         }
     }
 
-    /// One sum.
+    /// Evaluates one sum.
     fn piece(
         &self,
         amounts: &mut [PerGas],
@@ -207,7 +208,7 @@ impl Rates {
         work.term.copy_from_slice(amounts);
         amounts.iter_mut().for_each(|amount| scale(amount, weight));
         let (mut k, mut before) = (0.0, 0.0);
-        // What the sources gave first appears one term later: so the tail counts without the last term.
+        // Gas of the sources appears one term later, so the tail is counted without the last term.
         while 1.0 - before > TAIL && (k < length || weight > TAIL * TAIL) {
             self.term(work, &mut gone, quickest.recip(), sources);
             before = weights;
@@ -219,7 +220,7 @@ impl Rates {
             }
             add(&mut away, &gone, weight);
         }
-        // What was left out belongs to what was taken in, so that nothing is lost.
+        // The omitted terms are distributed over the included ones, so gas is conserved.
         amounts.iter_mut().for_each(|amount| scale(amount, weights.recip()));
         add(left, &away, weights.recip());
     }
@@ -243,7 +244,7 @@ impl Rates {
         std::mem::swap(term, next);
     }
 
-    /// By how much all the gas of each volume grows, in Pa m^3/s, and the part that leaves it, in 1/s: into `net`.
+    /// Writes the net growth of all gas in each volume to `net`, in Pa m^3/s, and stores the fraction that leaves, in 1/s.
     pub fn net(&self, amounts: &[PerGas], net: &mut [f64]) {
         for ((net, amount), (out, source)) in net.iter_mut().zip(amounts).zip(self.out.iter().zip(&self.source)) {
             *net = sum(source) - product(amount, out);
@@ -255,7 +256,7 @@ impl Rates {
         }
     }
 
-    /// The mean of these rates and `other` ones.
+    /// Replaces the rates by their mean with `other`.
     pub fn blend(&mut self, other: &Self) {
         for (mine, others) in self.edges.iter_mut().zip(&other.edges) {
             mean(&mut mine.forward, &others.forward);
@@ -265,7 +266,7 @@ impl Rates {
         self.source.iter_mut().zip(&other.source).for_each(|(mine, others)| mean(mine, others));
     }
 
-    /// Takes over `other` without allocating.
+    /// Copies `other` without allocation.
     pub fn copy_from(&mut self, other: &Self) {
         self.edges.clone_from_slice(&other.edges);
         self.out.copy_from_slice(&other.out);
@@ -318,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn one_volume_empties_as_the_exponential() {
+    fn one_volume_empties_exponentially() {
         for (rate, seconds) in [(0.6, 0.01), (0.6, 1.0), (30.0, 1.0), (1e-9, 1.0), (500.0, 1.0)] {
             let ([_, there], left) = after(&pair(0.0, 0.0, rate), [0.0, 1e5], seconds);
             let expected = 1e5 * f64::exp(-rate * seconds);
@@ -328,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn two_volumes_meet_in_the_middle() {
+    fn two_volumes_reach_their_mean() {
         let ([one, other], _) = after(&pair(0.2, 0.1, 0.0), [3.0, 0.0], 1.0);
         // n1 = 1 + 2 exp(-0.3 t)
         assert!((one - (1.0 + 2.0 * f64::exp(-0.3))).abs() < 1e-11, "{one}");
@@ -336,14 +337,14 @@ mod tests {
     }
 
     #[test]
-    fn thirteen_decades_beside_each_other_do_not_disturb() {
-        // Compression 1e9: the chamber ends at a thousand-millionth of the fore line, exactly.
+    fn thirteen_decades_of_pressure_do_not_disturb_each_other() {
+        // With a compression of 1e9 the chamber ends at exactly 1e-9 of the fore line.
         let ([one, other], _) = after(&pair(10.0, 1e-8, 0.0), [0.0, 1.0], 10.0);
         assert!((one / other / 1e-9 - 1.0).abs() < 1e-6, "{:e}", one / other);
     }
 
     #[test]
-    fn a_quick_volume_beside_a_slow_one_takes_the_same_way() {
+    fn a_quick_volume_beside_a_slow_one_gives_the_same_result() {
         let mut rates = pair(1e6, 1e3, 0.5);
         rates.source[0] = [2.0; GAS_COUNT];
         for seconds in [1e-3, 1.0, 1e4] {
@@ -356,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_source_gives_all_it_gives_however_slowly_it_leaves() {
+    fn the_gas_of_a_source_is_conserved() {
         for rate in [0.0, 1e-9, 1e-6, 1e-3] {
             let mut rates = pair(0.0, 0.0, rate);
             rates.source[1] = [2.0; GAS_COUNT];
@@ -366,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn a_source_fills_what_a_pump_takes() {
+    fn a_source_and_a_pump_reach_equilibrium() {
         let mut rates = pair(0.0, 0.0, 2.0);
         rates.source[1] = [1.0; GAS_COUNT];
         let ([_, there], left) = after(&rates, [0.0, 0.0], 3.0);

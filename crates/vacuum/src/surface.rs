@@ -1,46 +1,47 @@
-//! Walls that give off gas, and remember when they were last vented and baked.
+//! Outgassing of walls, depending on their history of venting and baking.
 //!
-//! In vacuum a wall gives off `q = A q1 (t / 1 h)^-a` of each gas: a is 1 for water on metal, 1/2 for what diffuses out of the
-//! bulk (field 5.3, general knowledge). The time t of this law is the wall's own: heat lets it run faster, by Arrhenius'
-//! factor f = exp(E/R (1/T0 - 1/T)), and multiplies the flow by the same f, for what leaves in the own time dt is the same at every
-//! temperature. A day at 150 degrees is so 70 years at room temperature. Water from outside turns the clock back by an e-th
-//! for every [`WETTING_PA_S`] of exposure: with a = 1 the water on the wall counts as the logarithm of t, so each e-th is the same
-//! amount taken up. Hence a short vent with dry nitrogen costs little and a minute in humid air nearly everything.
+//! In vacuum the outgassing rate of each gas is `q = A q1 (t / 1 h)^-a`, with a = 1 for water on metal and a = 1/2 for
+//! diffusion out of the bulk (field 5.3, general knowledge). t is the age of the wall for this gas. Heat lets the age advance
+//! faster, by the Arrhenius factor f = exp(E/R (1/T0 - 1/T)), and multiplies the rate by the same f, so the amount per step of
+//! age is the same at every temperature. A day at 150 °C corresponds to 70 years at room temperature. Exposure to water
+//! divides the age by e for each [`WETTING_PA_S`]: with a = 1 the water on the wall depends on the logarithm of t, so each
+//! factor of e is the same amount of adsorbed water. A short vent with dry nitrogen therefore has little effect, a minute in
+//! humid air nearly resets the wall.
 
 use crate::atmosphere::ROOM_K;
 use crate::conductance::R;
 use crate::gas::{GAS_COUNT, Gas, Mixture};
 
-/// The hour of `(t / 1 h)^-a`.
+/// The hour in `(t / 1 h)^-a`, in s.
 const HOUR_S: f64 = 3600.0;
 
-/// Exposure to water after which the clock of a wall shows an e-th, in Pa s. free choice: ten seconds in the air of a room.
+/// Exposure to water that divides the age of a wall by e, in Pa s. free choice: ten seconds in room air.
 pub const WETTING_PA_S: f64 = 1e4;
 
-/// The wall was never wetter than after this time by its clock, in s.
+/// The lowest age of a wall, in s: the wall is saturated with water.
 const FRESH_S: f64 = 1.0;
 
-/// One gas that a material gives off.
+/// The outgassing of one gas from a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Desorption {
     /// The gas.
     pub gas: Gas,
-    /// What a square metre gives off after an hour at room temperature, in Pa m^3/s per m^2, which is Pa m/s.
+    /// Outgassing rate per area after one hour at room temperature, in Pa m/s (Pa m^3/s per m^2).
     pub q1: f64,
-    /// The exponent a; 0 is permeation, which never ends.
+    /// The exponent a; 0 is permeation, which does not decrease.
     pub exponent: f64,
-    /// The energy E that sets it free, in J/mol.
+    /// The activation energy E, in J/mol.
     pub energy: f64,
-    /// A vent brings it back; not what comes out of the bulk.
+    /// Whether venting restores it. Gas from the bulk is not restored.
     pub returns: bool,
 }
 
-/// What a wall is made of.
+/// The material of a wall.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// The name in scenarios.
     pub name: &'static str,
-    /// What it gives off.
+    /// Its outgassing, gas by gas.
     pub gases: &'static [Desorption],
 }
 
@@ -56,11 +57,11 @@ const fn rubber(gas: Gas, q1: f64, energy: f64) -> Desorption {
     Desorption { gas, q1, exponent: 0.5, energy, returns: true }
 }
 
-/// The materials there are. 1e-9 mbar l/s per cm^2 is 1e-6 Pa m/s.
+/// All materials. 1e-9 mbar l/s per cm^2 is 1e-6 Pa m/s.
 ///
-/// Unbaked steel 1e-9 to 1e-8 mbar l/s per cm^2 after an hour, mostly water; elastomers a hundred times that with a = 1/2 (field
-/// 5.3, general knowledge). free choice: the small parts beside water, 80 kJ/mol for water and 50 kJ/mol for hydrogen, which make
-/// a day at 150 degrees leave hydrogen of 1e-13 mbar l/s per cm^2, as baked steel has (general knowledge).
+/// Unbaked steel has 1e-9 to 1e-8 mbar l/s per cm^2 after an hour, mostly water; elastomers a hundred times that with a = 1/2
+/// (field 5.3, general knowledge). free choice: the fractions of the other gases, 80 kJ/mol for water, 50 kJ/mol for hydrogen.
+/// With these, a day at 150 °C leaves 1e-13 mbar l/s per cm^2 of hydrogen, the value of baked steel (general knowledge).
 pub const MATERIALS: [Material; 5] = [
     Material {
         name: "steel",
@@ -98,14 +99,14 @@ pub const MATERIALS: [Material; 5] = [
 ];
 
 impl Material {
-    /// The material of this name.
+    /// The material with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         MATERIALS.iter().find(|material| material.name == name)
     }
 }
 
-/// So many gases of a material have a clock of their own.
+/// The most gases of a material.
 const MAX_GASES: usize = 8;
 
 /// A wall of one material.
@@ -116,18 +117,18 @@ pub struct Surface {
     /// Its temperature, in K.
     pub temperature_k: f64,
     gases: &'static [Desorption],
-    /// What the clock of each gas shows, in s.
+    /// The age of the wall for each gas, in s.
     clocks: [f64; MAX_GASES],
 }
 
 impl Surface {
-    /// A wall that was wet just now, at room temperature; of more than eight gases the first.
+    /// A freshly vented wall with an area in m^2, at room temperature. Only the first eight gases of the material count.
     #[must_use]
     pub fn fresh(area: f64, material: &Material) -> Self {
         Self { area_m2: area, temperature_k: ROOM_K, gases: material.gases, clocks: [FRESH_S; MAX_GASES] }
     }
 
-    /// The same after so many seconds in vacuum at so many kelvin.
+    /// The wall after `seconds` in vacuum at `kelvin`.
     #[must_use]
     pub fn aged(mut self, seconds: f64, kelvin: f64) -> Self {
         for (clock, desorption) in self.clocks.iter_mut().zip(self.gases) {
@@ -136,8 +137,8 @@ impl Surface {
         self
     }
 
-    /// Adds what the wall gives off in the next seconds, averaged over them, to `flow`, gas by gas in Pa m^3/s. Returns by how
-    /// much it will be less at their end, in all.
+    /// Adds the mean outgassing of the next `seconds` to `flow`, gas by gas in Pa m^3/s. Returns by how much the total rate
+    /// falls below the mean until their end, in Pa m^3/s.
     pub(crate) fn outgas(&self, seconds: f64, flow: &mut [f64; GAS_COUNT]) -> f64 {
         let mut less = 0.0;
         for (clock, desorption) in self.clocks.iter().zip(self.gases) {
@@ -149,7 +150,7 @@ impl Surface {
         less
     }
 
-    /// Time passes in a chamber with this partial pressure of water.
+    /// Advances the age by `seconds` in a chamber with a partial pressure of water of `water_pa`.
     pub(crate) fn advance(&mut self, seconds: f64, water_pa: f64) {
         let wetted = (-water_pa * seconds / WETTING_PA_S).exp();
         for (clock, desorption) in self.clocks.iter_mut().zip(self.gases) {
@@ -160,7 +161,7 @@ impl Surface {
         }
     }
 
-    /// What it gives off now, in Pa m^3/s.
+    /// The present outgassing, gas by gas in Pa m^3/s.
     #[must_use]
     pub fn flow(&self) -> Mixture {
         let mut flow = Mixture::default();
@@ -173,7 +174,7 @@ impl Surface {
 }
 
 impl Desorption {
-    /// What a square metre gives off from `clock` on for so many seconds of its own time, in Pa m: the integral of the law.
+    /// The outgassed amount per area from the age `clock` on during `own` seconds of age, in Pa m: the integral of the law.
     fn outgassed(&self, clock: f64, own: f64) -> f64 {
         let from = clock / HOUR_S;
         let ratio = (own / clock).ln_1p();
@@ -183,7 +184,7 @@ impl Desorption {
     }
 }
 
-/// How much faster a wall lives at `kelvin` than at room temperature.
+/// The Arrhenius factor at `kelvin` relative to room temperature.
 fn arrhenius_factor(energy: f64, kelvin: f64) -> f64 {
     if kelvin == ROOM_K { 1.0 } else { (energy / R * (ROOM_K.recip() - kelvin.recip())).exp() }
 }
@@ -201,14 +202,14 @@ mod tests {
     }
 
     #[test]
-    fn after_an_hour_it_is_q1_and_after_ten_a_tenth() {
+    fn the_rate_is_q1_after_an_hour_and_a_tenth_after_ten() {
         near(steel().aged(3600.0, ROOM_K).flow()[Gas::H2o], 3e-6, 1e-3);
         near(steel().aged(36_000.0, ROOM_K).flow()[Gas::H2o], 3e-7, 1e-3);
         near(steel().aged(36_000.0, ROOM_K).flow()[Gas::H2], 2e-8 / 10_f64.sqrt(), 1e-3);
     }
 
     #[test]
-    fn what_is_given_off_is_the_integral_in_steps_of_any_length() {
+    fn the_outgassed_amount_is_the_integral_for_steps_of_any_length() {
         let given = |steps: u32| {
             let (mut wall, mut sum) = (steel(), 0.0);
             for _ in 0..steps {
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hot_wall_gives_off_more_and_afterwards_less() {
+    fn baking_raises_outgassing_and_lowers_it_afterwards() {
         let mut hot = steel().aged(36_000.0, ROOM_K);
         let before = hot.flow();
         hot.temperature_k = 423.15;
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vent_costs_by_its_length_and_its_humidity() {
+    fn the_effect_of_a_vent_grows_with_its_length_and_humidity() {
         let vented = |seconds: f64, water_pa: f64| {
             let mut wall = steel().aged(864_000.0, ROOM_K);
             wall.advance(seconds, water_pa);
@@ -252,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_out_of_the_bulk_does_not_come_back() {
+    fn venting_does_not_restore_gas_from_the_bulk() {
         let mut wall = steel().aged(864_000.0, 423.15);
         let before = wall.flow()[Gas::H2];
         wall.advance(3600.0, 1170.0);

@@ -1,4 +1,4 @@
-//! Plants that nobody would build: each gets through a day quickly, stays finite and above zero, and loses nothing.
+//! Plants of extreme sizes: a day is calculated quickly, pressures stay finite and positive, and gas is conserved.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -7,10 +7,10 @@ use profivac_vacuum::pump::{Roughing, Turbo};
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
 
-/// A chamber, a throat and a fore line of these sizes in m^3, joined by tubes of this width, with pumps of this speed in m^3/s,
-/// a vent and a regulated inlet.
+/// Calculates a day of a plant with a chamber, a throat and a fore line of these volumes in m^3, tubes of this diameter in m,
+/// pumps of this speed in m^3/s, a vent and a regulated inlet.
 fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
-    // No tube is wider than what it ends in.
+    // A tube is not wider than its volumes.
     let width = volumes.iter().fold(width, |width, m3| width.min(m3.cbrt()));
     let air = Atmosphere::default().mixture();
     let mut plant = Network::new(Atmosphere::default());
@@ -29,7 +29,7 @@ fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
     for number in 0..steps {
         match number % 6 {
             1 => plant.run_turbo(turbo, true),
-            2 => plant.set_inlet(inlet, Supply::Pressure { pa: 1.0, most: 0.36 }),
+            2 => plant.set_inlet(inlet, Supply::Pressure { pa: 1.0, max_flow: 0.36 }),
             3 => plant.set_inlet(inlet, Supply::Closed),
             4 => plant.set_opening(vent, 1.0),
             5 => {
@@ -53,22 +53,22 @@ fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
         }
     }
     let balance = plant.balance();
-    for (gas, came) in balance.entered.iter() {
+    for (gas, entered) in balance.entered.iter() {
         let elsewhere = balance.left[gas] + balance.present[gas];
         assert!(
-            (elsewhere - came).abs() <= 1e-8 * came,
-            "{gas}: {came:e} came, {elsewhere:e} left or is there: {volumes:?} {width} {speed}"
+            (elsewhere - entered).abs() <= 1e-8 * entered,
+            "{gas}: {entered:e} entered, {elsewhere:e} left or is present: {volumes:?} {width} {speed}"
         );
     }
 }
 
 #[test]
-fn a_plant_of_any_size_gets_through_steps_of_any_length() {
+fn a_plant_of_any_size_is_calculated_with_steps_of_any_length() {
     for volumes in [[1e-9, 1e-9, 1e-9], [1e-9, 1.0, 1e-9], [1e4, 1e-6, 1e-9], [1e4, 1e4, 1e4]] {
         for width in [1e-4, 0.1, 5.0] {
             for speed in [1e-9, 0.3, 1000.0] {
                 for step in [1e-3, 1.0, 1e4] {
-                    // A mm^3 that takes a day to empty is followed in steps that are short for it.
+                    // A volume of 1 mm^3 that takes a day to empty needs short steps.
                     let slow = speed < volumes[0] * 1e3 && step > 1.0;
                     day(volumes, width, speed, if slow { 100.0 } else { step }, 6);
                 }

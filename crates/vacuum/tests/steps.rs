@@ -1,4 +1,4 @@
-//! Steps of any length lead to the same place, nothing is lost on the way, and no pressure is too high or too low.
+//! Steps of any length give the same result, gas is conserved, and all pressures are plausible.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -28,13 +28,13 @@ impl Plant {
         let turbo = network.add_turbo_pump(throat, fore, Turbo { standstill: through, ..Turbo::ordinary(0.3) });
         network.add_roughing_pump(fore, Roughing::dry(0.006, 1.0));
         let wall = network.add_wall(chamber, Surface::fresh(1.5, Material::named("steel").unwrap()));
-        let leak = network.add_opening(chamber, Conductance::wind(1e-11), Outside::Air);
+        let leak = network.add_opening(chamber, Conductance::viscous(1e-11), Outside::Air);
         network.set_opening(leak, 1.0);
         let vent = network.add_opening(chamber, Conductance::tube(0.004, 0.05), Outside::Air);
         Self { network, chamber, fore, gate, turbo, vent, wall }
     }
 
-    /// Pump-down, turbo, argon, a hot wall, the gate closed, a vent; the pressures on the way through each, the last at its end,
+    /// Pump-down, turbo, argon, bake-out, closed valve, vent. Returns the pressures during each phase, the last one at its end,
     /// in Pa.
     fn life(mut self, step: f64) -> Vec<[f64; 2]> {
         let mut pressures = Vec::new();
@@ -77,7 +77,7 @@ fn steps_of_ten_milliseconds_and_of_a_second_agree() {
 }
 
 #[test]
-fn what_came_left_or_is_there() {
+fn entered_gas_has_left_or_is_present() {
     let mut plant = Plant::new();
     plant.network.run_turbo(plant.turbo, true);
     for part in 0..4 {
@@ -92,7 +92,7 @@ fn what_came_left_or_is_there() {
 }
 
 #[test]
-fn the_pressures_are_those_of_a_plant() {
+fn the_pressures_of_each_phase_are_plausible() {
     let life = Plant::new().life(0.1);
     let ends: Vec<_> = life.chunks(4).map(|times| times[3]).collect();
     let [roughed, turbo, high_vacuum, argon, pumped, hot, closed, vented] = ends[..] else { panic!() };
@@ -106,7 +106,7 @@ fn the_pressures_are_those_of_a_plant() {
 }
 
 #[test]
-fn nothing_is_too_high_or_too_low() {
+fn every_pressure_stays_within_its_limits() {
     let air = Atmosphere { pressure_pa: 2e5, humidity: 1.0 }.mixture();
     let mut network = Network::new(Atmosphere::default());
     let full = network.add_volume(1e-6, air);

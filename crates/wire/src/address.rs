@@ -1,15 +1,24 @@
-//! Set_Slave_Add (SAP 55): a new station address over the bus. profibus-wire 2.11.
+//! Set_Slave_Add (SAP 55): assigns a new address to a slave. profibus-wire 2.11.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The data unit of Set_Slave_Add.
+///
+/// ```
+/// use profivac_wire::address::SetSlaveAdd;
+///
+/// let request = SetSlaveAdd::parse(&[8, 0x12, 0x34, 0])?;
+/// assert_eq!((request.address, request.ident), (8, 0x1234));
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SetSlaveAdd<'a> {
     /// New_Slave_Add.
     pub address: u8,
-    /// Ident_Number, which must be the slave's.
+    /// Ident_Number; a slave accepts only its own.
     pub ident: u16,
-    /// No_Add_Chg as it came: 0 lets the address be changed again, anything else locks it.
+    /// No_Add_Chg as received: 0 permits further changes of the address, any other value locks it.
     pub no_add_chg: u8,
     /// Rem_Slave_Data, device specific.
     pub rem_slave_data: &'a [u8],
@@ -19,7 +28,7 @@ impl<'a> SetSlaveAdd<'a> {
     /// Reads the data unit of a request.
     ///
     /// # Errors
-    /// [`TooShort`] when the four fixed octets are not all there.
+    /// [`TooShort`] if the four fixed octets are incomplete.
     pub fn parse(du: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(du);
         Ok(Self {
@@ -33,7 +42,7 @@ impl<'a> SetSlaveAdd<'a> {
     /// Writes the data unit to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.address)?;
@@ -49,7 +58,7 @@ mod tests {
     use super::*;
     use crate::testing::hex;
 
-    /// profibus-wire 2.11: 126 becomes 8, changeable; two octets of data added.
+    /// profibus-wire 2.11: address 8, changeable again; with two octets of device data.
     const TEXT: &str = "08 12 34 00 AB CD";
     const EXAMPLE: SetSlaveAdd<'_> =
         SetSlaveAdd { address: 8, ident: 0x1234, no_add_chg: 0, rem_slave_data: &[0xAB, 0xCD] };
@@ -75,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_survives() {
+    fn every_bit_is_unchanged_after_parse_and_emit() {
         for bit in 0..48 {
             let mut octets = hex(TEXT);
             octets[bit / 8] ^= 1 << (bit % 8);

@@ -1,46 +1,49 @@
-//! Configuration identifiers: what a slave exchanges, in Chk_Cfg and Get_Cfg. profibus-wire 2.6.
+//! Configuration identifiers of Chk_Cfg and Get_Cfg: the sizes of inputs and outputs. profibus-wire 2.6.
 
 use crate::octets::{Reader, TooShort};
 use core::fmt;
 
 /// One configuration identifier, in general or special format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identifier<'a> {
-    /// What the master sends to the slave.
+    /// Outputs: master to slave.
     pub output: Option<Area>,
-    /// What the slave sends to the master.
+    /// Inputs: slave to master.
     pub input: Option<Area>,
-    /// What the manufacturer adds (special format only): data type codes, or anything.
+    /// Manufacturer-specific octets (special format only), for example data type codes.
     pub manufacturer: &'a [u8],
 }
 
 /// The size of one direction of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Area {
-    /// How many units, 1 to 64.
+    /// Number of units, 1 to 64.
     pub units: u8,
-    /// A unit is a word of two octets instead of one octet.
+    /// Whether a unit is a word of two octets instead of one octet.
     pub words: bool,
-    /// Consistent over the whole length instead of over one unit.
+    /// Whether the data are consistent over the whole length instead of over one unit.
     pub consistent: bool,
 }
 
 impl Area {
-    /// How many octets this is, 1 to 128.
+    /// Size in octets, 1 to 128.
     #[must_use]
     pub const fn octets(&self) -> u16 {
         let units = self.units as u16;
         if self.words { units.saturating_mul(2) } else { units }
     }
 
-    /// The length octet of the special format.
+    /// Decodes the length octet of the special format.
     const fn from_length(octet: u8) -> Self {
         Self { units: (octet & 0x3F).wrapping_add(1), words: octet & 0x40 != 0, consistent: octet & 0x80 != 0 }
     }
 }
 
-/// How many octets go each way, seen from the master.
+/// Octets in each direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Lengths {
     /// Master to slave, 0 to 244.
     pub outputs: u8,
@@ -48,12 +51,14 @@ pub struct Lengths {
     pub inputs: u8,
 }
 
-/// Why a list of identifiers is no configuration.
+/// Error of a list of identifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum CfgError {
-    /// No identifier at all.
+    /// The list is empty.
     Empty,
-    /// The last identifier announces more octets than follow.
+    /// The last identifier declares more octets than follow.
     Truncated,
     /// One direction has more than 244 octets.
     TooLong,
@@ -71,14 +76,24 @@ impl fmt::Display for CfgError {
 
 impl core::error::Error for CfgError {}
 
-/// Walks over the identifiers of a configuration. Ends after the first truncated one.
+/// Iterates over the identifiers of a configuration. Ends after the first truncated one.
+///
+/// ```
+/// use profivac_wire::cfg::Identifiers;
+///
+/// // One octet in, one octet out.
+/// let identifiers: Vec<_> = Identifiers::new(&[0x10, 0x20]).flatten().collect();
+/// assert_eq!(identifiers[0].input.map(|area| area.octets()), Some(1));
+/// assert_eq!(identifiers[1].output.map(|area| area.octets()), Some(1));
+/// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identifiers<'a> {
     reader: Reader<'a>,
 }
 
 impl<'a> Identifiers<'a> {
-    /// Begins with the first of `octets`.
+    /// An iterator over the identifiers in `octets`.
     #[must_use]
     pub const fn new(octets: &'a [u8]) -> Self {
         Self { reader: Reader::new(octets) }
@@ -105,7 +120,7 @@ fn identifier<'a>(reader: &mut Reader<'a>) -> Result<Identifier<'a>, TooShort> {
     if octet & 0x30 == 0 { special(octet, reader) } else { Ok(general(octet)) }
 }
 
-/// Bits 5 and 4 name the directions; both have the same length. profibus-wire 2.6.1.
+/// General format: bits 5 and 4 select the directions, which share one length. profibus-wire 2.6.1.
 const fn general(octet: u8) -> Identifier<'static> {
     let area = Area { units: (octet & 0x0F).wrapping_add(1), words: octet & 0x40 != 0, consistent: octet & 0x80 != 0 };
     Identifier {
@@ -115,7 +130,7 @@ const fn general(octet: u8) -> Identifier<'static> {
     }
 }
 
-/// Bits 7 and 6 say which length octets follow, the low nibble how many octets of the manufacturer. profibus-wire 2.6.2.
+/// Special format: bits 7 and 6 announce length octets, the low nibble counts manufacturer octets. profibus-wire 2.6.2.
 fn special<'a>(octet: u8, reader: &mut Reader<'a>) -> Result<Identifier<'a>, TooShort> {
     let mut length = |follows| -> Result<Option<Area>, TooShort> {
         if follows { reader.octet().map(|octet| Some(Area::from_length(octet))) } else { Ok(None) }
@@ -123,17 +138,25 @@ fn special<'a>(octet: u8, reader: &mut Reader<'a>) -> Result<Identifier<'a>, Too
     let output = length(octet & 0x80 != 0)?;
     let input = length(octet & 0x40 != 0)?;
     let manufacturer = match octet & 0x0F {
-        // "No data, do not check": only a master may send it.
+        // 15 means "no data, do not check"; only a master may send it.
         15 => &[],
         count => reader.take(usize::from(count))?,
     };
     Ok(Identifier { output, input, manufacturer })
 }
 
-/// How many octets a configuration exchanges.
+/// Sums the octets that a configuration exchanges in each direction.
+///
+/// ```
+/// use profivac_wire::cfg;
+///
+/// let lengths = cfg::lengths(&[0x11, 0x21])?;
+/// assert_eq!((lengths.inputs, lengths.outputs), (2, 2));
+/// # Ok::<(), cfg::CfgError>(())
+/// ```
 ///
 /// # Errors
-/// [`CfgError`] when the octets are no configuration.
+/// [`CfgError`] if the list is empty or truncated, or has more than 244 octets in one direction.
 pub fn lengths(octets: &[u8]) -> Result<Lengths, CfgError> {
     if octets.is_empty() {
         return Err(CfgError::Empty);

@@ -1,30 +1,40 @@
-//! The frame control octet (FC): what a telegram asks for, or how it answers. profibus-wire 1.4 and 1.5.
+//! The frame control octet (FC): function of a request or status of an answer. profibus-wire 1.4 and 1.5.
 
-/// FC, taken apart.
+/// The fields of FC.
+///
+/// ```
+/// use profivac_wire::control::{Control, FrameCount, Function};
+///
+/// let control = Control::from_octet(0x6D);
+/// assert_eq!(control, Control::Request { function: Function::SrdHigh, count: FrameCount::First });
+/// assert_eq!(control.to_octet(), 0x6D);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Control {
-    /// Bit 6 set: somebody asks.
+    /// Bit 6 set: a request.
     Request {
-        /// What is asked.
+        /// The requested function.
         function: Function,
-        /// The frame count bit and whether it counts.
+        /// The frame count bit and its validity.
         count: FrameCount,
     },
-    /// Bit 6 clear: somebody answers.
+    /// Bit 6 clear: an answer.
     Response {
-        /// Which kind of station answers.
+        /// The kind of the answering station.
         station: StationType,
-        /// How it answers.
+        /// The result of the request.
         status: Status,
     },
 }
 
 /// FCB and FCV of a request. profibus-wire 1.9.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameCount {
     /// FCV = 0, FCB = 0: not counted (SDN, FDL status).
     Uncounted,
-    /// FCV = 0, FCB = 1: the first request of a relation.
+    /// FCV = 0, FCB = 1: the first request to this station.
     First,
     /// FCV = 1: counted, with the value of FCB.
     Counted(bool),
@@ -57,6 +67,7 @@ const FCV: u8 = 0x10;
 
 /// The function code of a request, with bit 7 of FC (the alternative code table) kept in [`Function::Other`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Function {
     /// Send data with acknowledge, low priority. DP has no such service.
     SdaLow,
@@ -66,7 +77,7 @@ pub enum Function {
     SdaHigh,
     /// Send data with no acknowledge, high priority.
     SdnHigh,
-    /// Request FDL status with reply: "who is there".
+    /// Request FDL status with reply.
     FdlStatus,
     /// Send and request data, low priority.
     SrdLow,
@@ -114,46 +125,48 @@ impl Function {
     }
 }
 
-/// Bits 5 and 4 of a response: what kind of station answers.
+/// Bits 5 and 4 of a response: the kind of the answering station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StationType {
     /// A passive station.
     Slave,
     /// An active station that is not ready to enter the token ring.
     MasterNotReady,
-    /// An active station that wants to enter the token ring.
+    /// An active station that is ready to enter the token ring.
     MasterReady,
     /// An active station that is in the token ring.
     MasterInRing,
 }
 
-/// How a request was answered.
+/// The status of a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// OK: positive acknowledgement.
     Ok,
-    /// UE: the user of the remote station has failed.
+    /// UE: error of the user layer of the remote station.
     UserError,
     /// RR: no resource for the data.
     NoResource,
-    /// RS: the service access point is not open, or not to this requester.
+    /// RS: the service access point is not activated, or not for this requester.
     ServiceNotActivated,
-    /// DL: here are data, low priority.
+    /// DL: response data, low priority.
     DataLow,
-    /// NR: data taken, none to return.
+    /// NR: request data accepted, no response data.
     NoReply,
-    /// DH: here are data, high priority.
+    /// DH: response data, high priority.
     DataHigh,
-    /// RDL: here are data, but those sent were not taken.
+    /// RDL: response data, low priority; request data not accepted.
     DataLowNotTaken,
-    /// RDH: as RDL, high priority.
+    /// RDH: response data, high priority; request data not accepted.
     DataHighNotTaken,
     /// Any other code: bits 7 and 3 to 0 of FC.
     Other(u8),
 }
 
 impl Status {
-    /// Whether data come with it.
+    /// Whether the response carries data.
     #[must_use]
     pub const fn carries_data(self) -> bool {
         matches!(self, Self::DataLow | Self::DataHigh | Self::DataLowNotTaken | Self::DataHighNotTaken)
@@ -193,7 +206,7 @@ impl Status {
 }
 
 impl Control {
-    /// Takes an FC octet apart. Every octet has a meaning, so this cannot fail.
+    /// Decodes an FC octet. Codes without a name are kept, so this cannot fail.
     #[must_use]
     #[inline]
     pub const fn from_octet(fc: u8) -> Self {
@@ -209,7 +222,7 @@ impl Control {
         Self::Response { station, status: Status::from_bits(fc) }
     }
 
-    /// The FC octet.
+    /// Encodes the FC octet.
     #[must_use]
     #[inline]
     pub const fn to_octet(self) -> u8 {
@@ -231,14 +244,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_octet_survives_parse_and_emit() {
+    fn every_octet_is_unchanged_after_decoding_and_encoding() {
         for fc in 0..=0xFF {
             assert_eq!(Control::from_octet(fc).to_octet(), fc, "{fc:02X}");
         }
     }
 
     #[test]
-    fn the_octets_of_the_reference_mean_what_it_says() {
+    fn the_octets_of_the_specification_decode_to_their_functions() {
         use {FrameCount::*, Function::*};
         for (fc, function, count) in [
             (0x6C, SrdLow, First),

@@ -6,7 +6,7 @@ bitflags::bitflags! {
     /// Station_Status_1 to 3: octet 1 in bits 0 to 7, octet 2 in 8 to 15, octet 3 in 16 to 23.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct StationStatus: u32 {
-        /// Set by the master: nobody answers.
+        /// Set by the master: the slave does not answer.
         const STATION_NON_EXISTENT = 1 << 0;
         /// Not ready for Data_Exchange.
         const STATION_NOT_READY = 1 << 1;
@@ -14,19 +14,19 @@ bitflags::bitflags! {
         const CFG_FAULT = 1 << 2;
         /// The extended diagnosis reports an event.
         const EXT_DIAG = 1 << 3;
-        /// A function was asked for that the slave does not have.
+        /// The slave does not support a requested function.
         const NOT_SUPPORTED = 1 << 4;
-        /// Set by the master: an implausible answer.
+        /// Set by the master: the slave's answer is implausible.
         const INVALID_SLAVE_RESPONSE = 1 << 5;
         /// The last Set_Prm was faulty.
         const PRM_FAULT = 1 << 6;
-        /// Set by the master: another master owns the slave.
+        /// Set by the master: the slave is parameterised by another master.
         const MASTER_LOCK = 1 << 7;
         /// The slave must be parameterised.
         const PRM_REQ = 1 << 8;
         /// Static diagnosis: no valid process data yet.
         const STAT_DIAG = 1 << 9;
-        /// Always one in what a slave sends.
+        /// Always 1 in the answer of a slave.
         const ALWAYS_ONE = 1 << 10;
         /// The response watchdog is on.
         const WD_ON = 1 << 11;
@@ -34,28 +34,38 @@ bitflags::bitflags! {
         const FREEZE_MODE = 1 << 12;
         /// Outputs are synchronised.
         const SYNC_MODE = 1 << 13;
-        /// Set by the master: taken out of the cycle.
+        /// Set by the master: excluded from the cycle.
         const DEACTIVATED = 1 << 15;
-        /// There is more diagnosis than fits.
+        /// The slave has more diagnosis data than the telegram carries.
         const EXT_DIAG_OVERFLOW = 1 << 23;
-        // Octets may carry reserved bits; they are kept.
+        // Reserved bits are kept as received.
         const _ = !0;
     }
 }
 
-/// Diag_Master_Add of a slave that nobody has parameterised.
+/// Diag_Master_Add of a slave that no master has parameterised.
 pub const NO_MASTER: u8 = 0xFF;
 
 /// The answer to Slave_Diag.
+///
+/// ```
+/// use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+///
+/// let diag = SlaveDiag::parse(&[0x02, 0x05, 0x00, 0xFF, 0x12, 0x34])?;
+/// assert!(diag.status.contains(StationStatus::PRM_REQ));
+/// assert_eq!((diag.master_add, diag.ident), (NO_MASTER, 0x1234));
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlaveDiag<'a> {
     /// Station_Status_1 to 3.
     pub status: StationStatus,
-    /// The address of the master that parameterised the slave, [`NO_MASTER`] if none did.
+    /// Diag_Master_Add: address of the master that parameterised the slave, or [`NO_MASTER`].
     pub master_add: u8,
     /// Ident_Number.
     pub ident: u16,
-    /// Ext_Diag_Data: none, or blocks that each begin with a header octet.
+    /// Ext_Diag_Data: empty, or a list of blocks (see [`crate::ext_diag`]).
     pub ext_diag: &'a [u8],
 }
 
@@ -63,7 +73,7 @@ impl<'a> SlaveDiag<'a> {
     /// Reads the data unit of an answer.
     ///
     /// # Errors
-    /// [`TooShort`] when the six fixed octets are not all there.
+    /// [`TooShort`] if the six fixed octets are incomplete.
     pub fn parse(du: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(du);
         let status = [reader.octet()?, reader.octet()?, reader.octet()?, 0];
@@ -78,7 +88,7 @@ impl<'a> SlaveDiag<'a> {
     /// Writes the data unit to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let [first, second, third, _] = self.status.bits().to_le_bytes();
         let mut writer = Writer::new(out);
@@ -124,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_of_the_fixed_octets_survives() {
+    fn every_bit_of_the_fixed_octets_is_unchanged_after_parse_and_emit() {
         for bit in 0..48 {
             let mut octets = hex("02 05 00 FF 12 34");
             octets[bit / 8] ^= 1 << (bit % 8);

@@ -1,4 +1,4 @@
-//! Global_Control (SAP 58): one command to all slaves of a group. profibus-wire 2.9.
+//! Global_Control (SAP 58): a command to all slaves of a group. profibus-wire 2.9.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
@@ -6,15 +6,15 @@ bitflags::bitflags! {
     /// Control_Command.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct ControlCommand: u8 {
-        /// Outputs to their safe state, now.
+        /// Set the outputs to their safe state.
         const CLEAR_DATA = 1 << 1;
-        /// End Freeze.
+        /// End Freeze mode.
         const UNFREEZE = 1 << 2;
-        /// Sample the inputs now and keep sending this image.
+        /// Sample the inputs now and return this image until the next command.
         const FREEZE = 1 << 3;
-        /// End Sync.
+        /// End Sync mode.
         const UNSYNC = 1 << 4;
-        /// Take over the outputs now and hold further ones back.
+        /// Apply the received outputs now and hold later ones until the next command.
         const SYNC = 1 << 5;
         /// Bits 0, 6 and 7, reserved: 0.
         const RESERVED = 0xC1;
@@ -22,19 +22,29 @@ bitflags::bitflags! {
 }
 
 /// The data unit of Global_Control.
+///
+/// ```
+/// use profivac_wire::global::{ControlCommand, GlobalControl};
+///
+/// let control = GlobalControl::parse(&[0x20, 0x06])?;
+/// assert_eq!(control.command, ControlCommand::SYNC);
+/// assert!(control.selects(0x02) && !control.selects(0x08));
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GlobalControl {
-    /// What to do.
+    /// Control_Command.
     pub command: ControlCommand,
-    /// Group_Select: 0 means all slaves, else those that share a bit of their Group_Ident.
+    /// Group_Select: 0 selects all slaves, otherwise the slaves whose Group_Ident shares a bit.
     pub group: u8,
 }
 
 impl GlobalControl {
-    /// Reads the data unit. Octets after the two are ignored.
+    /// Reads the data unit. Further octets are ignored.
     ///
     /// # Errors
-    /// [`TooShort`] when the two octets are not both there.
+    /// [`TooShort`] if there are fewer than two octets.
     pub fn parse(du: &[u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(du);
         Ok(Self { command: ControlCommand::from_bits_retain(reader.octet()?), group: reader.octet()? })
@@ -43,14 +53,14 @@ impl GlobalControl {
     /// Writes the data unit to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&[self.command.bits(), self.group])?;
         Ok(writer.written())
     }
 
-    /// Whether a slave of `group_ident` is meant.
+    /// Whether the command selects a slave with `group_ident`.
     #[must_use]
     pub const fn selects(&self, group_ident: u8) -> bool {
         self.group == 0 || self.group & group_ident != 0
@@ -76,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn group_select_zero_concerns_everybody() {
+    fn group_select_zero_selects_every_slave() {
         let select = |group| GlobalControl { command: ControlCommand::empty(), group };
         assert!(select(0).selects(0));
         assert!(select(0x06).selects(0x02));

@@ -1,17 +1,26 @@
-//! What a station says of itself on layer 2 (Ident, FC = 4E). profibus-wire 1.11.
+//! Identification of a station on layer 2 (Ident, FC = 4E). profibus-wire 1.11.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
-/// The answer to Ident: four visible strings. Their order is the choice of profibus-wire 10, point 1.
+/// The answer to Ident: four visible strings, in the order of profibus-wire 10, point 1.
+///
+/// ```
+/// use profivac_wire::ident::Ident;
+///
+/// let ident = Ident::parse(b"\x02\x01\x01\x01ABC12")?;
+/// assert_eq!((ident.vendor, ident.software), (&b"AB"[..], &b"2"[..]));
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ident<'a> {
-    /// Who made the station.
+    /// Manufacturer.
     pub vendor: &'a [u8],
-    /// What carries out the protocol.
+    /// Protocol controller.
     pub controller: &'a [u8],
-    /// Release of the hardware.
+    /// Hardware release.
     pub hardware: &'a [u8],
-    /// Release of the software.
+    /// Software release.
     pub software: &'a [u8],
 }
 
@@ -19,7 +28,7 @@ impl<'a> Ident<'a> {
     /// Reads the data unit of an answer. Octets after the strings are ignored.
     ///
     /// # Errors
-    /// [`TooShort`] when the lengths or the strings are not all there.
+    /// [`TooShort`] if the lengths or the strings are incomplete.
     pub fn parse(du: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(du);
         let lengths = [reader.octet()?, reader.octet()?, reader.octet()?, reader.octet()?];
@@ -30,7 +39,7 @@ impl<'a> Ident<'a> {
     /// Writes the data unit to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small or a string has more than 255 octets.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let strings = [self.vendor, self.controller, self.hardware, self.software];
         let mut writer = Writer::new(out);
@@ -74,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn every_altered_octet_is_refused_or_kept() {
+    fn every_altered_octet_is_an_error_or_is_emitted_again() {
         for bit in 0..80 {
             let mut altered = hex(TEXT);
             altered[bit / 8] ^= 1 << (bit % 8);

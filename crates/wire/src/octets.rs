@@ -1,12 +1,13 @@
-//! The only place where positions in octets are counted.
+//! Bounds-checked reading and writing of fields.
 //!
-//! [`Reader`] takes octets from the front of a data unit, [`Writer`] puts them into a buffer. Both answer with an error
-//! instead of running over the end, so nobody else has to look at lengths.
+//! [`Reader`] takes fields from the front of a data unit and [`Writer`] appends fields to a buffer. Both return an error at
+//! the end, so no other module of this crate counts positions.
 
 use core::fmt;
 
-/// The octets ended before the field did.
+/// The octets end before the field does, or a length field has a value that the format does not allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TooShort;
 
 impl fmt::Display for TooShort {
@@ -17,8 +18,9 @@ impl fmt::Display for TooShort {
 
 impl core::error::Error for TooShort {}
 
-/// The buffer ended before the field did.
+/// The encoded octets do not fit into the buffer, or a value does not fit into its field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TooLong;
 
 impl fmt::Display for TooLong {
@@ -29,14 +31,25 @@ impl fmt::Display for TooLong {
 
 impl core::error::Error for TooLong {}
 
-/// Takes fields from the front of some octets. Words are big endian, as everywhere on the wire.
+/// Takes fields from the front of a slice. Words are big endian, as in all PROFIBUS formats.
+///
+/// ```
+/// use profivac_wire::Reader;
+///
+/// let mut reader = Reader::new(&[0x08, 0x12, 0x34, 0xFF]);
+/// assert_eq!(reader.octet()?, 8);
+/// assert_eq!(reader.word()?, 0x1234);
+/// assert_eq!(reader.rest(), [0xFF]);
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reader<'a> {
     octets: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    /// Reads from the first of `octets` on.
+    /// A reader at the first of `octets`.
     #[must_use]
     pub const fn new(octets: &'a [u8]) -> Self {
         Self { octets }
@@ -45,7 +58,7 @@ impl<'a> Reader<'a> {
     /// The next octet.
     ///
     /// # Errors
-    /// [`TooShort`] when none is left.
+    /// [`TooShort`] if none is left.
     pub const fn octet(&mut self) -> Result<u8, TooShort> {
         let [first, rest @ ..] = self.octets else { return Err(TooShort) };
         self.octets = rest;
@@ -55,7 +68,7 @@ impl<'a> Reader<'a> {
     /// The next two octets as an unsigned word.
     ///
     /// # Errors
-    /// [`TooShort`] when fewer are left.
+    /// [`TooShort`] if fewer are left.
     pub const fn word(&mut self) -> Result<u16, TooShort> {
         let [high, low, rest @ ..] = self.octets else { return Err(TooShort) };
         self.octets = rest;
@@ -65,36 +78,49 @@ impl<'a> Reader<'a> {
     /// The next `count` octets.
     ///
     /// # Errors
-    /// [`TooShort`] when fewer are left.
+    /// [`TooShort`] if fewer are left.
     pub const fn take(&mut self, count: usize) -> Result<&'a [u8], TooShort> {
         let Some((taken, rest)) = self.octets.split_at_checked(count) else { return Err(TooShort) };
         self.octets = rest;
         Ok(taken)
     }
 
-    /// All octets that are left.
+    /// All remaining octets.
     pub const fn rest(&mut self) -> &'a [u8] {
         let rest = self.octets;
         self.octets = &[];
         rest
     }
 
-    /// Whether every octet was taken.
+    /// Whether no octet is left.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.octets.is_empty()
     }
 }
 
-/// Puts fields into a buffer, one after the other.
+/// Appends fields to a buffer.
+///
+/// ```
+/// use profivac_wire::{TooLong, Writer};
+///
+/// let mut out = [0; 3];
+/// let mut writer = Writer::new(&mut out);
+/// writer.octet(8)?;
+/// writer.word(0x1234)?;
+/// assert_eq!(writer.octet(0), Err(TooLong));
+/// assert_eq!(writer.written(), 3);
+/// # Ok::<(), TooLong>(())
+/// ```
 #[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Writer<'a> {
     free: &'a mut [u8],
     written: usize,
 }
 
 impl<'a> Writer<'a> {
-    /// Writes from the first octet of `buffer` on.
+    /// A writer at the first octet of `buffer`.
     #[must_use]
     pub const fn new(buffer: &'a mut [u8]) -> Self {
         Self { free: buffer, written: 0 }
@@ -103,7 +129,7 @@ impl<'a> Writer<'a> {
     /// Appends one octet.
     ///
     /// # Errors
-    /// [`Full`] when the buffer has no room; nothing is written then.
+    /// [`TooLong`] if the buffer has no room; nothing is written, and all later writes fail.
     pub fn octet(&mut self, octet: u8) -> Result<(), TooLong> {
         self.octets(&[octet])
     }
@@ -111,7 +137,7 @@ impl<'a> Writer<'a> {
     /// Appends a word, high octet first.
     ///
     /// # Errors
-    /// [`Full`] when the buffer has no room; nothing is written then.
+    /// [`TooLong`] if the buffer has no room; nothing is written, and all later writes fail.
     pub fn word(&mut self, word: u16) -> Result<(), TooLong> {
         self.octets(&word.to_be_bytes())
     }
@@ -119,12 +145,12 @@ impl<'a> Writer<'a> {
     /// Appends `octets`.
     ///
     /// # Errors
-    /// [`Full`] when the buffer has no room; nothing is written then.
+    /// [`TooLong`] if the buffer has no room; nothing is written, and all later writes fail.
     #[inline]
     pub fn octets(&mut self, octets: &[u8]) -> Result<(), TooLong> {
         let free = core::mem::take(&mut self.free);
         let Some((place, rest)) = free.split_at_mut_checked(octets.len()) else {
-            // `free` is gone, so every further write fails as well: a half written unit never looks complete.
+            // The rest of the buffer is given up, so later writes fail too: an incomplete unit never looks complete.
             return Err(TooLong);
         };
         place.copy_from_slice(octets);
@@ -133,7 +159,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// How many octets were written.
+    /// The number of octets written.
     #[must_use]
     pub const fn written(&self) -> usize {
         self.written
@@ -145,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_reader_gives_fields_in_order_and_then_refuses() {
+    fn a_reader_returns_fields_in_order_and_an_error_at_the_end() {
         let mut reader = Reader::new(&[1, 2, 3, 4, 5]);
         assert_eq!(reader.octet(), Ok(1));
         assert_eq!(reader.word(), Ok(0x0203));
@@ -158,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_writer_refuses_what_does_not_fit_and_everything_after_it() {
+    fn a_writer_fails_at_the_first_field_that_does_not_fit_and_ever_after() {
         let mut buffer = [0; 4];
         let mut writer = Writer::new(&mut buffer);
         assert_eq!(writer.octet(1), Ok(()));

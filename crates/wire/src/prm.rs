@@ -8,11 +8,11 @@ bitflags::bitflags! {
     pub struct PrmStatus: u8 {
         /// Bits 0 to 2, reserved: 0.
         const RESERVED = 0x07;
-        /// The response watchdog shall run.
+        /// Activate the response watchdog.
         const WD_ON = 1 << 3;
-        /// The slave shall support Freeze.
+        /// The master uses Freeze.
         const FREEZE_REQ = 1 << 4;
-        /// The slave shall support Sync.
+        /// The master uses Sync.
         const SYNC_REQ = 1 << 5;
         /// Release the slave for other masters.
         const UNLOCK_REQ = 1 << 6;
@@ -25,37 +25,47 @@ bitflags::bitflags! {
     /// DPV1_Status_1, the first octet of the user parameters of a DP-V1 slave.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Dpv1Status1: u8 {
-        /// Do not check start bits (ASIC specific, otherwise reserved).
+        /// Disable start bit monitoring (ASIC specific, otherwise reserved).
         const DIS_START_CONTROL = 1 << 0;
-        /// Do not check stop bits (ASIC specific, otherwise reserved).
+        /// Disable stop bit monitoring (ASIC specific, otherwise reserved).
         const DIS_STOP_CONTROL = 1 << 1;
-        /// The watchdog counts in 1 ms instead of 10 ms.
+        /// The watchdog base is 1 ms instead of 10 ms.
         const WD_BASE_1MS = 1 << 2;
         /// Bits 3 and 4, reserved: 0.
         const RESERVED = 0x18;
-        /// DP-V2.
+        /// Publisher mode of DP-V2.
         const PUBLISHER_ENABLE = 1 << 5;
-        /// In Clear the master sends outputs of length zero.
+        /// Fail-safe: in Clear the master sends outputs without data.
         const FAIL_SAFE = 1 << 6;
-        /// Run in DP-V1 mode.
+        /// Activate DP-V1 mode.
         const DPV1_ENABLE = 1 << 7;
     }
 }
 
 /// The data unit of Set_Prm.
+///
+/// ```
+/// use profivac_wire::prm::{PrmStatus, SetPrm};
+///
+/// let prm = SetPrm::parse(&[0x88, 10, 10, 11, 0x12, 0x34, 1])?;
+/// assert_eq!(prm.status, PrmStatus::LOCK_REQ | PrmStatus::WD_ON);
+/// assert_eq!((prm.ident, prm.min_tsdr), (0x1234, 11));
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SetPrm<'a> {
     /// Station_Status.
     pub status: PrmStatus,
-    /// WD_Fact_1 and WD_Fact_2: the watchdog time is their product times the base.
+    /// WD_Fact_1 and WD_Fact_2: the watchdog time is their product times the base (10 ms or 1 ms).
     pub wd_fact: [u8; 2],
-    /// Earliest start of an answer in bit times; 0 keeps the value.
+    /// min T_SDR in bit times: earliest start of an answer; 0 keeps the present value.
     pub min_tsdr: u8,
     /// Ident_Number.
     pub ident: u16,
-    /// Group_Ident, one bit per Global_Control group.
+    /// Group_Ident: one bit for each group of Global_Control.
     pub group: u8,
-    /// User_Prm_Data, on a DP-V1 slave beginning with the three DPV1_Status octets.
+    /// User_Prm_Data; on a DP-V1 slave it begins with the three DPV1_Status octets.
     pub user: &'a [u8],
 }
 
@@ -63,7 +73,7 @@ impl<'a> SetPrm<'a> {
     /// Reads the data unit of a request.
     ///
     /// # Errors
-    /// [`TooShort`] when the seven fixed octets are not all there.
+    /// [`TooShort`] if the seven fixed octets are incomplete.
     pub fn parse(du: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(du);
         Ok(Self {
@@ -79,7 +89,7 @@ impl<'a> SetPrm<'a> {
     /// Writes the data unit to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let [first, second] = self.wd_fact;
         let mut writer = Writer::new(out);
@@ -129,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_survives() {
+    fn every_bit_is_unchanged_after_parse_and_emit() {
         for bit in 0..72 {
             let mut octets = hex(TEXT);
             octets[bit / 8] ^= 1 << (bit % 8);

@@ -1,17 +1,26 @@
-//! Which DP service a destination service access point stands for. profibus-wire 2.1.
+//! Service access points and their DP services. profibus-wire 2.1.
 
-/// The destination service access point of a request.
+/// The service behind a destination service access point.
+///
+/// ```
+/// use profivac_wire::Sap;
+///
+/// assert_eq!(Sap::from_octet(Some(60)), Sap::SlaveDiag);
+/// assert_eq!(Sap::from_octet(None), Sap::Default);
+/// assert_eq!(Sap::SetPrm.to_octet(), Some(61));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Sap {
-    /// No extension at all: Data_Exchange.
+    /// No access point: Data_Exchange.
     Default,
-    /// 0 to 48: connections of class 2 masters, as the resource manager hands them out.
+    /// 0 to 48: MS2 connections, assigned by the resource manager.
     Ms2(u8),
     /// 49: the resource manager, which opens MS2 connections.
     ResourceManager,
-    /// 50: alarm acknowledge on an access point of its own.
+    /// 50: acknowledgement of alarms on a separate access point.
     Alarm,
-    /// 51: read and write by the class 1 master.
+    /// 51: MS1, read and write by the class 1 master.
     Ms1,
     /// 53: Set_Ext_Prm, DP-V2.
     SetExtPrm,
@@ -31,19 +40,19 @@ pub enum Sap {
     SetPrm,
     /// 62: Chk_Cfg.
     ChkCfg,
-    /// Any other extension octet, also one that is no access point (bits 7 and 6).
+    /// Any other extension octet, including those with bits 7 or 6 set.
     Other(u8),
 }
 
-/// The source access point a class 1 master uses for all DP-V0 services.
+/// The source access point of a class 1 master for all DP-V0 services.
 pub const MASTER_MS0: u8 = 62;
-/// The source access point a class 1 master uses for MS1.
+/// The source access point of a class 1 master for MS1.
 pub const MASTER_MS1: u8 = 51;
-/// The source access point a class 2 master uses for MS2.
+/// The source access point of a class 2 master for MS2.
 pub const MASTER_MS2: u8 = 50;
 
 impl Sap {
-    /// The service behind an extension octet, or behind none.
+    /// The service of an extension octet, or of none.
     #[must_use]
     #[inline]
     pub const fn from_octet(dsap: Option<u8>) -> Self {
@@ -94,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_access_point_survives_parse_and_emit() {
+    fn every_access_point_is_unchanged_after_decoding_and_encoding() {
         assert_eq!(Sap::from_octet(None).to_octet(), None);
         for octet in 0..=0xFF {
             assert_eq!(Sap::from_octet(Some(octet)).to_octet(), Some(octet));

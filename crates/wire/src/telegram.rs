@@ -1,19 +1,19 @@
-//! SD1, SD2, SD3, SD4 and SC: the five forms of a telegram. profibus-wire 1.2 to 1.6.
+//! Telegrams in their five formats: SD1, SD2, SD3, SD4 and SC. profibus-wire 1.2 to 1.6.
 //!
-//! A receiver accepts all of them. A sender uses SD1 where nothing follows FC and SD2 everywhere else: one commercial slave
-//! fails on SD3, so [`Telegram::emit`] never makes one (profibus-wire 10, point 39).
+//! [`Telegram::parse`] accepts all five. [`Telegram::emit`] writes SD1 for a data telegram without access points and data and
+//! SD2 for every other one. It never writes SD3, because one commercial slave fails on it (profibus-wire 10, point 39).
 
 use crate::control::Control;
 use crate::octets::{TooLong, Writer};
 use core::fmt;
 
-/// The longest telegram: an SD2 with LE = 249.
+/// Length of the longest telegram: SD2 with LE = 249.
 pub const MAX_TELEGRAM: usize = 255;
 
-/// The longest data unit beside two service access points: 249 - DA - SA - FC - DAE - SAE.
+/// Length of the longest data unit with two service access points: 249 - DA - SA - FC - DAE - SAE.
 pub const MAX_DU: usize = 244;
 
-/// The destination address that means everybody.
+/// The broadcast address: a request to all stations.
 pub const BROADCAST: u8 = 127;
 
 const SD1: u8 = 0x10;
@@ -23,35 +23,56 @@ const SD4: u8 = 0xDC;
 const SC: u8 = 0xE5;
 const ED: u8 = 0x16;
 
-/// Bit 7 of DA and SA: an extension octet for this address follows after FC.
+/// Bit 7 of DA and SA: an extension octet for this address follows FC.
 const EXT: u8 = 0x80;
 
-/// One whole telegram.
+/// A complete telegram.
+///
+/// ```
+/// use profivac_wire::Telegram;
+///
+/// assert_eq!(Telegram::parse(&[0xDC, 5, 2]), Ok(Telegram::Token { da: 5, sa: 2 }));
+/// assert_eq!(Telegram::parse(&[0xE5]), Ok(Telegram::ShortAck));
+/// assert!(Telegram::parse(&[0x10, 8, 2, 0x49, 0x54, 0x16]).is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Telegram<'a> {
     /// SC: the short acknowledgement.
     ShortAck,
-    /// SD4: the token, from `sa` to `da`. Both octets as they came, since nothing protects them.
+    /// SD4: the token, from `sa` to `da`. Both octets as received; SD4 has no check octet.
     Token {
-        /// The station that shall have the token.
+        /// The receiver of the token.
         da: u8,
-        /// The station that had it.
+        /// The sender of the token.
         sa: u8,
     },
-    /// SD1, SD2 or SD3.
+    /// SD1, SD2 or SD3: a request or an answer.
     Data(DataTelegram<'a>),
 }
 
-/// What SD1, SD2 and SD3 have in common.
+/// A telegram with addresses, frame control and a data unit: SD1, SD2 or SD3.
+///
+/// ```
+/// use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram, control::Control};
+///
+/// // FDL status request from station 2 to station 8.
+/// let request = DataTelegram::short(8, 2, Control::from_octet(0x49));
+/// let mut out = [0; MAX_TELEGRAM];
+/// let length = Telegram::Data(request).emit(&mut out)?;
+/// assert_eq!(out[..length], [0x10, 8, 2, 0x49, 0x53, 0x16]);
+/// # Ok::<(), profivac_wire::TooLong>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataTelegram<'a> {
     /// Destination address, 0 to 127, without the EXT bit.
     pub da: u8,
     /// Source address, 0 to 127, without the EXT bit.
     pub sa: u8,
-    /// The extension octet of DA as it came: 0 to 63 is a service access point, anything else is regional addressing.
+    /// The extension octet of DA as received: 0 to 63 is a service access point, other values are regional addressing.
     pub dsap: Option<u8>,
-    /// The extension octet of SA.
+    /// The extension octet of SA as received.
     pub ssap: Option<u8>,
     /// The frame control octet.
     pub fc: u8,
@@ -59,23 +80,25 @@ pub struct DataTelegram<'a> {
     pub du: &'a [u8],
 }
 
-/// Why octets are no telegram.
+/// Error of octets that are not a telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum TelegramError {
-    /// No telegram begins with this octet.
+    /// The octet is not a start delimiter.
     Start(u8),
-    /// The octets are more or fewer than the form has, or LE and LEr disagree, or LE is not 3 to 249.
+    /// The format has another length, LE and LEr differ, or LE is not 3 to 249.
     Length,
-    /// The last octet is not ED.
+    /// The last octet is not the end delimiter 16.
     End(u8),
     /// FCS is not the sum of the octets it covers.
     Checksum {
-        /// The sum of the octets that came.
+        /// The sum of the received octets.
         expected: u8,
-        /// The FCS that came.
+        /// The received FCS.
         received: u8,
     },
-    /// An EXT bit announces an extension octet that is not there.
+    /// An EXT bit announces an extension octet that is missing.
     Extension,
 }
 
@@ -95,22 +118,31 @@ impl fmt::Display for TelegramError {
 
 impl core::error::Error for TelegramError {}
 
-/// How long a telegram is, as far as its first octets tell.
+/// The length of a telegram, as far as its first octets determine it.
+///
+/// ```
+/// use profivac_wire::TelegramLength;
+///
+/// assert_eq!(TelegramLength::of(&[0x10]), TelegramLength::Known(6));
+/// assert_eq!(TelegramLength::of(&[0x68, 5]), TelegramLength::Incomplete);
+/// assert_eq!(TelegramLength::of(&[0x68, 5, 5, 0x68]), TelegramLength::Known(11));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TelegramLength {
-    /// So many octets in total.
+    /// The number of octets in total.
     Known(u8),
-    /// The next octet will tell more.
+    /// More octets are needed.
     Incomplete,
-    /// This is no telegram.
+    /// The octets do not begin a telegram.
     Invalid(TelegramError),
 }
 
 impl TelegramLength {
-    /// How many octets always tell the length.
+    /// The number of octets that always determine the length.
     pub const HEADER_LENGTH: u8 = 4;
 
-    /// Looks at the first octets of a telegram. Enough octets are four of an SD2 and one of every other form.
+    /// The length according to the first octets: four of an SD2, one of every other format.
     #[must_use]
     #[inline]
     pub const fn of(octets: &[u8]) -> Self {
@@ -118,13 +150,13 @@ impl TelegramLength {
             [] => Self::Incomplete,
             [SD2, le, ler, repeated, ..] => Self::from_sd2_header([SD2, *le, *ler, *repeated]),
             [SD2, le, ler] if *le != *ler => Self::Invalid(TelegramError::Length),
-            // 3 is an SD2 without data: parsers accept it, profibus-wire 1.2.
+            // LE = 3 is an SD2 without data, which a parser accepts: profibus-wire 1.2.
             [SD2, 0..3 | 250.., ..] => Self::Invalid(TelegramError::Length),
             [first, ..] => Self::from_start_delimiter(*first),
         }
     }
 
-    /// What the first octet tells: the total of every form but SD2, which is open.
+    /// The length according to the start delimiter. An SD2 needs more octets.
     #[must_use]
     #[inline]
     pub const fn from_start_delimiter(first: u8) -> Self {
@@ -138,7 +170,7 @@ impl TelegramLength {
         }
     }
 
-    /// What the first four octets of an SD2 tell.
+    /// The length according to the first four octets of an SD2.
     #[must_use]
     #[inline]
     pub const fn from_sd2_header(head: [u8; 4]) -> Self {
@@ -156,10 +188,10 @@ fn sum(octets: &[u8]) -> u8 {
 }
 
 impl<'a> Telegram<'a> {
-    /// Reads exactly one telegram.
+    /// Parses exactly one telegram.
     ///
     /// # Errors
-    /// [`Malformed`] says what is wrong with the first thing that is.
+    /// [`TelegramError`] names the first error.
     #[inline]
     pub fn parse(octets: &'a [u8]) -> Result<Self, TelegramError> {
         match octets {
@@ -174,7 +206,7 @@ impl<'a> Telegram<'a> {
         }
     }
 
-    /// What is wrong with octets that have no valid form.
+    /// The error of octets that match no format.
     #[cold]
     fn error_in(octets: &[u8]) -> TelegramError {
         match (TelegramLength::of(octets), octets.last()) {
@@ -189,7 +221,7 @@ impl<'a> Telegram<'a> {
     /// Writes the telegram to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small or the data unit is longer than a telegram can carry.
+    /// [`TooLong`] if `out` is too small, or the data unit longer than a telegram carries.
     #[inline]
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         match self {
@@ -203,13 +235,13 @@ impl<'a> Telegram<'a> {
                 writer.octets(&[SD4, *da, *sa])?;
                 Ok(writer.written())
             }
-            Self::Data(frame) => frame.emit(out),
+            Self::Data(data) => data.emit(out),
         }
     }
 }
 
 impl<'a> DataTelegram<'a> {
-    /// The part between the delimiters and FCS.
+    /// Parses the part between the start delimiter and FCS.
     #[inline]
     fn parse(body: &'a [u8], fcs: u8) -> Result<Self, TelegramError> {
         let expected = sum(body);
@@ -222,14 +254,14 @@ impl<'a> DataTelegram<'a> {
         Ok(Self { da: *da & !EXT, sa: *sa & !EXT, dsap, ssap, fc: *fc, du })
     }
 
-    /// FC, taken apart.
+    /// The decoded frame control octet.
     #[must_use]
     #[inline]
     pub const fn control(&self) -> Control {
         Control::from_octet(self.fc)
     }
 
-    /// A frame without service access points and data: SD1 on the wire.
+    /// A telegram without access points and data: SD1 on the wire.
     #[must_use]
     pub const fn short(da: u8, sa: u8, control: Control) -> Self {
         Self { da, sa, dsap: None, ssap: None, fc: control.to_octet(), du: &[] }
@@ -251,7 +283,7 @@ impl<'a> DataTelegram<'a> {
     }
 }
 
-/// An SD2 of everything that stands before the data unit, and the data unit.
+/// Writes an SD2: `head` is the part from DA up to the data unit.
 #[inline]
 fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> Result<usize, TooLong> {
     let le = HEAD.saturating_add(du.len());
@@ -264,7 +296,7 @@ fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> R
     Ok(writer.written())
 }
 
-/// The extension octet that the EXT bit of `address` announces, and what follows it.
+/// Splits off the extension octet that the EXT bit of `address` announces.
 #[inline]
 fn extension(address: u8, rest: &[u8]) -> Result<(Option<u8>, &[u8]), TelegramError> {
     match (address & EXT != 0, rest) {
@@ -282,7 +314,7 @@ mod tests {
     const SLAVE_DIAG: DataTelegram<'_> =
         DataTelegram { da: 8, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
 
-    /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with what they say.
+    /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with their content.
     fn printed() -> [(&'static str, Telegram<'static>); 6] {
         [
             ("E5", Telegram::ShortAck),
@@ -327,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn every_altered_octet_is_noticed() {
+    fn every_altered_octet_is_an_error() {
         for (text, telegram) in printed().into_iter().skip(2) {
             let octets = hex(text);
             for position in 0..octets.len() {
@@ -346,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shorter_and_longer_telegram_is_refused() {
+    fn every_shorter_and_every_longer_telegram_is_an_error() {
         for (text, _) in printed() {
             let mut octets = hex(text);
             for length in 0..octets.len() {
@@ -371,27 +403,27 @@ mod tests {
                 du: &[1, 2, 3, 4, 5, 6, 7, 8]
             }))
         );
-        // Chk_Cfg of six identifiers as pyprofibus sends it.
+        // Chk_Cfg with six identifiers, as pyprofibus sends it.
         let chk_cfg = hex("A2 88 82 7D 3E 3E 44 86 05 05 05 08 E4 16");
-        let Ok(Telegram::Data(frame)) = Telegram::parse(&chk_cfg) else { panic!("an SD3") };
-        assert_eq!((frame.dsap, frame.ssap, frame.du), (Some(62), Some(62), &hex("44 86 05 05 05 08")[..]));
+        let Ok(Telegram::Data(telegram)) = Telegram::parse(&chk_cfg) else { panic!("an SD3") };
+        assert_eq!((telegram.dsap, telegram.ssap, telegram.du), (Some(62), Some(62), &hex("44 86 05 05 05 08")[..]));
     }
 
     #[test]
-    fn an_announced_extension_must_be_there() {
+    fn a_missing_extension_octet_is_an_error() {
         assert_eq!(Telegram::parse(&hex("10 88 02 49 D3 16")), Err(TelegramError::Extension));
         assert_eq!(Telegram::parse(&hex("68 04 04 68 88 82 6D 3C B3 16")), Err(TelegramError::Extension));
     }
 
     #[test]
-    fn one_extension_alone_is_kept_as_it_came() {
+    fn an_extension_of_one_address_only_is_kept() {
         let octets = hex("68 05 05 68 88 02 6D 3C 3E 71 16");
-        let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("an SD2") };
-        assert_eq!((frame.dsap, frame.ssap, frame.du), (Some(0x3C), None, &[0x3E][..]));
+        let Ok(Telegram::Data(telegram)) = Telegram::parse(&octets) else { panic!("an SD2") };
+        assert_eq!((telegram.dsap, telegram.ssap, telegram.du), (Some(0x3C), None, &[0x3E][..]));
     }
 
     #[test]
-    fn defects_are_named() {
+    fn each_error_is_named() {
         for (text, defect) in [
             ("00", TelegramError::Start(0)),
             ("", TelegramError::Length),
@@ -408,7 +440,7 @@ mod tests {
     }
 
     #[test]
-    fn the_extent_is_known_as_soon_as_it_can_be() {
+    fn the_length_is_known_from_the_earliest_possible_octet() {
         for (text, extent) in [
             ("", TelegramLength::Incomplete),
             ("10", TelegramLength::Known(6)),
@@ -429,11 +461,11 @@ mod tests {
     }
 
     #[test]
-    fn a_data_unit_longer_than_a_telegram_is_not_sent() {
+    fn a_data_unit_that_is_too_long_is_not_emitted() {
         let du = [0; 245];
-        let frame = DataTelegram { du: &du, ..SLAVE_DIAG };
-        assert_eq!(Telegram::Data(frame).emit(&mut [0; 300]), Err(TooLong));
-        let frame = DataTelegram { du: &du[..MAX_DU], ..SLAVE_DIAG };
-        assert_eq!(Telegram::Data(frame).emit(&mut [0; MAX_TELEGRAM]), Ok(MAX_TELEGRAM));
+        let telegram = DataTelegram { du: &du, ..SLAVE_DIAG };
+        assert_eq!(Telegram::Data(telegram).emit(&mut [0; 300]), Err(TooLong));
+        let telegram = DataTelegram { du: &du[..MAX_DU], ..SLAVE_DIAG };
+        assert_eq!(Telegram::Data(telegram).emit(&mut [0; MAX_TELEGRAM]), Ok(MAX_TELEGRAM));
     }
 }

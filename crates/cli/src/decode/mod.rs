@@ -1,4 +1,4 @@
-//! `profivac decode`: what happened on a line, out of a file.
+//! `profivac decode`: explains recorded traffic.
 
 use crate::explanation::{Capture, PrintOptions, Printer};
 use crate::failure::Failure;
@@ -11,19 +11,19 @@ use profivac_explain::{Decoder, ExplainedPiece};
 use std::fs;
 use std::io::{self, Read};
 
-/// The story of a recording: who started, what was refused and why, what was read and written.
+/// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
-/// Takes a capture file (pcapng), a trace of profivac, or text with octets in hexadecimal as programs print them: dumps of
-/// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are named and never hide valid
-/// ones beside them. Everything is told while it is read, also from a pipe that never ends. Of a file that was cut off, or
-/// is still being written, everything up to there is told; then a sentence says where it ends, and the exit code is 2.
+/// Accepts a capture file (pcapng), a trace of profivac, or text with hexadecimal octets as programs print them: dumps of
+/// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are reported and never hide valid
+/// ones beside them. The output follows the input, also from a pipe that never ends. A file that is truncated, or still
+/// being written, is explained up to its end; then a message gives the position, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The file; - or nothing for standard input
+    /// The file; - or no argument for standard input
     #[arg(value_name = "FILE", default_value = "-")]
     file: String,
-    /// Bits per second, where the file does not say it
+    /// Bits per second, if the file does not contain it
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
     #[command(flatten)]
@@ -38,31 +38,31 @@ Examples:
   profivac decode log.txt --out log.pcapng        # for Wireshark, see contrib/wireshark
   profivac decode --json capture.pcapng";
 
-/// So many pieces are told before they are printed.
+/// How many pieces are explained before they are printed.
 const BATCH: usize = 1000;
 
-/// Reads and tells, sums up.
+/// Explains the file and prints a summary.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
     let file = open(&arguments.file).map_err(|error| Failure::usage(format!("{name} cannot be read: {error}")))?;
     let bad = |error: InputError| Failure::usage(format!("{name}: {error}"));
     let mut source = Source::open(file, arguments.baud).map_err(bad)?;
     let baud = source.line_baud.unwrap_or(arguments.baud);
-    let mut story = DecodeOutput {
-        teller: Decoder::new(baud, source.times),
+    let mut output = DecodeOutput {
+        decoder: Decoder::new(baud, source.times),
         printer: Printer::new(&arguments.style, baud),
         capture: Capture::begin(&arguments.style, baud)?,
         octets: 0,
     };
-    let (mut noted, mut goes_on) = (Vec::new(), true);
-    while goes_on {
-        goes_on = source.read(&mut noted).map_err(bad)?;
-        story.explain(&noted)?;
-        noted.clear();
+    let (mut chunks, mut has_more) = (Vec::new(), true);
+    while has_more {
+        has_more = source.read(&mut chunks).map_err(bad)?;
+        output.explain(&chunks)?;
+        chunks.clear();
     }
-    story.end()?;
+    output.end()?;
     report_skipped_lines(source.skipped, name);
-    story.check_damage(source.damage, name)
+    output.check_damage(source.damage, name)
 }
 
 /// A file or standard input.
@@ -70,7 +70,7 @@ fn open(file: &str) -> io::Result<Box<dyn Read>> {
     Ok(if file == "-" { Box::new(io::stdin().lock()) } else { Box::new(fs::File::open(file)?) })
 }
 
-/// Lines that were passed over are worth a word.
+/// Prints a notice about lines that were skipped.
 fn report_skipped_lines(skipped: Skipped, name: &str) {
     if let Skipped { count, first: Some(first) } = skipped {
         let lines = if count == 1 { "line" } else { "lines" };
@@ -78,49 +78,51 @@ fn report_skipped_lines(skipped: Skipped, name: &str) {
     }
 }
 
-/// What is told, printed and captured.
+/// Explains, prints and writes the capture file.
 struct DecodeOutput<'a> {
-    teller: Decoder,
+    decoder: Decoder,
     printer: Printer<'a>,
     capture: Option<Capture>,
     octets: usize,
 }
 
 impl DecodeOutput<'_> {
-    fn explain(&mut self, noted: &[Chunk]) -> Result<(), Failure> {
-        let mut told = Vec::new();
-        for batch in noted.chunks(BATCH) {
-            for noted in batch {
-                self.octets = self.octets.saturating_add(noted.octets.len());
-                self.teller.push(noted, &mut told);
+    fn explain(&mut self, chunks: &[Chunk]) -> Result<(), Failure> {
+        let mut explained = Vec::new();
+        for batch in chunks.chunks(BATCH) {
+            for chunk in batch {
+                self.octets = self.octets.saturating_add(chunk.octets.len());
+                self.decoder.push(chunk, &mut explained);
             }
-            self.show(&mut told)?;
+            self.show(&mut explained)?;
         }
         Ok(())
     }
 
     fn end(&mut self) -> Result<(), Failure> {
-        let mut told = Vec::new();
-        self.teller.end(&mut told);
-        self.show(&mut told)?;
-        self.printer.summary(self.teller.explainer());
+        let mut explained = Vec::new();
+        self.decoder.end(&mut explained);
+        self.show(&mut explained)?;
+        self.printer.summary(self.decoder.explainer());
         Ok(())
     }
 
-    fn show(&mut self, told: &mut Vec<ExplainedPiece>) -> Result<(), Failure> {
-        self.printer.print(told);
+    fn show(&mut self, explained: &mut Vec<ExplainedPiece>) -> Result<(), Failure> {
+        self.printer.print(explained);
         check()?;
-        self.capture.as_mut().map_or(Ok(()), |capture| capture.add(told))?;
-        told.clear();
+        self.capture.as_mut().map_or(Ok(()), |capture| capture.add(explained))?;
+        explained.clear();
         Ok(())
     }
 
-    /// A recording without a telegram is a bad file, and so is a capture or a trace that ends before its end.
+    /// Fails for a file without a telegram, and for a capture or a trace that is truncated.
     fn check_damage(&self, damage: Option<Damage>, name: &str) -> Result<(), Failure> {
         if let Some(damage) = damage {
-            return Err(Failure::usage(format!("{name}: {damage}; what comes before it is told above")));
+            return Err(Failure::usage(format!(
+                "{name}: {damage}; the output above explains everything before this position"
+            )));
         }
-        if self.teller.explainer().summary().telegrams > 0 {
+        if self.decoder.explainer().summary().telegrams > 0 {
             return Ok(());
         }
         let octets = self.octets;

@@ -1,4 +1,4 @@
-//! The alarms of the demonstration: what there is by itself, and two limits for its chamber.
+//! The alarms of the demonstration: the default alarms and two limits for its chamber.
 
 use crate::failure::Failure;
 use profivac_station::alarm::Rule;
@@ -7,10 +7,10 @@ use profivac_virtual::scenario::Scenario;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The gauge of the chamber, if the scenario has it.
+/// The name of the gauge of the chamber in the default scenario.
 const CHAMBER: &str = "bcg450 5";
 
-/// What a file would say of it. A demonstration is short, so the delays are.
+/// The limits, as in a station's file.
 const LIMITS: &str = r#"
 [[alarm]]
 name = "chamber above 1e-3 mbar"
@@ -26,6 +26,7 @@ rise = 2.0
 window = "5 s"
 "#;
 
+/// Short delays for a short demonstration.
 const DELAYS: &str = "
 [alarms]
 stale = { delay = \"3 s\" }
@@ -40,7 +41,7 @@ pub fn rules(scenario: &Scenario, segment: &str, names: impl Fn(u8) -> (String, 
     for spec in scenario.specs() {
         let (name, device) = names(spec.address);
         has_chamber |= name == CHAMBER;
-        // Writing into a text never fails.
+        // Writing to a string never fails.
         write!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {}\ndevice = {device:?}\n", spec.address).ok();
     }
     let limits = if has_chamber { LIMITS } else { "" };

@@ -1,4 +1,4 @@
-//! The dashboard of the demonstration: the station's, over the plant in memory.
+//! The dashboard of the demonstration: that of the station, with the plant in memory.
 
 use super::alarms;
 use crate::failure::Failure;
@@ -19,36 +19,36 @@ use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Where it is unless somebody says otherwise.
+/// The default address.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:8080";
 
-/// Somewhere else, if somebody has that already.
+/// A free port, if the default address is in use.
 const ANY_FREE_PORT: &str = "127.0.0.1:0";
 
-/// What its segment is called.
+/// The name of its segment.
 const SEGMENT: &str = "demo";
 
-/// What records, and serves the dashboard.
+/// Records the demonstration and serves the dashboard.
 pub struct Dashboard {
     exhibit: DemoSegment,
     server: Option<Server>,
     _watcher: AlarmThread,
-    /// The record of a demonstration ends with it, unless somebody wants to keep it.
+    /// Contains the database unless --record names a file; deleted at the end.
     _folder: TempDir,
 }
 
-/// What is wanted of it.
+/// The options of the dashboard.
 pub struct DashboardOptions<'a> {
     /// Whether it is served.
     pub is_served: bool,
-    /// Where, if not at the usual place.
+    /// The address, if not the default.
     pub listen: Option<SocketAddr>,
-    /// Where the record is kept, if it is.
+    /// The file of the database, if it is kept.
     pub record: Option<&'a Path>,
 }
 
 impl Dashboard {
-    /// Records `scene`, and serves it at the place that is wanted.
+    /// Starts to record the memory segment, and serves the dashboard if that is wanted.
     pub fn open(
         scenario: &Scenario,
         scene: &MemorySegment,
@@ -57,18 +57,15 @@ impl Dashboard {
     ) -> Result<Self, Failure> {
         if let Some(address) = wanted.listen.filter(|address| !address.ip().is_loopback()) {
             let sentence = format!(
-                "the demonstration is for this computer alone: expected an address like {DEFAULT_ADDRESS}, got {address}"
+                "expected an address of this computer like {DEFAULT_ADDRESS}, got {address}; the demonstration has no users"
             );
             return Err(Failure::usage(sentence));
         }
         let folder = tempfile::tempdir()?;
         let file = wanted.record.map_or_else(|| folder.path().join("demo.db"), Path::to_owned);
         if file.exists() {
-            // What is in it may have been measured.
-            return Err(Failure::usage(format!(
-                "{} is there already; a demonstration begins a new record",
-                file.display()
-            )));
+            // An existing database may contain valid samples.
+            return Err(Failure::usage(format!("{} exists already; a demonstration needs a new file", file.display())));
         }
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
         let plant = Arc::new(Services::new(scenario.title.clone(), file, recorder));
@@ -89,32 +86,32 @@ impl Dashboard {
         Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 
-    /// Where it is, if it is served.
+    /// The address of the dashboard, if it is served.
     pub fn url(&self) -> Option<String> {
         self.server.as_ref().map(|server| format!("http://{}", server.address()))
     }
 
-    /// Takes what is new.
+    /// Takes over the new samples.
     pub fn update(&mut self, scene: &mut MemorySegment) {
         self.exhibit.run_once(scene);
     }
 }
 
-/// Whoever sits here may do everything: nothing of it is real.
+/// Serves the dashboard; every local user has the engineer role, because no gauge is real.
 fn serve(plant: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerError> {
-    // Who does very much here fills no audit trail that anybody keeps.
+    // No rate limit for commands: the audit trail is deleted at the end.
     let rate_limits = RateLimits { writes: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
     let limits = Limits { rate_limits, ..Limits::default() };
     let setup = Setup { limits, ..Setup::new(listen, Access::anonymous("demo", Role::Engineer)) };
     Server::start(Arc::clone(plant), setup)
 }
 
-/// At the usual place, or wherever there is room.
+/// Serves at the default address, or at a free port.
 fn serve_at_default(plant: &Arc<Services>) -> Result<Server, Failure> {
-    let parsed = |text: &str| text.parse().map_err(|_| Failure::usage(format!("{text} is no address")));
+    let parsed = |text: &str| text.parse().map_err(|_| Failure::usage(format!("expected an address, got {text}")));
     match serve(plant, parsed(DEFAULT_ADDRESS)?) {
         Err(error @ ServerError::Listen { .. }) => {
-            notice(&format_args!("{error}; the dashboard is elsewhere"));
+            notice(&format_args!("{error}; using a free port"));
             Ok(serve(plant, parsed(ANY_FREE_PORT)?)?)
         }
         done => Ok(done?),

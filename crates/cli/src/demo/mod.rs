@@ -1,4 +1,4 @@
-//! `profivac demo`: a small vacuum plant with all its gauges, which a master reads over PROFIBUS. All of it in memory.
+//! `profivac demo`: a small vacuum plant with its gauges and a master on a PROFIBUS segment, all in memory.
 
 mod alarms;
 mod dashboard;
@@ -23,31 +23,31 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use trend::Trend;
 
-/// A vacuum plant in memory: gauges and a master on a PROFIBUS segment, with nothing attached and nothing installed.
+/// Show a vacuum plant in memory: gauges and a master on a PROFIBUS segment, without any hardware.
 ///
-/// What is read is what the master reads: every octet goes through the real codec and both state machines. With --headless it
-/// ends when the scenario is over, and fails if something was not as the scenario expects it.
+/// The values are those that the master reads: every octet passes the codec and both state machines. With --headless it
+/// ends with the scenario, and fails if an expectation of the scenario does not hold.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Another plant, and what happens to it, instead of the small one with all devices
+    /// Run this scenario instead of the small plant with all devices
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Where the dashboard is, for this computer alone: at 127.0.0.1:8080 unless something else is there; with --headless only where this says
+    /// The address of the dashboard, on this computer only; default: 127.0.0.1:8080 or a free port; with --headless there is no default
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Keep the record in this file, which must not be there yet; `profivac report FILE` makes a page of it. It has the
-    /// computer's time: with --speed everything in it is that much faster
+    /// Keep the database in this file, which must not exist; `profivac report FILE` makes a page of it. Its times are those of
+    /// the computer: with --speed N everything in it is N times faster
     #[arg(long, value_name = "FILE.db")]
     record: Option<PathBuf>,
-    /// How much faster than real time. The plant is the same at every speed; rows and pictures come as often as ever, so
-    /// they lie further apart in its time
+    /// The speed relative to real time. The plant is the same at every speed; rows and pictures keep their interval in real
+    /// time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
-    /// End after so many seconds
+    /// End after this time
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     time: Option<Duration>,
-    /// Print a row every second instead of drawing, as without a terminal; fails if a single exchange was lost
+    /// Print a row every second instead of drawing, as without a terminal; fails if an exchange was lost
     #[arg(long)]
     headless: bool,
     /// Print each row as a line of JSON
@@ -64,35 +64,35 @@ Examples:
   profivac demo --scenario scenarios/vent.toml --speed 30
   profivac demo --headless --for 5";
 
-/// The plant there is without a file.
+/// The scenario without --scenario.
 const SCENARIO: &str = include_str!("../../../../scenarios/demo.toml");
 const SCENARIO_NAME: &str = "scenarios/demo.toml";
 
 /// The address of the master.
 const MASTER: u8 = 1;
 
-/// free choice: quick enough for some hundred exchanges a second.
+/// free choice: fast enough for some hundred exchanges per second.
 const BAUD: Baud = Baud::B187500;
 
-/// How often a picture is drawn.
+/// The interval between two pictures.
 const FRAME: Duration = Duration::from_millis(50);
 
-/// How often a row is printed.
+/// The interval between two rows.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// The longest time made up for when the computer was busy with something else.
+/// The longest delay of the computer that the plant catches up with.
 const MAX_LAG: Duration = Duration::from_millis(200);
 
-/// Runs until somebody wants it to end, or its time is over.
+/// Runs until the user quits or the time is over.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
     if headless && !arguments.headless {
-        notice(&format_args!("there is no terminal to draw on: rows as with --headless"));
+        notice(&format_args!("standard output is no terminal; printing rows as with --headless"));
     }
     let speed = arguments.speed;
     if arguments.record.is_some() && speed > 1.0 {
         notice(&format_args!(
-            "the record has the computer's time: everything in it is {speed} times as fast as in the plant"
+            "the database has the computer's time: everything in it is {speed} times as fast as in the plant"
         ));
     }
     let mut demo = Demo::new(arguments)?;
@@ -107,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     demo.outcome(headless)
 }
 
-/// The plant, and the clock it runs by.
+/// The plant and its clock.
 struct Demo {
     title: String,
     run: Run,
@@ -116,18 +116,18 @@ struct Demo {
     speed: f64,
     signals: Signals,
     end: Option<Instant>,
-    /// Up to when the plant has lived.
+    /// The real time up to which the plant has advanced.
     advanced_until: Instant,
-    /// Seconds of the plant that have passed outside and not inside.
+    /// Seconds by which the plant still has to advance.
     pending_s: f64,
 }
 
-/// One moment, as a row.
+/// A row of the output.
 #[derive(Debug, Serialize)]
 struct Row {
     seconds: f64,
     true_mbar: f64,
-    /// What the master reads; nothing unless it is valid.
+    /// The pressure that the master reads; `None` unless it is valid.
     read_mbar: Option<f64>,
     instance: u8,
     exchanges: u32,
@@ -163,7 +163,7 @@ impl Demo {
         })
     }
 
-    /// Waits until `moment` and lets the plant live up to it. False when it is time to end.
+    /// Waits until `moment` and advances the plant to it. Returns false when the command ends.
     fn run_until(&mut self, moment: Instant) -> Result<bool, Failure> {
         let moment = self.end.unwrap_or(moment).min(moment);
         let readable = wait(&[self.signals.as_fd()], moment.saturating_duration_since(Instant::now()))?;
@@ -177,20 +177,20 @@ impl Demo {
         Ok(readable != [true] && self.end.is_none_or(|end| now < end))
     }
 
-    /// Time of the plant passes, as much of it as the computer can do in the same time.
+    /// Advances the plant by `seconds`, or by as much as the computer can calculate in [`MAX_LAG`].
     fn advance(&mut self, seconds: f64) {
-        let begun = Instant::now();
+        let started = Instant::now();
         self.pending_s += seconds;
-        while self.pending_s >= self.run.step_s() && begun.elapsed() < MAX_LAG {
+        while self.pending_s >= self.run.step_s() && started.elapsed() < MAX_LAG {
             self.pending_s -= self.run.step_s();
             let next = self.run.seconds() + self.run.step_s();
             self.run.step_scene(&mut self.scene, next);
         }
-        // What the computer could not do in time is not made up for.
+        // The rest is skipped.
         self.pending_s = self.pending_s.min(self.run.step_s());
     }
 
-    /// The gauge at the lowest address.
+    /// A row about the gauge at the lowest address.
     fn row(&self) -> Row {
         let watched = self.scene.slaves().first();
         let reading = watched.map(|watched| self.scene.values(watched)).unwrap_or_default();
@@ -221,7 +221,7 @@ impl Demo {
                 going = self.run_until(next.min(Instant::now() + FRAME))?;
             }
             next += PERIOD;
-            // Texts and numbers always have a JSON form.
+            // Strings and numbers always have a JSON form.
             out(&if json { serde_json::to_string(&self.row()).unwrap_or_default() } else { self.row().line() });
             check()?;
             if !going || self.run.is_over() {
@@ -240,7 +240,7 @@ impl Demo {
         Ok(())
     }
 
-    /// What was not as expected, and a lost exchange, are failures where nobody sees them.
+    /// With --headless, an expectation that does not hold or a lost exchange is a failure.
     fn outcome(&self, headless: bool) -> Result<(), Failure> {
         let Row { exchanges, lost, .. } = self.row();
         self.run.failures().iter().for_each(|finding| notice(&format_args!("{finding}")));
@@ -273,7 +273,7 @@ mod tests {
     use clap::FromArgMatches;
     use std::collections::BTreeMap;
 
-    /// A demo that nobody looks at.
+    /// A demo with --headless.
     fn demo(speed: f64) -> Demo {
         let command = Arguments::augment_args(clap::Command::new("demo"));
         let words = ["demo".to_owned(), "--headless".to_owned(), format!("--speed={speed}")];
@@ -281,12 +281,12 @@ mod tests {
         Demo::new(&Arguments::from_arg_matches(&matches).unwrap()).unwrap()
     }
 
-    /// What is measured at which step, whenever the demo stops to look, up to so many seconds of the plant.
+    /// The values at each step at which the demo is observed, up to `until_s` of the plant.
     fn watched(speed: f64, until_s: f64) -> BTreeMap<u64, String> {
         let mut demo = demo(speed);
         let mut rows = BTreeMap::new();
         while demo.run.seconds() < until_s {
-            // As much of real time as a step takes: at speed 1 it stops at every step.
+            // One step of real time: at speed 1 every step is observed.
             demo.advance(demo.run.step_s() * demo.speed);
             let step = (demo.run.seconds() / demo.run.step_s()).round() as u64;
             let all = demo.scene.slaves().iter().map(|watched| demo.scene.values(watched).values);
@@ -296,11 +296,11 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_was_asked_goes_on_and_the_plant_is_where_it_was() {
+    fn requests_on_the_line_do_not_advance_the_plant() {
         let mut demo = demo(1.0);
         let step_s = demo.run.step_s();
         demo.advance(step_s);
-        // A gauge is asked for its parameters, many times.
+        // As many requests to a gauge take.
         demo.scene.run_until(demo.scene.seconds() + 60.0);
         let asked = demo.row();
         demo.advance(3.0 * step_s);
@@ -309,10 +309,10 @@ mod tests {
         assert!(row.seconds < asked.seconds + 4.0 * step_s, "{row:?} after {asked:?}");
     }
 
-    /// The plant lives in steps of its own, whatever the clock on the wall does: true pressures, what all twelve devices
-    /// measure and what the master reads are the same to the last digit at the same time of the plant. What differs is only
-    /// how often somebody looks: at speed 50 in every fiftieth step, so what lasts for less may be missed on the screen and
-    /// in the rows, and the trend has fewer points. Nothing is interpolated.
+    /// The plant has its own steps, independent of the wall clock: true pressures, the values of all twelve devices and those
+    /// that the master reads are equal to the last digit at the same time of the plant. Only the number of observations
+    /// differs: at speed 50 every fiftieth step is shown, so shorter events may be invisible, and the trend has fewer points.
+    /// Nothing is interpolated.
     #[test]
     fn a_pump_down_is_the_same_at_every_speed() {
         // From the beginning through the bypass and the opening of the gate, scenarios/demo.toml.

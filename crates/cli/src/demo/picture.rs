@@ -1,4 +1,4 @@
-//! The picture of the demo: the plant, its pressures over time, the gauges, the bus.
+//! The screen of the demo: the plant, its pressures over time, the gauges, the bus.
 
 use super::Demo;
 use super::trend::Trend;
@@ -18,26 +18,26 @@ use ratatui::widgets::{Axis, Block, Cell, Chart, Dataset, GraphType, Paragraph, 
 /// The decades of curve and bars, as powers of ten of mbar.
 const DECADES: [f64; 2] = [-10.0, 4.0];
 
-/// Beyond this many seconds the time axis grows.
+/// The shortest time axis, in s.
 const SHORTEST_AXIS: f64 = 60.0;
 
-/// How wide the plant and a bar in it are.
+/// The widths of the plant and of a bar in it.
 const PLANT: u16 = 46;
 const BAR: usize = 20;
 
-/// From this size on there is room for frames, a scale for each gauge, and telegrams.
+/// The size from which frames, a scale for each gauge and telegrams are shown.
 const LARGE: (u16, u16) = (112, 34);
 
-/// The scale of a gauge: two places for each decade from 1e-10 to 1e4 mbar.
+/// The width of the scale of a gauge: two characters for each decade from 1e-10 to 1e4 mbar.
 const SCALE: usize = 29;
 
 /// The colours of the volumes, in the order of their names.
 const COLOURS: [Color; 5] = [Color::Green, Color::Yellow, Color::Magenta, Color::Blue, Color::White];
 
-/// What the master reads from the first gauge, in the curves.
+/// The colour of the pressure that the master reads from the first gauge.
 const READ_COLOUR: Color = Color::Cyan;
 
-/// Fills the screen. On a small one the gauges come first: they are what the demo is about.
+/// Draws the screen. On a small one the gauges have priority.
 pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
     let area = frame.area();
     let roomy = area.width >= LARGE.0 && area.height >= LARGE.1;
@@ -59,21 +59,21 @@ pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
     bus(frame, lower, &demo.scene, roomy);
 }
 
-/// What this is, when it is, and what has just happened.
+/// The title, the time, and the last message of the scenario.
 fn title(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
     let seconds = demo.run.seconds();
     let speed = if demo.speed == 1.0 { String::new() } else { format!(", {} x", demo.speed) };
     let title = Line::from(vec![
         Span::from(format!(" profivac  {} ", demo.title)).bold(),
         Span::from(format!(" {}{speed} ", clock(seconds))).fg(READ_COLOUR),
-        Span::from("  q leaves").dark_gray(),
+        Span::from("  q quits").dark_gray(),
     ]);
-    let said = demo.run.message().unwrap_or_default();
-    let said = Line::from(vec![Span::from(" \u{25B6} "), Span::from(said)]).yellow().bold();
-    frame.render_widget(Paragraph::new(vec![title, said]), area);
+    let message = demo.run.message().unwrap_or_default();
+    let message = Line::from(vec![Span::from(" \u{25B6} "), Span::from(message)]).yellow().bold();
+    frame.render_widget(Paragraph::new(vec![title, message]), area);
 }
 
-/// Minutes and seconds, with the hours there are.
+/// Minutes and seconds, with hours if there are any.
 fn clock(seconds: f64) -> String {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "never negative, far from the end")]
     let whole = seconds as u64;
@@ -81,7 +81,7 @@ fn clock(seconds: f64) -> String {
     if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
 }
 
-/// Volumes with their true pressures, and what the parts are doing: one after the other where there is room, else in a row.
+/// Volumes with their true pressures, and the states of valves and pumps: below each other if there is room, otherwise in a row.
 fn plant(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
     let block = Block::bordered().title(" Plant: true pressures in mbar ");
     let inner = block.inner(area);
@@ -117,7 +117,7 @@ fn level(name: &str, mbar: f64, colour: Color) -> Line<'static> {
     ])
 }
 
-/// The colour of what a part is doing.
+/// The colour of the state of a part.
 fn state_colour(state: &str) -> Color {
     match state {
         "open" | "runs" | "100 %" => Color::Green,
@@ -126,12 +126,12 @@ fn state_colour(state: &str) -> Color {
     }
 }
 
-/// Which part of all decades lies below a pressure, 0 to 1.
+/// The fraction of all decades below a pressure, 0 to 1.
 fn fraction(mbar: f64) -> f64 {
     ((mbar.log10() - DECADES[0]) / (DECADES[1] - DECADES[0])).clamp(0.0, 1.0)
 }
 
-/// How many of the places of a bar are filled, one decade after the other.
+/// The number of filled characters of a bar.
 fn bar(mbar: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a small number")]
     let filled = (fraction(mbar) * BAR as f64).round() as usize;
@@ -159,13 +159,13 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
     frame.render_widget(chart.x_axis(time.style(grey)).y_axis(pressure.style(grey)), area);
 }
 
-/// Where more is to be seen.
+/// The address of the dashboard.
 fn dashboard_title(demo: &Demo) -> String {
     let url = demo.dashboard.as_ref().and_then(super::dashboard::Dashboard::url);
     url.map(|url| format!(" dashboard {url} ")).unwrap_or_default()
 }
 
-/// A row for each device: what the master reads, and what stands on its front.
+/// A row for each device: the values that the master reads, and its front panel.
 fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
     let rows = scene.slaves().iter().filter_map(|watched| {
         let device = scene.devices().find(|device| device.switch_address() == watched.address)?;
@@ -211,7 +211,7 @@ fn gauge(scene: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice, r
     Row::new(cells)
 }
 
-/// How people call a principle, and its colour: where a gauge goes over from one part to another, both change.
+/// The name of a principle and its colour.
 const fn principle(principle: Principle) -> (&'static str, Color) {
     match principle {
         Principle::Pirani => ("Pirani", Color::Yellow),
@@ -234,12 +234,12 @@ fn scale(mbar: Option<f64>, colour: Color) -> Line<'static> {
     Line::from((0..SCALE).map(mark).collect::<Vec<_>>())
 }
 
-/// A full circle for what is on, an empty one for what is off.
+/// A full circle for each state that is on, an empty one for off.
 fn lamps<'a>(states: impl Iterator<Item = &'a bool>) -> String {
     states.map(|on| if *on { '\u{25CF}' } else { '\u{25CB}' }).collect()
 }
 
-/// What the master counts, and where there is room the last telegrams.
+/// The counters of the master, and the last telegrams if there is room.
 fn bus(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
     let Some(master) = scene.master() else { return };
     let counters = |watched: &CyclicSlave| master.counters(watched.address).copied().unwrap_or_default();
@@ -256,7 +256,7 @@ fn bus(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
         return;
     }
     let rows = usize::from(area.height.saturating_sub(3));
-    // The token goes round in every cycle and says nothing.
+    // Tokens are not shown.
     let telegrams = scene.telegrams().filter(|octets| octets.len() > 3).rev().take(rows).collect::<Vec<_>>();
     let summary = Line::from(vec![mode, Span::from(counted)]);
     let lines = [summary].into_iter().chain(telegrams.into_iter().rev().map(telegram));
@@ -264,7 +264,7 @@ fn bus(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(Block::bordered().title(title)), area);
 }
 
-/// What it is, and its octets.
+/// The kind of a telegram, and its octets.
 fn telegram(octets: &[u8]) -> Line<'static> {
     let master_asks = |da_sa: &[u8]| da_sa.get(1).is_some_and(|sa| sa & 0x7F == super::MASTER);
     let (what, color) = match octets {
@@ -284,7 +284,7 @@ mod tests {
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
-    /// The picture after so many seconds, as lines of text.
+    /// The screen after `seconds`, as lines of text.
     fn picture(seconds: f64, width: u16, height: u16) -> String {
         let arguments = Arguments {
             scenario: None,
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_has_the_plant_the_gauges_and_the_bus() {
+    fn a_large_screen_shows_the_plant_the_gauges_and_the_bus() {
         let picture = picture(8.0, 140, 45);
         for word in
             ["A small vacuum plant", "fore-line", "scroll", "runs", "The scroll pump", "bcg450", "img400", "EXECUTING"]
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn an_old_terminal_has_all_gauges_and_what_has_just_happened() {
+    fn a_screen_of_80_by_24_shows_all_gauges_and_the_last_message() {
         let picture = picture(8.0, 80, 24);
         assert_eq!(picture.matches(" DATA ").count(), 12, "{picture}");
         for word in ["The scroll pump evacuates", "fore-line", "img400", "EXECUTING", "bypass open", "OPERATE  cycle"] {
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_terminal_is_no_reason_to_fail() {
+    fn a_very_small_screen_is_drawn_without_an_error() {
         for (width, height) in [(80, 24), (20, 8), (1, 1)] {
             assert!(!picture(0.5, width, height).is_empty());
         }

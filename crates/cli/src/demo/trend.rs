@@ -1,9 +1,9 @@
-//! What has happened so far, as curves: the true pressures of the volumes and what the master reads.
+//! The curves so far: the true pressures of the volumes and the pressure that the master reads.
 
 use super::Row;
 use profivac_virtual::scenario::Run;
 
-/// So many points are kept; when there are more, every second one is forgotten.
+/// The largest number of points; above it every second one is removed.
 const POINTS: usize = 2000;
 
 /// A curve: seconds and log10 of mbar.
@@ -14,12 +14,12 @@ pub type Curve = Vec<(f64, f64)>;
 pub struct Trend {
     /// The true pressure in each volume, by its name.
     pub true_pressures: Vec<(String, Curve)>,
-    /// What the master reads from the first gauge.
+    /// The pressure that the master reads from the first gauge.
     pub read_pressure: Curve,
 }
 
 impl Trend {
-    /// One more moment.
+    /// Adds a point to each curve.
     pub fn add(&mut self, seconds: f64, run: &Run, row: &Row) {
         if self.true_pressures.is_empty() {
             self.true_pressures = run.pressures().map(|(name, _)| (name.to_owned(), Curve::new())).collect();
@@ -32,7 +32,7 @@ impl Trend {
         curves.filter(|curve| curve.len() > POINTS).for_each(halve);
     }
 
-    /// The last moment, in s.
+    /// The time of the last point, in s.
     pub fn end(&self) -> f64 {
         self.true_pressures
             .iter()
@@ -41,7 +41,7 @@ impl Trend {
     }
 }
 
-/// Every second point is forgotten.
+/// Removes every second point.
 fn halve(curve: &mut Curve) {
     let mut keep = false;
     curve.retain(|_| {

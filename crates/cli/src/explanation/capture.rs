@@ -1,4 +1,4 @@
-//! The capture file that is written beside the story.
+//! The capture file that is written beside the explanation.
 
 use super::PrintOptions;
 use crate::failure::Failure;
@@ -9,17 +9,17 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A file that grows with every telegram.
+/// A capture file that grows with every telegram.
 pub struct Capture {
     path: PathBuf,
     file: File,
     baud: Baud,
-    /// When the last packet ended.
+    /// The end of the last packet.
     end: BitTime,
 }
 
 impl Capture {
-    /// Begins the file that is asked for, if one is.
+    /// Creates the capture file if the options name one.
     pub fn begin(style: &PrintOptions, baud: Baud) -> Result<Option<Self>, Failure> {
         let Some(path) = style.out.clone() else { return Ok(None) };
         let file = File::create(&path).map_err(|error| write_failure(&path, &error))?;
@@ -28,12 +28,16 @@ impl Capture {
         Ok(Some(capture))
     }
 
-    /// Adds pieces. Those without a time follow each other after an idle line.
-    pub fn add(&mut self, told: &[ExplainedPiece]) -> Result<(), Failure> {
+    /// Adds pieces. Pieces without a time follow each other at a distance of T_SYN.
+    pub fn add(&mut self, explained: &[ExplainedPiece]) -> Result<(), Failure> {
         let mut packets = Vec::new();
-        for told in told {
-            let start = told.piece.start.unwrap_or(self.end + T_SYN_TBIT);
-            let entry = Entry { start, octets: told.piece.octets.as_slice().into(), errors: told.piece.errors.clone() };
+        for explained in explained {
+            let start = explained.piece.start.unwrap_or(self.end + T_SYN_TBIT);
+            let entry = Entry {
+                start,
+                octets: explained.piece.octets.as_slice().into(),
+                errors: explained.piece.errors.clone(),
+            };
             self.end = entry.end();
             packets.extend(pcapng::packet(&entry, self.baud));
         }

@@ -1,10 +1,11 @@
-//! The story of a line as `decode` and `sniff` print it, and the capture file they write.
+//! The output of `decode` and `sniff`: explanations, a summary and a capture file.
 
 mod capture;
 
 pub use capture::Capture;
 
 use crate::output::out;
+use crate::values::{Expected, ValueError};
 use clap::Args;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::ExplainedPiece;
@@ -17,38 +18,38 @@ use profivac_wire::Telegram;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What both commands can print and write.
+/// The output options of both commands.
 #[derive(Args, Debug)]
 pub struct PrintOptions {
     /// Print lines of JSON
     #[arg(long)]
     json: bool,
-    /// Print every telegram with its octets, too
+    /// Also print every telegram with its octets
     #[arg(long)]
     raw: bool,
-    /// Write what was heard to a capture file as well
+    /// Also write a capture file
     #[arg(long, value_name = "FILE.pcapng")]
     pub out: Option<PathBuf>,
-    /// The link type of the capture file: user0 (147), for which there is a dissector, or profibus-dl (257)
+    /// The link type of the capture file: user0 (147), which the dissector in contrib/wireshark uses, or profibus-dl (257)
     #[arg(long, value_name = "TYPE", default_value = "user0", value_parser = link_type, requires = "out")]
     pub link_type: u16,
 }
 
-fn link_type(text: &str) -> Result<u16, String> {
+fn link_type(text: &str) -> Result<u16, ValueError> {
     match text {
         "user0" | "147" => Ok(pcapng::USER0),
         "profibus-dl" | "257" => Ok(pcapng::PROFIBUS_DL),
-        _ => Err(format!("expected user0 or profibus-dl, got {text:?}")),
+        _ => Err(Expected::LinkType.but_found(text)),
     }
 }
 
-/// Prints what was told.
+/// Prints explanations.
 pub struct Printer<'a> {
     style: &'a PrintOptions,
     baud: Baud,
 }
 
-/// A telegram, or damaged octets, for programs.
+/// A telegram or damaged octets in the JSON output.
 #[derive(Debug, Serialize)]
 struct PieceRow<'a> {
     kind: &'static str,
@@ -59,7 +60,7 @@ struct PieceRow<'a> {
     meaning: &'a str,
 }
 
-/// A sentence for programs.
+/// A sentence in the JSON output.
 #[derive(Debug, Serialize)]
 struct NoteRow<'a> {
     kind: &'static str,
@@ -70,7 +71,7 @@ struct NoteRow<'a> {
     text: &'a str,
 }
 
-/// What was seen in all, for programs.
+/// The summary in the JSON output.
 #[derive(Debug, Serialize)]
 struct SummaryRow<'a> {
     kind: &'static str,
@@ -92,20 +93,20 @@ struct SlaveRow {
 }
 
 impl<'a> Printer<'a> {
-    /// Prints in this style; times are bit times of `baud`.
+    /// Makes a printer; times are bit times of `baud`.
     pub const fn new(style: &'a PrintOptions, baud: Baud) -> Self {
         Self { style, baud }
     }
 
-    /// Prints pieces and what is to be said about them.
-    pub fn print(&self, told: &[ExplainedPiece]) {
+    /// Prints pieces and their notes.
+    pub fn print(&self, explained: &[ExplainedPiece]) {
         let mut lines = Vec::new();
-        for told in told {
+        for piece in explained {
             if self.style.raw {
-                lines.push(if self.style.json { self.piece_json(told) } else { self.piece(told) });
+                lines.push(if self.style.json { self.piece_json(piece) } else { self.piece(piece) });
             }
             lines.extend(
-                told.notes.iter().map(|note| if self.style.json { self.note_json(note) } else { self.note(note) }),
+                piece.notes.iter().map(|note| if self.style.json { self.note_json(note) } else { self.note(note) }),
             );
         }
         if !lines.is_empty() {
@@ -118,13 +119,13 @@ impl<'a> Printer<'a> {
         format!("{} {station:>4}  {}", self.time(note.at, note.number), note.text)
     }
 
-    fn piece(&self, told: &ExplainedPiece) -> String {
-        let ExplainedPiece { piece, number, meaning, .. } = told;
+    fn piece(&self, explained: &ExplainedPiece) -> String {
+        let ExplainedPiece { piece, number, meaning, .. } = explained;
         let meaning = if meaning.is_empty() { String::new() } else { format!(" = {meaning}") };
         format!("{}       {}{meaning} | {}", self.time(piece.start, *number), words(piece), octets(piece))
     }
 
-    /// Seconds, or the number of the telegram where times were not noted.
+    /// The time in seconds, or the number of the telegram if the recording has no times.
     fn time(&self, at: Option<BitTime>, number: usize) -> String {
         at.map_or_else(|| format!("{:>14}", format!("#{number}")), |at| format!("{:12.6} s", self.seconds(at)))
     }
@@ -139,8 +140,8 @@ impl<'a> Printer<'a> {
         json(&NoteRow { kind: note.kind.name(), number: *number, time_s, station: *station, text })
     }
 
-    fn piece_json(&self, told: &ExplainedPiece) -> String {
-        let piece = &told.piece;
+    fn piece_json(&self, explained: &ExplainedPiece) -> String {
+        let piece = &explained.piece;
         let kind = match piece.kind {
             PieceKind::Valid => "telegram",
             PieceKind::Doubtful => "doubtful",
@@ -149,15 +150,15 @@ impl<'a> Printer<'a> {
         let words = Telegram::parse(&piece.octets).ok().filter(|_| piece.kind != PieceKind::Damaged);
         json(&PieceRow {
             kind,
-            number: told.number,
+            number: explained.number,
             time_s: piece.start.map(|at| self.seconds(at)),
             octets: octets(piece),
             words: words.map(|telegram| single_spaced(&Description(&telegram).to_string())),
-            meaning: &told.meaning,
+            meaning: &explained.meaning,
         })
     }
 
-    /// Prints what was seen in all.
+    /// Prints the summary.
     pub fn summary(&self, explainer: &Explainer) {
         let summary = explainer.summary();
         let rows = slave_rows(explainer);
@@ -196,7 +197,7 @@ fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
     rows.collect()
 }
 
-/// Who spoke, and how it went.
+/// A row for each station with its counters.
 fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
     let mut text = format!(
         "{:>4}  {:<8}{:>10}{:>10}{:>9}{:>12}{:>11}",
@@ -219,7 +220,7 @@ fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
     text
 }
 
-/// Texts, numbers and lists always have a JSON form.
+/// A row as one line of JSON.
 fn json(row: &impl Serialize) -> String {
     serde_json::to_string(row).unwrap_or_default()
 }
@@ -232,7 +233,7 @@ fn words(piece: &Piece) -> String {
     }
 }
 
-/// The octets, `!` behind those with a character error.
+/// The octets, with `!` after those with a character error.
 fn octets(piece: &Piece) -> String {
     if piece.errors.is_empty() {
         return Hex(&piece.octets).to_string();
@@ -242,7 +243,7 @@ fn octets(piece: &Piece) -> String {
     octets.collect::<Vec<_>>().join(" ")
 }
 
-/// Columns are for the eye.
+/// Replaces the spaces between columns by one.
 fn single_spaced(words: &str) -> String {
     words.split_whitespace().collect::<Vec<_>>().join(" ")
 }

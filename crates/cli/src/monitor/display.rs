@@ -1,4 +1,4 @@
-//! Where everything that is watched comes together: rows as they are made, or one screen for all segments.
+//! The output of all segments: rows, or one screen.
 
 use super::plan::Plan;
 use super::row::{self, Row};
@@ -9,7 +9,7 @@ use ratatui::Frame;
 use std::fmt::Display;
 use std::sync::{Mutex, Once, PoisonError};
 
-/// The form of a row.
+/// The form of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Csv,
@@ -18,24 +18,24 @@ enum Form {
     Screen,
 }
 
-/// What is known of a segment at the moment.
+/// The latest state of a segment.
 struct SegmentView {
-    /// Where it is, or what was said of it last.
+    /// Its port, or its last notice.
     title: String,
     rows: Vec<Row>,
 }
 
-/// Where segments are shown. Each is served by a thread of its own; all tell it here.
+/// Shows all segments; the thread of each segment calls it.
 pub struct MonitorView<'a> {
     plans: &'a [Plan],
     form: Form,
     header: Once,
-    /// What a screen shows of each.
+    /// The state of each segment, for a screen.
     views: Vec<Mutex<SegmentView>>,
 }
 
 impl<'a> MonitorView<'a> {
-    /// As the command line wants it.
+    /// Makes a view in the form that the command line selects.
     pub fn new(plans: &'a [Plan], is_screen: bool, arguments: &Arguments) -> Self {
         let form = match (arguments.csv, arguments.json) {
             (true, _) => Form::Csv,
@@ -49,12 +49,12 @@ impl<'a> MonitorView<'a> {
         Self { plans, form, header: Once::new(), views: plans.iter().map(seen).collect() }
     }
 
-    /// Whether there is a screen.
+    /// Whether the output is a screen.
     pub fn is_screen(&self) -> bool {
         self.form == Form::Screen
     }
 
-    /// A segment exchanges data from here on.
+    /// Prints the header before the first row of any segment.
     pub fn print_header(&self) {
         let with_segment = self.plans.iter().any(|plan| plan.name.is_some());
         self.header.call_once(|| match self.form {
@@ -64,11 +64,11 @@ impl<'a> MonitorView<'a> {
         });
     }
 
-    /// What a segment says now.
+    /// Shows the rows of a segment.
     pub fn rows(&self, number: usize, rows: Vec<Row>) {
         let line: fn(&Row) -> String = match self.form {
             Form::Csv => Row::csv,
-            // Texts and numbers always have a JSON form.
+            // Strings and numbers always have a JSON form.
             Form::Json => |row| serde_json::to_string(row).unwrap_or_default(),
             Form::Table => Row::line,
             Form::Screen => return self.change(number, |seen| seen.rows = rows),
@@ -76,17 +76,17 @@ impl<'a> MonitorView<'a> {
         rows.iter().for_each(|row| out(&line(row)));
     }
 
-    /// What somebody should know about a segment: on a screen it stands in the title.
-    pub fn notice(&self, number: usize, said: &impl Display) {
+    /// Shows a notice about a segment; on a screen it is in the title.
+    pub fn notice(&self, number: usize, text: &impl Display) {
         let Some(plan) = self.plans.get(number) else { return };
-        let said = with_segment_name(plan, said);
+        let text = with_segment_name(plan, text);
         match self.form {
-            Form::Screen => self.change(number, |seen| seen.title = said),
-            Form::Csv | Form::Json | Form::Table => notice(&said),
+            Form::Screen => self.change(number, |seen| seen.title = text),
+            Form::Csv | Form::Json | Form::Table => notice(&text),
         }
     }
 
-    /// A segment is not watched any more. Where there is only one that is the end of the command, which says it itself.
+    /// Shows that a segment has ended. A single segment ends the command, which prints the failure itself.
     pub fn ended(&self, number: usize, failure: &Failure) {
         if self.plans.len() > 1 && !failure.is_quiet() {
             self.notice(number, failure);
@@ -106,12 +106,12 @@ impl<'a> MonitorView<'a> {
         table::draw(frame, &titles, &rows);
     }
 
-    /// How the command ends: as its segment did, or of several as the first that could not be watched.
+    /// The result of the command: that of its segment, or the first failure of several.
     pub fn combine(&self, verdicts: Vec<Result<(), Failure>>) -> Result<(), Failure> {
         let ended = self.plans.iter().zip(verdicts).filter_map(|(plan, verdict)| Some((plan, verdict.err()?)));
         let mut ended: Vec<_> = ended.collect();
         if self.is_screen() {
-            // What stood on the screen is gone with it.
+            // The screen has been closed, and its titles with it.
             ended.iter().skip(1).for_each(|(plan, failure)| notice(&with_segment_name(plan, failure)));
         }
         if ended.is_empty() {
@@ -122,7 +122,7 @@ impl<'a> MonitorView<'a> {
             _ if failure.is_quiet() => failure,
             None => failure,
             Some(_) if self.is_screen() => failure.with_sentence(&with_segment_name(plan, &failure)),
-            Some(name) => failure.with_sentence(&format!("the segment {name:?} was not watched to the end")),
+            Some(name) => failure.with_sentence(&format!("the segment {name:?} ended early")),
         })
     }
 
@@ -133,10 +133,10 @@ impl<'a> MonitorView<'a> {
     }
 }
 
-/// A sentence about a segment: where there are several it begins with its name.
-fn with_segment_name(plan: &Plan, said: &impl Display) -> String {
+/// A sentence about a segment, beginning with its name if there are several.
+fn with_segment_name(plan: &Plan, text: &impl Display) -> String {
     match &plan.name {
-        Some(name) => format!("{name}: {said}"),
-        None => said.to_string(),
+        Some(name) => format!("{name}: {text}"),
+        None => text.to_string(),
     }
 }

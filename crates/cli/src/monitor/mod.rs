@@ -1,5 +1,5 @@
-//! `profivac monitor`: pressures of many slaves, exchanged cyclically. Each segment is served by a thread of its own, so that
-//! one whose port is lost does not hold up the others.
+//! `profivac monitor`: shows pressures of many slaves in cyclic exchange. Each segment has its own thread, so that a lost port
+//! does not delay the other segments.
 
 mod display;
 mod plan;
@@ -24,11 +24,11 @@ use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
-/// The pressures of slaves, exchanged cyclically: a live table on a terminal, rows once a second otherwise.
+/// Show the pressures of slaves in cyclic exchange: a live table on a terminal, otherwise rows once a second.
 ///
-/// This takes the slaves over: they are parameterised, with the unit they have, and unlocked at the end. A slave that
-/// belongs to another master is left alone. A port that is lost is looked for until it is back. Of a station's file with
-/// several segments each is watched for itself: what goes wrong in one is told and the others go on.
+/// This takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. A slave that
+/// belongs to another master is refused. A lost port is opened again until that succeeds. The segments of a station's file are
+/// independent: a failure in one is reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -37,7 +37,7 @@ pub struct Arguments {
     port: Option<String>,
     #[command(flatten)]
     line: MasterOptions,
-    /// Take the slaves over without telling anybody: needed where no terminal is
+    /// Take ownership of the slaves without an announcement; required without a terminal
     #[arg(long)]
     own: bool,
     /// Print CSV
@@ -46,10 +46,10 @@ pub struct Arguments {
     /// Print a line of JSON for every row
     #[arg(long)]
     json: bool,
-    /// End after so long
+    /// End after this time
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
     time: Option<Duration>,
-    /// The addresses of the slaves, or a station's file: it says the segments, their ports, rates, masters and gauges
+    /// The addresses of the slaves, or a station's file with segments, ports, rates, masters and gauges
     #[arg(value_name = "ADDR|FILE.toml", required = true)]
     watched: Vec<String>,
 }
@@ -61,10 +61,10 @@ Examples:
   profivac monitor --port tcp://127.0.0.1:4000 --own --json --for 10 5
   profivac monitor plant.toml";
 
-/// How often a screen is drawn.
+/// The interval between two pictures on a screen.
 const FRAME: Duration = Duration::from_millis(200);
 
-/// Watches every segment until somebody wants to leave or none is left.
+/// Monitors every segment until the user quits or all segments have ended.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let plans = &arguments.plans()?;
     let is_screen = Screen::is_possible() && !arguments.csv && !arguments.json;
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let threads: Vec<_> = plans.iter().enumerate().map(watch).collect();
         let drawn = if is_screen { draw(show, &threads) } else { Ok(()) };
         if is_screen {
-            // Whoever leaves the screen leaves every segment.
+            // Leaving the screen ends every segment.
             drop(stop);
         }
         let verdicts = threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
@@ -89,19 +89,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     show.combine(verdicts)
 }
 
-/// Taking slaves over is announced; in a script somebody must have said so.
+/// Announces that the command takes ownership; without a terminal `--own` is required.
 fn announce(arguments: &Arguments, is_screen: bool) -> Result<(), Failure> {
     match (arguments.own, is_screen) {
         (true, _) => {}
-        (false, true) => notice(&"the slaves are parameterised, with the unit they have, and unlocked at the end"),
+        (false, true) => notice(&"the slaves are parameterised now, keep their units, and are unlocked at the end"),
         (false, false) => {
-            return Err(Failure::usage("monitor parameterises the slaves and owns them: say --own in a script"));
+            return Err(Failure::usage(
+                "monitor parameterises the slaves and takes ownership of them; without a terminal add --own",
+            ));
         }
     }
     Ok(())
 }
 
-/// Draws what is watched until somebody leaves or nothing is watched any more.
+/// Draws the screen until the user quits or all threads have ended.
 fn draw<T>(show: &MonitorView<'_>, threads: &[ScopedJoinHandle<'_, T>]) -> io::Result<()> {
     let mut screen = Screen::open()?;
     while !threads.iter().all(ScopedJoinHandle::is_finished) && !screen.is_quit_requested()? {

@@ -1,4 +1,4 @@
-//! What is to be watched: which segments, and who on them. From the command line, or from a station's file.
+//! The segments and slaves to monitor, from the command line or from a station's file.
 
 use super::Arguments;
 use crate::bus::BusOptions;
@@ -7,27 +7,29 @@ use crate::values;
 use profivac_station::config::Config;
 use std::path::Path;
 
-/// A segment to be watched.
+/// A segment to monitor.
 pub struct Plan {
-    /// What it is called, where there are several.
+    /// Its name, if there are several.
     pub name: Option<String>,
-    /// Where it is.
+    /// Its bus.
     pub bus: BusOptions,
-    /// Who is watched on it.
+    /// The addresses of its slaves.
     pub addresses: Vec<u8>,
 }
 
 impl Arguments {
-    /// All segments, at least one, each with somebody to watch.
+    /// All segments, at least one, each with at least one slave.
     pub(super) fn plans(&self) -> Result<Vec<Plan>, Failure> {
         let plans = match (&self.port, self.watched.as_slice()) {
             (None, [file]) if file.ends_with(".toml") => self.of_file(Path::new(file))?,
             (Some(_), all) if all.iter().any(|text| text.ends_with(".toml")) => {
-                return Err(Failure::usage("a station's file says which port: leave --port out, or say addresses"));
+                return Err(Failure::usage(
+                    "expected --port PORT with addresses, or a station's FILE.toml alone; the file names its ports",
+                ));
             }
             (Some(port), all) => {
                 let addresses = all.iter().map(|text| values::slave_address(text));
-                let addresses = addresses.collect::<Result<_, _>>().map_err(Failure::usage)?;
+                let addresses = addresses.collect::<Result<_, _>>()?;
                 vec![Plan { name: None, bus: BusOptions::new(port, &self.line), addresses }]
             }
             (None, _) => {
@@ -38,7 +40,7 @@ impl Arguments {
         Ok(plans)
     }
 
-    /// What a station's file says. A segment without gauges is no reason not to watch the others.
+    /// The segments of a station's file that have gauges.
     fn of_file(&self, file: &Path) -> Result<Vec<Plan>, Failure> {
         let config = Config::read(file)?;
         let several = config.segments.len() > 1;
@@ -59,12 +61,12 @@ impl Arguments {
 }
 
 impl Plan {
-    /// Every slave once, and none is this master.
+    /// Fails if an address occurs twice or is that of the master.
     fn check(&self) -> Result<(), Failure> {
         for (number, address) in self.addresses.iter().enumerate() {
             self.bus.check_not_own_address(*address, "address")?;
             if self.addresses.iter().take(number).any(|other| other == address) {
-                return Err(Failure::usage(format!("address {address} is named twice")));
+                return Err(Failure::usage(format!("address {address} is given twice")));
             }
         }
         Ok(())

@@ -1,29 +1,29 @@
-//! What is known of one slave at one moment, in every form it is shown in.
+//! One slave at one moment, and its forms in CSV, JSON and tables.
 
 use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_devices::model::{Scale, Unit};
 use profivac_host::session::BusMaster;
 use serde::Serialize;
 
-/// One slave.
+/// A value of a slave at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Seconds since 1970.
     pub unix_time: f64,
-    /// The segment it is on, where there are several.
+    /// The name of the segment, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segment: Option<String>,
     pub address: u8,
     pub device: &'static str,
-    /// In `unit`; nothing unless it is valid.
+    /// In `unit`; `None` unless it is valid.
     pub pressure: Option<f64>,
     pub unit: &'static str,
     pub mbar: Option<f64>,
-    /// The measuring part it is from.
+    /// The measuring part.
     pub instance: u8,
-    /// Where the master stands with the slave.
+    /// The state of the slave in the master.
     pub state: String,
-    /// What is not as it should be.
+    /// Faults and warnings.
     pub remarks: Vec<String>,
     pub exchanges: u32,
     pub lost: u32,
@@ -36,7 +36,7 @@ pub fn csv_columns(with_segment: bool) -> String {
 }
 
 impl Row {
-    /// What `master` knows about a slave: a row for each of its values, and at least one.
+    /// The rows of a slave: one for each of its values, and at least one.
     pub fn of(segment: Option<&str>, watched: &CyclicSlave, master: &BusMaster, unix_time: f64) -> Vec<Self> {
         let address = watched.address;
         let reading = master.inputs(address).map(|inputs| watched.decode_inputs(inputs)).unwrap_or_default();
@@ -77,17 +77,17 @@ impl Row {
         Self { pressure, unit, mbar, instance: value.instance, remarks, ..self.clone() }
     }
 
-    /// Whether data are exchanged.
+    /// Whether the slave exchanges data.
     pub fn is_exchanging(&self) -> bool {
         self.state == "DATA"
     }
 
-    /// The pressure as people read it.
+    /// The pressure with its unit, or `-`.
     pub fn pressure_text(&self) -> String {
         self.pressure.map_or_else(|| "-".to_owned(), |pressure| format!("{pressure:.3e} {}", self.unit))
     }
 
-    /// What is not as it should be.
+    /// Faults and warnings as one text.
     pub fn remarks_text(&self) -> String {
         self.remarks.join("; ")
     }
@@ -144,12 +144,12 @@ fn segment_column(text: &str) -> String {
     format!("{text:<12} ")
 }
 
-/// A text that may have anything in it, for CSV.
+/// A text as a quoted CSV field.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-/// A pressure in the unit the slave shows. COUNTS are for machines: mbar instead.
+/// A pressure in the unit of the slave; in mbar instead of COUNTS.
 const fn in_unit(mbar: Option<f64>, unit: &'static Unit) -> (Option<f64>, &'static str) {
     match (mbar, unit.scale) {
         (Some(mbar), Scale::PerMbar(factor)) => (Some(mbar * factor), unit.name),
@@ -158,7 +158,7 @@ const fn in_unit(mbar: Option<f64>, unit: &'static Unit) -> (Option<f64>, &'stat
     }
 }
 
-/// To seven digits: more a float on the wire does not have.
+/// Rounds to seven digits, the precision of a float on the wire.
 fn rounded(number: f64) -> f64 {
     format!("{number:.6e}").parse().unwrap_or(number)
 }
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pressure_is_shown_in_the_slaves_unit_with_the_digits_it_has() {
+    fn a_pressure_is_shown_in_the_unit_of_the_slave_with_its_digits() {
         let pa = f64::from(5e-6_f32) * 100.0;
         assert_eq!(row("mbar", Some(pa)).pressure_text(), "5.000e-6 mbar");
         assert_eq!(row("mbar", Some(pa)).mbar, Some(5e-6));
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn every_form_tells_the_same() {
+    fn every_form_has_the_same_values() {
         let row = row("mbar", Some(5e-4));
         assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"underrange; device warning\",1234,5");
         assert_eq!(row.csv().split(',').count(), csv_columns(false).split(',').count());
@@ -217,7 +217,7 @@ ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
     }
 
     #[test]
-    fn where_there_are_several_segments_every_form_names_it() {
+    fn every_form_names_the_segment_if_there_are_several() {
         let row = Row { segment: Some("hall, \"north\"".to_owned()), ..row("mbar", Some(5e-4)) };
         assert!(row.csv().starts_with("1.500,\"hall, \"\"north\"\"\",5,bcg450,"), "{}", row.csv());
         assert!(csv_columns(true).starts_with("unix_time,segment,address,"));

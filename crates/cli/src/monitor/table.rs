@@ -1,4 +1,4 @@
-//! The live table.
+//! The live table of the screen.
 
 use super::row::Row;
 use ratatui::Frame;
@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, Cell, Paragraph, Row as Line, Table};
 
 const HEADER: [&str; 8] = ["ADDR", "DEVICE", "PART", "PRESSURE", "STATE", "CYCLES", "LOST", "REMARKS"];
 
-/// On a narrow terminal what stands behind goes first: half a number is a wrong number.
+/// On a narrow terminal the last columns become narrow first, so that no number is cut.
 const WIDTHS: [Constraint; 8] = [
     Constraint::Min(4),
     Constraint::Min(8),
@@ -20,15 +20,15 @@ const WIDTHS: [Constraint; 8] = [
     Constraint::Fill(1),
 ];
 
-/// Of the name of a segment, where there are several.
+/// The width of the segment column.
 const SEGMENT_WIDTH: Constraint = Constraint::Max(12);
 
-/// Fills the screen: all rows, and above them what is to be said of each segment.
+/// Draws all rows, and above them the title of each segment.
 pub fn draw(frame: &mut Frame<'_>, titles: &[String], rows: &[Row]) {
     let with_segment = titles.len() > 1;
     let lines = if with_segment { u16::try_from(titles.len()).unwrap_or(u16::MAX) } else { 0 };
     let [above, below] = Layout::vertical([Constraint::Length(lines), Constraint::Fill(1)]).areas(frame.area());
-    let mut block = Block::bordered().title_bottom(" q leaves, the slaves are unlocked then ");
+    let mut block = Block::bordered().title_bottom(" q quits and unlocks the slaves ");
     match titles {
         [title] => block = block.title(format!(" {title} ")),
         _ => frame.render_widget(Paragraph::new(titles.join("\n")), above),
@@ -89,17 +89,17 @@ mod tests {
     }
 
     #[test]
-    fn one_segment_has_its_port_in_the_frame() {
+    fn the_frame_shows_the_port_of_a_single_segment() {
         let lines = drawn(&["/dev/ttyUSB0"], &[row(None)]);
         assert!(lines[0].starts_with("┌ /dev/ttyUSB0 ─"), "{lines:?}");
         assert!(lines[1].starts_with("│ADDR"), "{lines:?}");
     }
 
     #[test]
-    fn several_segments_have_a_line_each_and_every_row_names_its_own() {
-        let lines = drawn(&["hall: /dev/ttyUSB0", "annex: nobody answers"], &[row(Some("hall"))]);
+    fn several_segments_have_a_line_each_and_every_row_names_its_segment() {
+        let lines = drawn(&["hall: /dev/ttyUSB0", "annex: no answer"], &[row(Some("hall"))]);
         assert!(lines[0].starts_with("hall: /dev/ttyUSB0 "), "{lines:?}");
-        assert!(lines[1].starts_with("annex: nobody answers "), "{lines:?}");
+        assert!(lines[1].starts_with("annex: no answer "), "{lines:?}");
         assert!(lines[3].starts_with("│SEGMENT      ADDR"), "{lines:?}");
         assert!(lines[4].starts_with("│hall         5 ") && lines[4].contains("5.000e-6 mbar"), "{lines:?}");
     }

@@ -1,4 +1,4 @@
-//! `profivac report`: a page about a pump-down.
+//! `profivac report`: writes a page about a pump-down.
 
 mod time_argument;
 
@@ -22,48 +22,47 @@ use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// A page about a pump-down: curves, times to pressure, pumping speed, events, in one HTML file.
+/// Write a page about a pump-down: curves, times to pressure, pumping speed and events in one HTML file.
 ///
-/// Without --from and --to it is the last pump-down: from the last moment at the highest pressure until the next venting or
-/// the end of what is recorded. The station may go on recording meanwhile. The page needs nothing but a browser and prints
-/// on A4.
+/// Without --from and --to it covers the last pump-down: from the last sample at the highest pressure until the next vent or
+/// the end of the database. The station may continue to record. The page needs only a browser, and prints on A4.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// A station's record, or its file: that also says what the gauges are, and their levels
+    /// A station's database, or its file, which also has devices and levels
     #[arg(value_name = "RECORD.db|STATION.toml")]
     source: PathBuf,
-    /// A gauge; several with several of these. Without, those whose pressure moved most, at most eight
+    /// A gauge; may be repeated. Default: the gauges whose pressure changed most, at most eight
     #[arg(long, value_name = "NAME")]
     gauge: Vec<String>,
     /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     from: Option<String>,
-    /// The end, written alike
+    /// The end, in the same form
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     to: Option<String>,
-    /// The volume that is pumped: '50 l', '1.2 m3'; makes pumping speeds and leak rates
+    /// The pumped volume: '50 l', '1.2 m3'; adds pumping speeds and leak rates
     #[arg(long, value_name = "VOLUME", value_parser = values::volume)]
     volume: Option<f64>,
-    /// A pressure whose time is wanted beside those of the decades and levels
+    /// A pressure whose time is shown beside those of decades and levels; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     to_pressure: Vec<Pressure>,
-    /// The unit: mbar, Pa, hPa, Torr or micron
+    /// The unit of the page: mbar, Pa, hPa, Torr or micron
     #[arg(long, value_name = "UNIT", default_value = "mbar")]
     unit: Unit,
-    /// The heading
+    /// The heading of the page
     #[arg(long, value_name = "TITLE")]
     title: Option<String>,
-    /// Write to this file, or - for standard output, instead of TITLE-DATE.html here
+    /// Write to this file, or - for standard output; default: TITLE-DATE.html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long)]
     force: bool,
-    /// Only list the pump-downs in the record
+    /// Only list the pump-downs in the database
     #[arg(long, conflicts_with_all = ["out", "title", "force", "volume", "to_pressure"])]
     list: bool,
-    /// Print the numbers as JSON instead of a page: in Pa, s and m3
+    /// Print the numbers as JSON instead of a page, in Pa, s and m3
     #[arg(long)]
     json: bool,
 }
@@ -76,24 +75,24 @@ Examples:
   profivac report plant.db --from '2026-11-21 14:00' --to '2026-11-21 18:30' --unit Torr --out report.html
   profivac report plant.db --from -2h --json";
 
-/// At most so many curves are told apart at a glance.
+/// The largest number of curves on a page without --gauge.
 const MAX_CURVES: usize = 8;
 
-/// A pressure that changed by less, in decades, did not move: a fifth.
+/// The smallest change of pressure, in decades, for which a gauge is shown without --gauge: a fifth.
 const MIN_CHANGE_DECADES: f64 = 0.1;
 
-/// What a record is, and what its station's file says.
+/// A database, and the station's file if it was given.
 struct Source {
     reader: Reader,
     path: PathBuf,
     config: Option<Config>,
-    /// All series, or those that were asked for.
+    /// All series, or those selected by --gauge.
     names: Vec<String>,
     unit: Unit,
     zone: TimeZone,
 }
 
-/// A pump-down in a list, for programs.
+/// A pump-down in the JSON list.
 #[derive(Serialize)]
 struct PumpDownRow {
     begin: Timestamp,
@@ -104,7 +103,7 @@ struct PumpDownRow {
     is_vented: bool,
 }
 
-/// Finds, calculates, writes.
+/// Finds the pump-down, calculates and writes the page.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let now = Zoned::now();
     let source = Source::open(arguments, &now)?;
@@ -126,7 +125,7 @@ impl Source {
         let path = config.as_ref().map_or_else(|| given.clone(), |config| config.database.clone());
         if !path.exists() {
             let hint = if is_file { format!("; `profivac run {}` makes it", given.display()) } else { String::new() };
-            return Err(Failure::usage(format!("{} is not there{hint}", path.display())));
+            return Err(Failure::usage(format!("{} does not exist{hint}", path.display())));
         }
         let reader = Reader::open(&path).map_err(|error| not_a_database(error, &path))?;
         let all = reader.gauges()?;
@@ -134,7 +133,7 @@ impl Source {
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
     }
 
-    /// What the report is to be about.
+    /// The request for the report.
     fn request(
         &self,
         arguments: &Arguments,
@@ -153,7 +152,7 @@ impl Source {
         Ok(ReportRequest {
             station: station.filter(|station| *station != title),
             title,
-            // Where it lies is nobody's business but ours.
+            // Without its folder, which the reader of a page need not know.
             record: text(self.path.file_name()),
             span,
             why,
@@ -168,20 +167,17 @@ impl Source {
 
     fn recorded_span(&self) -> Result<TimeRange, Failure> {
         let known = known(&self.reader, &self.names)?;
-        known.ok_or_else(|| Failure::usage(format!("{}: nothing is recorded yet", self.path.display())))
+        known.ok_or_else(|| Failure::usage(format!("{} contains no samples yet", self.path.display())))
     }
 
     fn local_time(&self, at: Micros) -> String {
         moment(at, &self.zone)
     }
 
-    /// From when to when, and why.
+    /// The time range, and the sentence that explains it.
     fn span(&self, arguments: &Arguments, now: &Zoned) -> Result<(TimeRange, String), Failure> {
         let read = |text: &Option<String>| {
-            text.as_deref()
-                .map(|text| time_argument::parse_time(text, now).map(micros))
-                .transpose()
-                .map_err(Failure::usage)
+            text.as_deref().map(|text| time_argument::parse_time(text, now).map(micros)).transpose()
         };
         let (from, to) = (read(&arguments.from)?, read(&arguments.to)?);
         let known = self.recorded_span()?;
@@ -197,14 +193,14 @@ impl Source {
         if span.start >= span.end || span.end < known.start {
             return Err(self.no_samples(span.start, to, known));
         }
-        Ok((span, format!("from {} to {}, as asked for", self.local_time(span.start), self.local_time(span.end))))
+        Ok((span, format!("from {} to {}, as requested", self.local_time(span.start), self.local_time(span.end))))
     }
 
     fn no_samples(&self, from: Micros, to: Option<Micros>, known: TimeRange) -> Failure {
         let to = to.map_or_else(String::new, |to| format!(" to {}", self.local_time(to)));
         let [first, last] = [known.start, known.end].map(|at| self.local_time(at));
         Failure::usage(format!(
-            "nothing is recorded from {}{to}; {} has {first} to {last}",
+            "no samples from {}{to}; {} contains {first} to {last}",
             self.local_time(from),
             self.path.display()
         ))
@@ -216,16 +212,16 @@ impl Source {
         let Some(last) = all.into_iter().rfind(|one| to.is_none_or(|to| one.span.start < to)) else {
             let [first, last] = [known.start, known.end].map(|at| self.local_time(at));
             return Err(Failure::usage(format!(
-                "found no pump-down in {}: no pressure falls by two decades from {first} to {last}; --from and --to choose a time",
+                "found no pump-down in {}: no pressure falls by two decades from {first} to {last}; choose a time with --from and --to",
                 self.path.display()
             )));
         };
         let end = to.map_or(last.span.end, |to| to.min(last.span.end));
         let span = TimeRange { end, ..last.span };
         let until = match last.is_vented {
-            _ if end < last.span.end => "as asked for",
+            _ if end < last.span.end => "as requested",
             true => "before it was vented",
-            false => "the end of the record",
+            false => "the end of the database",
         };
         let why = format!(
             "the last pump-down: from {}, when {:?} was last at {}, to {}, {until}",
@@ -241,7 +237,7 @@ impl Source {
         self.names.get(one.gauge).map_or("", String::as_str)
     }
 
-    /// Whose curves are shown.
+    /// The gauges whose curves are shown.
     fn gauges_to_show(&self, arguments: &Arguments, span: TimeRange) -> Result<Vec<String>, Failure> {
         let mut all = Vec::new();
         for name in &self.names {
@@ -260,11 +256,11 @@ impl Source {
         if all.len() > MAX_CURVES {
             let left: Vec<_> = all.drain(MAX_CURVES..).map(|(_, name)| name.as_str()).collect();
             notice(&format_args!(
-                "left out, as there are more than {MAX_CURVES} curves: {}; --gauge chooses",
+                "not shown, because the page shows at most {MAX_CURVES} curves: {}; --gauge chooses",
                 left.join(", ")
             ));
         }
-        // In the order of the record, which the station's file has given.
+        // In the order of the database, which is that of the station's file.
         let is_shown = |name: &&String| all.iter().any(|(_, shown)| shown == name);
         Ok(self.names.iter().filter(is_shown).cloned().collect())
     }
@@ -288,7 +284,7 @@ impl Source {
             return Ok(());
         }
         if all.is_empty() {
-            notice(&"no pressure in the record falls by two decades");
+            notice(&"no pressure in the database falls by two decades");
             return Ok(());
         }
         let plain = |text: String| text.replace('\u{a0}', " ");
@@ -303,7 +299,7 @@ impl Source {
     }
 }
 
-/// The series that were asked for; a controller's name stands for all its channels.
+/// The series that --gauge selects; the name of a controller selects all its channels.
 fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, Failure> {
     let mut chosen: Vec<String> = Vec::new();
     for name in asked {
@@ -329,9 +325,9 @@ fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<
     Ok(chosen)
 }
 
-/// A file that is no database, or the database of something else.
+/// The failure for a file that is not a station's database.
 fn not_a_database(error: DatabaseError, path: &Path) -> Failure {
-    let is = |what: &str| Failure::usage(format!("{} is no record of a station: {what}", path.display()));
+    let is = |what: &str| Failure::usage(format!("{} is not a database of a station: {what}", path.display()));
     match error {
         DatabaseError::Version { found: 0, .. } => is("it has none of its tables"),
         DatabaseError::Sql { error, .. } => is(&error.to_string()),
@@ -343,7 +339,7 @@ fn micros(at: Timestamp) -> Micros {
     Micros(at.as_microsecond())
 }
 
-/// Writes the page, or the numbers, where they are wanted.
+/// Writes the page or the JSON to a file or standard output.
 fn write_report(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
     let text = if arguments.json { json(report) + "\n" } else { page(report) };
     let path = match &arguments.out {
@@ -367,7 +363,7 @@ fn write_report(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `target-hall-2026-11-21-1400.html`: letters and digits of the title, and when the pump-down began.
+/// `target-hall-2026-11-21-1400.html`: letters and digits of the title, and the beginning of the pump-down.
 fn default_file_name(report: &Report) -> PathBuf {
     let letters = |letter: char| if letter.is_alphanumeric() { letter } else { ' ' };
     let words: String = report.title.to_lowercase().chars().map(letters).take(60).collect();
@@ -377,10 +373,10 @@ fn default_file_name(report: &Report) -> PathBuf {
     PathBuf::from(format!("{name}-{}.html", begin.strftime("%Y-%m-%d-%H%M")))
 }
 
-/// Never over a file that is there, unless that is wanted.
+/// Writes a file; an existing file is an error without `force`.
 fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     let failed = |error: io::Error| {
-        let hint = if error.kind() == io::ErrorKind::AlreadyExists { "; --force writes over it" } else { "" };
+        let hint = if error.kind() == io::ErrorKind::AlreadyExists { "; add --force to overwrite it" } else { "" };
         Failure::usage(format!("{}: {error}{hint}", path.display()))
     };
     let mut options = OpenOptions::new();

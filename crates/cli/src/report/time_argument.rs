@@ -1,17 +1,14 @@
-//! Moments as people write them.
+//! Times on the command line.
 
+use crate::values::{Expected, ValueError};
 use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::TimeZone;
 use jiff::{SignedDuration, Timestamp, ToSpan, Zoned};
 
-/// What a moment may look like.
-const EXPECTED: &str =
-    "expected a time like '2026-11-21 14:00', 2026-11-21, 14:00, yesterday, -2h or 2026-11-21T13:00:00Z";
-
-/// The moment that `text` names, in the zone of `now`.
-pub fn parse_time(text: &str, now: &Zoned) -> Result<Timestamp, String> {
+/// Parses a time, in the zone of `now` unless it has its own.
+pub fn parse_time(text: &str, now: &Zoned) -> Result<Timestamp, ValueError> {
     let text = text.trim();
-    let wrong = || format!("{EXPECTED}, got {text:?}");
+    let wrong = || Expected::Time.but_found(text);
     if let Some(ago) = text.strip_prefix('-') {
         let ago: SignedDuration = ago.trim().parse().map_err(|_| wrong())?;
         return now.timestamp().checked_sub(ago).map_err(|_| wrong());
@@ -31,7 +28,7 @@ pub fn parse_time(text: &str, now: &Zoned) -> Result<Timestamp, String> {
 
 /// A date and a time, a date, or a time of today.
 fn civil(text: &str, today: Date) -> Option<DateTime> {
-    // A date alone is read as its midnight, too.
+    // A date alone means its midnight.
     let written = text.parse::<DateTime>().ok();
     written.or_else(|| text.parse::<Time>().ok().map(|time| today.to_datetime(time)))
 }
@@ -44,7 +41,7 @@ fn in_zone(civil: DateTime, zone: &TimeZone) -> Option<Timestamp> {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<String, String> {
+    fn read(text: &str) -> Result<String, ValueError> {
         // Two hours before UTC, so that today is not the day in UTC.
         let zone = TimeZone::fixed(jiff::tz::offset(-2));
         let now = "2026-11-22T01:30:00Z".parse::<Timestamp>().unwrap().to_zoned(zone);
@@ -52,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_are_read_as_people_write_them() {
+    fn times_are_parsed_in_every_form() {
         for (text, expected) in [
             ("2026-11-21T13:00:00Z", "2026-11-21T13:00:00Z"),
             ("2026-11-21T13:00:00+01:00", "2026-11-21T12:00:00Z"),
@@ -72,15 +69,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_moment_is_told_with_what_would_be() {
+    fn the_error_for_a_wrong_time_shows_examples() {
         for text in ["", "soon", "-", "-2", "2026-13-01", "25:00", "2026-11-21 14"] {
-            let told = read(text);
+            let read = read(text);
             if text == "2026-11-21 14" {
-                // An hour without minutes is a time, too.
-                assert_eq!(told.as_deref(), Ok("2026-11-21T16:00:00Z"));
+                // An hour without minutes is also a time.
+                assert_eq!(read.as_deref(), Ok("2026-11-21T16:00:00Z"));
                 continue;
             }
-            assert!(told.as_ref().is_err_and(|told| told.starts_with("expected a time like")), "{text}: {told:?}");
+            let error = read.unwrap_err().to_string();
+            assert!(error.starts_with("expected a time like"), "{text}: {error}");
         }
     }
 }

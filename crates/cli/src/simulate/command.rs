@@ -1,29 +1,32 @@
-//! The lines `simulate` takes on standard input.
+//! The commands that `simulate` reads from standard input.
 
-use profivac_client::pressure::Pressure;
+use crate::values::{ValueError, number};
+use profivac_client::pressure::{Pressure, PressureError};
 use profivac_devices::Action;
 use profivac_vacuum::Gas;
-use profivac_virtual::device_spec::parse_address;
+use profivac_vacuum::gas::UnknownGas;
+use profivac_virtual::device_spec::{SpecError, parse_address};
+use std::fmt;
 
-/// Thirty years: longer than any gauge is in use.
+/// The longest `advance`: thirty years.
 const MAX_SECONDS: f64 = 1e9;
 
-/// More than a potentiometer of any gauge can give.
+/// The limit for `pot`: more than a potentiometer of any gauge can give.
 const MAX_VOLTS: f64 = 100.0;
 
-/// One line.
+/// A command line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command<'a> {
     Pressure(Pressure),
     Atmosphere(Pressure),
     Gas(Gas),
     Advance(f64),
-    /// To the device at this address.
+    /// A command for the device at this address.
     Device(u8, DeviceCommand<'a>),
     Quit,
 }
 
-/// What concerns one device.
+/// A command for one device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DeviceCommand<'a> {
     Operate(Action<'a>),
@@ -31,7 +34,7 @@ pub enum DeviceCommand<'a> {
     State,
 }
 
-/// First words, and what must follow each.
+/// The first word of each command and its arguments.
 const FORMS: [(&str, &str); 12] = [
     ("pressure", "PRESSURE"),
     ("atmosphere", "PRESSURE"),
@@ -47,19 +50,66 @@ const FORMS: [(&str, &str); 12] = [
     ("quit", ""),
 ];
 
+/// Why a command was not executed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CommandError {
+    /// The words do not fit the command with this first word.
+    #[error("expected {}", Form(.0))]
+    Form(String),
+    /// No command has this first word.
+    #[error("expected one of {known}, got {word:?}", known = FORMS.map(|(word, _)| word).join(", "))]
+    UnknownCommand { word: String },
+    #[error(transparent)]
+    Number(#[from] ValueError),
+    #[error(transparent)]
+    Pressure(#[from] PressureError),
+    #[error(transparent)]
+    Gas(#[from] UnknownGas),
+    #[error(transparent)]
+    Address(#[from] SpecError),
+    /// The command would change conditions that a scenario sets.
+    #[error("the scenario controls the chamber; start `simulate` without --scenario to use this command")]
+    ScenarioRuns,
+    /// `known` are the addresses of the command line.
+    #[error("no device at address {address}; there are {known}")]
+    NoDevice { address: u8, known: String },
+    /// The device does not have this fault, button, switch or potentiometer; `known` are those it has.
+    #[error("{device} has no {part}{}", List(.known))]
+    NoPart { device: &'static str, part: String, known: &'static [&'static str] },
+}
+
+/// The form of a command, by its first word.
+struct Form<'a>(&'a str);
+
+impl fmt::Display for Form<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let arguments = FORMS.into_iter().find(|(word, _)| *word == self.0).map_or("", |(_, arguments)| arguments);
+        f.write_str(format!("{} {arguments}", self.0).trim_end())
+    }
+}
+
+/// A list of names after an error; nothing if it is empty.
+struct List<'a>(&'a [&'static str]);
+
+impl fmt::Display for List<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() { Ok(()) } else { write!(f, "; it has {}", self.0.join(", ")) }
+    }
+}
+
 impl<'a> Command<'a> {
-    /// Reads a line, or says what was expected.
-    pub fn parse(line: &'a str) -> Result<Self, String> {
+    /// Parses a line.
+    pub fn parse(line: &'a str) -> Result<Self, CommandError> {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
             ["pressure", _, ..] => Ok(Self::Pressure(pressure(line)?)),
             ["atmosphere", _, ..] => Ok(Self::Atmosphere(pressure(line)?)),
-            ["gas", gas] => Ok(Self::Gas(gas.parse().map_err(|error| format!("{error}"))?)),
+            ["gas", gas] => Ok(Self::Gas(gas.parse()?)),
             ["advance", seconds] => Ok(Self::Advance(number(seconds, 0.0, MAX_SECONDS)?)),
             ["quit"] => Ok(Self::Quit),
-            [word, place, ref rest @ ..] => {
-                let order = DeviceCommand::parse(word, rest)?.ok_or_else(|| expected(word))?;
-                Ok(Self::Device(parse_address(place).map_err(|error| error.to_string())?, order))
+            [word, address, ref rest @ ..] => {
+                let command = DeviceCommand::parse(word, rest)?.ok_or_else(|| expected(word))?;
+                Ok(Self::Device(parse_address(address)?, command))
             }
             [word] => Err(expected(word)),
             [] => Err(expected("")),
@@ -68,8 +118,8 @@ impl<'a> Command<'a> {
 }
 
 impl<'a> DeviceCommand<'a> {
-    /// `None` if the words do not fit together.
-    fn parse(word: &str, rest: &[&'a str]) -> Result<Option<Self>, String> {
+    /// Parses the words after the address. `None` if they do not fit the first word.
+    fn parse(word: &str, rest: &[&'a str]) -> Result<Option<Self>, ValueError> {
         Ok(Some(match (word, rest) {
             ("fault", [name]) => Self::Operate(Action::Fault { name, present: true }),
             ("clear", [name]) => Self::Operate(Action::Fault { name, present: false }),
@@ -90,21 +140,17 @@ impl<'a> DeviceCommand<'a> {
     }
 }
 
-/// Everything behind the first word.
-fn pressure(line: &str) -> Result<Pressure, String> {
+/// Parses the rest of the line after the first word.
+fn pressure(line: &str) -> Result<Pressure, PressureError> {
     let text = line.trim_start().split_once(char::is_whitespace).map_or("", |(_, rest)| rest);
-    text.parse().map_err(|error| format!("{error}"))
+    text.parse()
 }
 
-fn number(text: &str, min: f64, max: f64) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number| (min..=max).contains(number));
-    number.ok_or_else(|| format!("expected a number from {min} to {max}, got {text:?}"))
-}
-
-fn expected(word: &str) -> String {
-    match FORMS.into_iter().find(|(known, _)| *known == word) {
-        Some((_, rest)) => format!("expected {}", format!("{word} {rest}").trim_end()),
-        None => format!("expected one of {}, got {word:?}", FORMS.map(|(known, _)| known).join(", ")),
+/// The error for words that are no command.
+fn expected(word: &str) -> CommandError {
+    match FORMS.iter().any(|(known, _)| *known == word) {
+        true => CommandError::Form(word.to_owned()),
+        false => CommandError::UnknownCommand { word: word.to_owned() },
     }
 }
 
@@ -113,9 +159,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_line_of_the_contract_is_read() {
+    fn every_command_of_the_contract_is_parsed() {
         let operate = |action| Command::Device(5, DeviceCommand::Operate(action));
-        for (line, order) in [
+        for (line, command) in [
             ("pressure 5e-6 mbar", Command::Pressure(Pressure::from_mbar(5e-6))),
             ("  pressure  5e-6mbar ", Command::Pressure(Pressure::from_mbar(5e-6))),
             ("atmosphere 1000 mbar", Command::Atmosphere(Pressure::from_mbar(1000.0))),
@@ -132,12 +178,12 @@ mod tests {
             ("state 126", Command::Device(126, DeviceCommand::State)),
             ("quit", Command::Quit),
         ] {
-            assert_eq!(Command::parse(line), Ok(order), "{line}");
+            assert_eq!(Command::parse(line), Ok(command), "{line}");
         }
     }
 
     #[test]
-    fn a_line_that_does_not_fit_is_answered_with_what_was_expected() {
+    fn the_error_for_a_wrong_line_names_what_was_expected() {
         for (line, reason) in [
             ("pressure", "expected pressure PRESSURE"),
             ("pressure high", "expected a pressure like '1e-3 mbar', got \"high\""),
@@ -152,10 +198,10 @@ mod tests {
             ("state", "expected state ADDR"),
             ("quit now", "expected quit"),
         ] {
-            assert_eq!(Command::parse(line), Err(reason.to_owned()), "{line}");
+            assert_eq!(Command::parse(line).unwrap_err().to_string(), reason, "{line}");
         }
         for line in ["", "dance", "dance 5 now"] {
-            let reason = Command::parse(line).unwrap_err();
+            let reason = Command::parse(line).unwrap_err().to_string();
             assert!(reason.starts_with("expected one of pressure, atmosphere, gas, fault"), "{line}: {reason}");
         }
     }

@@ -1,4 +1,4 @@
-//! `profivac simulate`: virtual devices on a port, operated by lines on standard input.
+//! `profivac simulate`: virtual devices on a port, controlled by commands on standard input.
 
 mod command;
 mod state;
@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output::{notice, notices, out};
 use crate::values;
 use clap::{ArgGroup, Args};
-use command::{Command, DeviceCommand};
+use command::{Command, CommandError, DeviceCommand};
 use profivac_client::pressure::Pressure;
 use profivac_devices::Action;
 use profivac_dp::link::Baud;
@@ -24,60 +24,60 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Virtual devices on a pty, a serial device or TCP, which any PROFIBUS master takes for real ones.
+/// Put virtual devices on a pty, a serial device or TCP, for any PROFIBUS master.
 ///
-/// Prints `ready` and the port once it serves. Then it takes lines on standard input and answers each with one line that
-/// begins `ok` or `error:`. End of file keeps it serving; `quit`, SIGTERM and SIGINT end it.
+/// Prints `ready` and the port once it serves. Then it reads commands from standard input and answers each with one line that
+/// begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES, group = ArgGroup::new("port").required(true))]
 pub struct Arguments {
-    /// Make a pty and link PATH to it: the serial port of a master
+    /// Make a pty and link PATH to it: the serial port for a master
     #[arg(long, value_name = "PATH", group = "port")]
     pty: Option<PathBuf>,
-    /// Use a serial device, or the pty of a hub; it may go and come back
+    /// Use a serial device, or the pty of a hub; a lost one is opened again
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
-    /// Listen for masters; port 0 takes a free one
+    /// Listen for masters on TCP; port 0 selects a free one
     #[arg(long, value_name = "HOST:PORT", group = "port")]
     tcp: Option<String>,
     /// Bits per second; delays are counted in its bit times
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
-    /// Give every octet the time it would take on a line
+    /// Transmit every octet in the time it takes on a line
     #[arg(long)]
     pace: bool,
     /// The true pressure, with its unit
     #[arg(long, value_name = "PRESSURE", default_value = "1e-3 mbar", allow_hyphen_values = true)]
     pressure: Pressure,
-    /// A plant with its gauges and what happens to them, in real time
+    /// Run a scenario, a plant with its gauges and a timeline, in real time
     #[arg(long, value_name = "FILE", conflicts_with_all = ["pressure", "atmosphere", "gas", "devices"])]
     scenario: Option<PathBuf>,
-    /// The pressure outside of the chamber
+    /// The pressure outside the chamber
     #[arg(long, value_name = "PRESSURE", default_value = "1013.25 mbar", allow_hyphen_values = true)]
     atmosphere: Pressure,
-    /// What the chamber is filled with
+    /// The gas in the chamber
     #[arg(long, value_name = "GAS", default_value = "n2")]
     gas: Gas,
-    /// Keep nonvolatile values in files in DIR, one for each device and address
+    /// Store nonvolatile values in files in DIR, one for each device and address
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// A device and the setting of its address switch; 126 is a setting outside 0 to 125
+    /// A device and the setting of its address switch; 126 means a setting outside 0 to 125
     #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required_unless_present = "scenario")]
     devices: Vec<DeviceSpec>,
 }
 
 const EXAMPLES: &str = "\
 Lines on standard input:
-  pressure 5e-6 mbar            the true pressure
-  atmosphere 1000 mbar          the pressure outside
-  gas ar                        what the chamber is filled with
-  fault ADDR NAME               a fault begins; a wrong name is answered with the list
-  clear ADDR NAME               a fault ends
-  power ADDR off|on             the device is switched off, or on again
-  button ADDR N                 a push button is pressed once
-  switch ADDR NAME VALUE        a switch or input is set
-  pot ADDR a|b VOLTS            a set point potentiometer is turned
-  advance SECONDS               time passes for the devices, not on the bus
+  pressure 5e-6 mbar            sets the true pressure
+  atmosphere 1000 mbar          sets the pressure outside the chamber
+  gas ar                        sets the gas in the chamber
+  fault ADDR NAME               starts a fault; the answer to a wrong name lists all names
+  clear ADDR NAME               ends a fault
+  power ADDR off|on             switches the device off or on
+  button ADDR N                 presses a push button once
+  switch ADDR NAME VALUE        sets a switch or an input
+  pot ADDR a|b VOLTS            sets a set point potentiometer
+  advance SECONDS               advances the time of the devices, not of the bus
   state ADDR                    answers `ok {json}`
   quit                          ends the simulation
 
@@ -88,7 +88,7 @@ Examples:
   profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5
   profivac simulate --pty /tmp/line --scenario scenarios/pump-down.toml";
 
-/// Serves until somebody wants it to end.
+/// Serves until `quit` or a signal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
     let conditions =
@@ -99,17 +99,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut console = Console::open()?;
     let segment = segment(arguments, devices)?;
-    let playing =
+    let scenario =
         scenario.map(|scenario| RunningScenario { run: scenario.start(MasterPresence::Present), reported: 0 });
-    let mut simulation = Simulation { segment, conditions, scenario: playing };
+    let mut simulation = Simulation { segment, conditions, scenario };
     out(&format!("ready {}", simulation.segment.port().name()));
-    let begun = Instant::now();
+    let started = Instant::now();
     loop {
-        let readable = simulation.segment.serve(&console.descriptors(), simulation.time_until_step(begun))?;
+        let readable = simulation.segment.serve(&console.descriptors(), simulation.time_until_step(started))?;
         notices(|| simulation.segment.next_notice());
-        simulation.advance_scenario(begun);
-        for said in console.take_input(&readable) {
-            if simulation.handle_input(&said).is_break() {
+        simulation.advance_scenario(started);
+        for input in console.take_input(&readable) {
+            if simulation.handle_input(&input).is_break() {
                 return Ok(());
             }
         }
@@ -126,22 +126,22 @@ fn devices(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<Virtu
     arguments.devices.iter().map(device).collect()
 }
 
-/// The memory of a device: as it was left in the folder, or as from the box.
+/// The nonvolatile memory of a device: from the folder, or with default values.
 fn memory(spec: &DeviceSpec, folder: Option<&Path>) -> Result<NonvolatileMemory, Failure> {
     let Some(folder) = folder else { return Ok(NonvolatileMemory::volatile()) };
     let opened = NonvolatileMemory::open(folder, &spec.device, spec.address)
         .map_err(|error| Failure::usage(format!("--state {}: {error}", folder.display())))?;
     if let Some(aside) = opened.damaged_copy {
-        let DeviceSpec { device, address: place, .. } = spec;
+        let DeviceSpec { device, address, .. } = spec;
         notice(&format_args!(
-            "the memory of {device} at address {place} is damaged: kept as {}, defaults used",
+            "the nonvolatile memory of {device} at address {address} is damaged; it was renamed to {}, and the device has default values",
             aside.display()
         ));
     }
     Ok(opened.memory)
 }
 
-/// The devices on the port. Only a serial device can be lost, and then it is looked for.
+/// The devices on the port. Only a serial device can be lost; it is then opened again.
 fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
     let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
     Ok(match &arguments.serial {
@@ -158,64 +158,62 @@ fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
     })
 }
 
-/// What the lines act on.
+/// The segment and its conditions, which the commands change.
 struct Simulation {
     segment: Segment<Vec<VirtualDevice>>,
     conditions: GasConditions,
-    /// Instead of constant conditions.
+    /// The running scenario, if there is one; it replaces the constant conditions.
     scenario: Option<RunningScenario>,
 }
 
 /// A scenario that runs in real time.
 struct RunningScenario {
     run: Run,
-    /// So many findings have been told.
+    /// How many findings have been printed.
     reported: usize,
 }
 
-/// The conditions are not to be changed by hand.
-const SCENARIO_IN_CONTROL: &str = "a scenario decides what is in the chamber";
-
 impl Simulation {
-    /// How long until the scenario has its next step.
-    fn time_until_step(&self, begun: Instant) -> Duration {
+    /// The time until the next step of the scenario.
+    fn time_until_step(&self, started: Instant) -> Duration {
         let Some(RunningScenario { run, .. }) = &self.scenario else { return Duration::MAX };
         let next = Duration::try_from_secs_f64(run.seconds() + run.step_s()).unwrap_or(Duration::MAX);
-        next.saturating_sub(begun.elapsed())
+        next.saturating_sub(started.elapsed())
     }
 
-    /// The scenario makes the steps that are due, and says what was not as expected.
-    fn advance_scenario(&mut self, begun: Instant) {
-        let Some(RunningScenario { run, reported: told }) = &mut self.scenario else { return };
-        while run.seconds() + run.step_s() <= begun.elapsed().as_secs_f64() {
+    /// Runs the steps of the scenario that are due, and prints expectations that do not hold.
+    fn advance_scenario(&mut self, started: Instant) {
+        let Some(RunningScenario { run, reported }) = &mut self.scenario else { return };
+        while run.seconds() + run.step_s() <= started.elapsed().as_secs_f64() {
             run.step(self.segment.stations_mut());
             self.segment.set_noise(run.noise());
         }
-        for finding in run.failures().iter().skip(*told) {
+        for finding in run.failures().iter().skip(*reported) {
             notice(&format_args!("{finding}"));
         }
-        *told = run.failures().len();
+        *reported = run.failures().len();
     }
 
-    /// Does what was said and answers.
-    fn handle_input(&mut self, said: &Input) -> ControlFlow<()> {
-        let Input::Line(line) = said else { return ControlFlow::Break(()) };
-        let order = Command::parse(line);
-        let quits = matches!(order, Ok(Command::Quit));
-        match order.and_then(|order| self.execute(&order)) {
+    /// Executes a command and prints the answer.
+    fn handle_input(&mut self, input: &Input) -> ControlFlow<()> {
+        let Input::Line(line) = input else { return ControlFlow::Break(()) };
+        let command = Command::parse(line);
+        let quits = matches!(command, Ok(Command::Quit));
+        match command.and_then(|command| self.execute(&command)) {
             Ok(None) => out("ok"),
             Ok(Some(answer)) => out(&format!("ok {answer}")),
-            Err(reason) => out(&format!("error: {reason}")),
+            Err(error) => out(&format!("error: {error}")),
         }
         if quits { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn execute(&mut self, order: &Command<'_>) -> Result<Option<String>, String> {
-        match order {
+    /// Executes a command. Returns the JSON of `state`.
+    fn execute(&mut self, command: &Command<'_>) -> Result<Option<String>, CommandError> {
+        match command {
             Command::Pressure(_) | Command::Atmosphere(_) | Command::Gas(_) | Command::Advance(_)
                 if self.scenario.is_some() =>
             {
-                return Err(SCENARIO_IN_CONTROL.to_owned());
+                return Err(CommandError::ScenarioRuns);
             }
             Command::Pressure(pressure) => {
                 self.set_conditions(GasConditions { pressure: *pressure, ..self.conditions })
@@ -227,7 +225,7 @@ impl Simulation {
             Command::Advance(seconds) => {
                 self.segment.stations_mut().iter_mut().for_each(|device| device.advance(*seconds));
             }
-            Command::Device(place, order) => return self.execute_at(*place, order),
+            Command::Device(address, command) => return self.execute_at(*address, command),
             Command::Quit => {}
         }
         Ok(None)
@@ -238,11 +236,11 @@ impl Simulation {
         self.segment.stations_mut().iter_mut().for_each(|device| device.settle_in(conditions));
     }
 
-    fn execute_at(&mut self, place: u8, order: &DeviceCommand<'_>) -> Result<Option<String>, String> {
+    fn execute_at(&mut self, address: u8, command: &DeviceCommand<'_>) -> Result<Option<String>, CommandError> {
         let constant = self.scenario.is_none().then(|| self.conditions.pressure.mbar());
-        let device = self.device(place)?;
+        let device = self.device(address)?;
         let true_mbar = constant.unwrap_or_else(|| device.surroundings().gas.total() / 100.0);
-        match order {
+        match command {
             DeviceCommand::Power(on) => device.set_power(*on),
             DeviceCommand::State => return Ok(Some(state::json(device, true_mbar))),
             DeviceCommand::Operate(action) => {
@@ -253,23 +251,20 @@ impl Simulation {
         Ok(None)
     }
 
-    fn device(&mut self, place: u8) -> Result<&mut VirtualDevice, String> {
-        let places = self.segment.stations().iter().map(|device| device.switch_address().to_string());
-        let unknown = format!("no device at address {place}; there are {}", places.collect::<Vec<_>>().join(", "));
-        self.segment.stations_mut().iter_mut().find(|device| device.switch_address() == place).ok_or(unknown)
+    fn device(&mut self, address: u8) -> Result<&mut VirtualDevice, CommandError> {
+        let known = self.segment.stations().iter().map(|device| device.switch_address().to_string());
+        let missing = CommandError::NoDevice { address, known: known.collect::<Vec<_>>().join(", ") };
+        self.segment.stations_mut().iter_mut().find(|device| device.switch_address() == address).ok_or(missing)
     }
 }
 
-/// The device has nothing like that.
-fn unknown_part(device: &str, action: Action<'_>, expected: &[&str]) -> String {
-    let what = match action {
+/// The error for a fault, button, switch or potentiometer that the device does not have.
+fn unknown_part(device: &'static str, action: Action<'_>, known: &'static [&'static str]) -> CommandError {
+    let part = match action {
         Action::Fault { name, .. } => format!("fault {name:?}"),
         Action::Button(number) => format!("button {number}"),
         Action::Switch { name, value } => format!("switch {name:?} with a position {value:?}"),
         Action::Pot { which, .. } => format!("potentiometer {which:?}"),
     };
-    match expected {
-        [] => format!("{device} has no {what}"),
-        expected => format!("{device} has no {what}; it has {}", expected.join(", ")),
-    }
+    CommandError::NoPart { device, part, known }
 }

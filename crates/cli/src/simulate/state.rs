@@ -1,4 +1,4 @@
-//! The answer to `state ADDR`.
+//! The answer to the command `state ADDR`.
 
 use profivac_virtual::device::VirtualDevice;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 /// The keys of the answer, in their order.
 #[derive(Debug, Serialize)]
 struct State {
-    /// The station address the device answers at, which Set_Slave_Add may have changed.
+    /// The station address at which the device answers; Set_Slave_Add may have changed it.
     address: u8,
     device_state: &'static str,
     led: &'static str,
@@ -28,7 +28,7 @@ struct Indicated {
     valid: bool,
 }
 
-/// What a device shows, as one line of JSON. A value that is no number is `null`.
+/// The state of a device as one line of JSON. A value that is not a number is `null`.
 pub fn json(device: &VirtualDevice, true_mbar: f64) -> String {
     let report = device.report();
     let indicated = report.indicated.iter().map(|shown| Indicated {
@@ -50,6 +50,6 @@ pub fn json(device: &VirtualDevice, true_mbar: f64) -> String {
         degas: report.degas.iter().copied().collect(),
         run_hours: report.run_hours,
     };
-    // Numbers, texts and lists always have a JSON form.
+    // Numbers, strings and lists always have a JSON form.
     serde_json::to_string(&state).unwrap_or_default()
 }

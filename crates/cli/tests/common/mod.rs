@@ -1,4 +1,4 @@
-//! The program as a child process, and the octets of a line. Everything that waits has a deadline and nothing sleeps.
+//! The program as a child process, and the octets of a line. Every wait has a deadline, and no test sleeps.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 #![allow(dead_code, reason = "every test file uses its own part")]
@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Long enough for a loaded machine.
+/// The deadline of a wait, long enough for a loaded computer.
 const DEADLINE: Duration = Duration::from_secs(30);
 
 /// How long a master waits for an answer before it asks again.
@@ -33,7 +33,7 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// The same as text, as a command line has it.
+    /// The path as text, for a command line.
     pub fn name(&self, name: &str) -> String {
         self.path(name).to_str().unwrap().to_owned()
     }
@@ -54,12 +54,12 @@ pub fn run(arguments: &[&str]) -> Output {
 pub fn run_with(arguments: &[&str], input: &str) -> Output {
     let mut command = command(arguments);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Whoever ends early does not read it.
+    // A program that ends early does not read it.
     let _taken = child.stdin.take().unwrap().write_all(input.as_bytes());
     child.wait_with_output().unwrap()
 }
 
-/// Runs a command whose standard input and standard error are a terminal where somebody types `typed` at the end of `prompt`.
+/// Runs a command whose standard input and standard error are a terminal on which `typed` is entered after `prompt`.
 /// Returns the exit code, standard output, and what the terminal shows.
 pub fn run_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, String, String) {
     let (code, out, shown, _) =
@@ -67,7 +67,7 @@ pub fn run_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, S
     (code, out, shown)
 }
 
-/// The same for what is asked more than once: everything the terminal has shown at the end.
+/// The same for several prompts: returns everything that the terminal has shown.
 pub fn all_shown_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (i32, String) {
     let (code, _, shown, rest) =
         on_terminal(arguments, prompt, |_, terminal| terminal.write_all(typed.as_bytes()).unwrap());
@@ -100,7 +100,7 @@ fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut F
     act(&child, &mut terminal);
     let output = child.wait_with_output().unwrap();
     let out = String::from_utf8(output.stdout).unwrap();
-    // What is left on a terminal whose other end is closed; after it comes an error.
+    // The rest of the output; reading ends with an error because the other end is closed.
     let mut rest = Vec::new();
     let _ended = terminal.read_to_end(&mut rest);
     (output.status.code().unwrap(), out, shown, String::from_utf8_lossy(&rest).into_owned())
@@ -128,7 +128,7 @@ impl Program {
         Self { child, stdin, stdout, stderr }
     }
 
-    /// Waits for the `ready` line and returns what stands behind the word.
+    /// Waits for the `ready` line and returns the text after the word.
     pub fn ready(&self) -> String {
         let line = self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("not ready: {}", self.complaint()));
         line.strip_prefix("ready ").unwrap_or_else(|| panic!("{line:?} instead of ready")).to_owned()
@@ -139,7 +139,7 @@ impl Program {
         self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no line: {}", self.complaint()))
     }
 
-    /// The next line on standard output, nothing if it has ended.
+    /// The next line on standard output, `None` if it has ended.
     pub fn next_line(&self) -> Option<String> {
         match self.stdout.recv_timeout(DEADLINE) {
             Ok(line) => Some(line),
@@ -148,12 +148,12 @@ impl Program {
         }
     }
 
-    /// Says a line.
+    /// Sends a line.
     pub fn say(&mut self, line: &str) {
         writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
     }
 
-    /// Says a line and returns the answer.
+    /// Sends a line and returns the answer.
     pub fn tell(&mut self, line: &str) -> String {
         self.say(line);
         self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no answer to {line:?}"))
@@ -175,7 +175,7 @@ impl Program {
         rustix::process::kill_process(id, rustix::process::Signal::TERM).unwrap();
     }
 
-    /// Tells it to read its file again.
+    /// Sends SIGHUP: the program reads its file again.
     pub fn hang_up(&self) {
         let id = rustix::process::Pid::from_child(&self.child);
         rustix::process::kill_process(id, rustix::process::Signal::HUP).unwrap();
@@ -229,7 +229,7 @@ fn lines(stream: impl Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-/// The end of a line where a master sits.
+/// The end of a line at which a master is.
 pub struct End(Stream);
 
 enum Stream {
@@ -259,54 +259,54 @@ impl End {
         }
     }
 
-    /// Waits for these octets and nothing else.
+    /// Waits for exactly these octets.
     pub fn expect(&mut self, hex: &str) {
         let expected = octets(hex);
-        let mut came = Vec::new();
-        while came.len() < expected.len() {
+        let mut received = Vec::new();
+        while received.len() < expected.len() {
             let more = self.receive();
-            assert!(!more.is_empty(), "{} came instead of {hex}", text(&came));
-            came.extend(more);
+            assert!(!more.is_empty(), "{} received instead of {hex}", text(&received));
+            received.extend(more);
         }
-        assert_eq!(text(&came), text(&expected));
+        assert_eq!(text(&received), text(&expected));
     }
 
-    /// A request and the data unit of its answer, an SD2 without access points and with so many octets.
+    /// A request and the data unit of its answer, an SD2 without access points and with this number of octets.
     pub fn exchange(&mut self, request: &str, octets: usize) -> Vec<u8> {
         self.send(request);
-        let mut came = Vec::new();
-        while came.len() < octets + 9 {
+        let mut received = Vec::new();
+        while received.len() < octets + 9 {
             let more = self.receive();
-            assert!(!more.is_empty(), "{} came in answer to {request}", text(&came));
-            came.extend(more);
+            assert!(!more.is_empty(), "{} received in answer to {request}", text(&received));
+            received.extend(more);
         }
-        assert_eq!((came[0], usize::from(came[1])), (0x68, octets + 3), "{}", text(&came));
-        came[7..7 + octets].to_vec()
+        assert_eq!((received[0], usize::from(received[1])), (0x68, octets + 3), "{}", text(&received));
+        received[7..7 + octets].to_vec()
     }
 
     /// A request that is repeated until it is answered, as a master does on a disturbed line.
     pub fn insist(&mut self, request: &str, answer: &str) {
         let expected = octets(answer);
-        let mut came = Vec::new();
-        while came.len() < expected.len() {
+        let mut received = Vec::new();
+        while received.len() < expected.len() {
             self.send(request);
-            came.extend(self.receive_within(SLOT_TIME));
+            received.extend(self.receive_within(SLOT_TIME));
         }
-        assert_eq!(text(&came), text(&expected));
+        assert_eq!(text(&received), text(&expected));
     }
 
-    /// What comes next, nothing if nothing comes.
+    /// The next octets, none if none arrive.
     pub fn receive(&mut self) -> Vec<u8> {
         self.receive_within(DEADLINE)
     }
 
-    pub fn receive_within(&mut self, patience: Duration) -> Vec<u8> {
+    pub fn receive_within(&mut self, timeout: Duration) -> Vec<u8> {
         let mut buffer = [0; 512];
         let fd = match &self.0 {
             Stream::Pty(file) => file.as_fd(),
             Stream::Tcp(stream) => stream.as_fd(),
         };
-        let deadline = Timespec::try_from(patience).unwrap();
+        let deadline = Timespec::try_from(timeout).unwrap();
         if poll(&mut [PollFd::from_borrowed_fd(fd, PollFlags::IN)], Some(&deadline)).unwrap() == 0 {
             return Vec::new();
         }

@@ -1,8 +1,7 @@
-//! Every device in every configuration, with everything a master is told taken from the tables of the devices.
+//! Every device in every configuration, with the parameters of a foreign master taken from the tables of the devices.
 //!
-//! Whether those tables are right is not asked here: they are compared with the manuals elsewhere, and the gauge whose
-//! values are written down once more stands in `gauge`. Asked is whether the device takes from a foreign master what its
-//! tables promise, so the result is kept as a page for people, `docs/pyprofibus.md`.
+//! This does not prove the tables: other tests compare them with the manuals, and `gauge` has the values of one gauge a second
+//! time. It proves that a device accepts from a foreign master what its tables declare; the result is `docs/pyprofibus.md`.
 
 use crate::common::{Folder, Program, text};
 use crate::profirust_master;
@@ -17,10 +16,10 @@ use std::path::Path;
 /// The address of the first; the others follow.
 const FIRST: u8 = 10;
 
-/// A device as the simulator is told of it.
+/// A device of the simulation.
 struct Variant {
     model: &'static Model,
-    /// Keys behind the name, nothing for the usual ones.
+    /// The keys after the name; empty for the defaults.
     keys: &'static str,
     address: u8,
 }
@@ -43,7 +42,7 @@ impl Variant {
     }
 }
 
-/// All devices, those that can be without their atmosphere sensor both ways.
+/// All devices; those with an optional atmosphere sensor in both variants.
 fn variants() -> Vec<Variant> {
     let keys = |model: &Model| match format!("{}@{FIRST}:atm=off", model.name).parse::<DeviceSpec>() {
         Ok(_) => vec!["atm=on", "atm=off"],
@@ -72,7 +71,7 @@ fn user_strings(model: &'static Model, configuration: &Configuration) -> impl It
     model.user_prm.iter().filter(move |user| is_ttr == (user.name == "TTR compatibility mode"))
 }
 
-/// How it goes with every user parameter string in turn, or with the first that fails.
+/// The result with every user parameter string, or with the first that fails.
 fn result(rows: &mut Rows, variant: &Variant, configuration: &Configuration) -> String {
     let inputs = configuration.input_octets();
     let expected = Outcome { state: "Data_Exchange".to_owned(), inputs: Some(inputs as u64) };
@@ -104,17 +103,17 @@ const HEADING: [&str; 6] = ["Device", "Configuration", "Out", "In", "User parame
 const PAGE: &str = "\
 # Every device with pyprofibus
 
-pyprofibus 1.13, a class 1 master that nobody here wrote, takes every device in every configuration of its manual over a pty
-from FDL_Status to Data_Exchange, once for each user parameter string that goes with the configuration, and exchanges data
-three times. Octets are counted as the master sees them; it compares the length of every answer with `In`.
+pyprofibus 1.13, an independent class 1 master, brings every device in every configuration of its manual over a pty
+from FDL_Status to Data_Exchange, once for each user parameter string that fits the configuration, and exchanges data
+three times. Octets are counted from the master's side; it compares the length of every answer with `In`.
 
-`*` pyprofibus refuses a slave without outputs, though it can serve one. The test passes by that comparison and leaves the
-master otherwise as it is.
+`*` pyprofibus refuses a slave without outputs, although it can exchange data with one. The test skips this comparison and changes
+nothing else in the master.
 
-Not shown by this page: timing and parity, which a pty has not; the ident number, which pyprofibus does not compare with the
-diagnosis; the contents of extended diagnosis, which it throws away; DP-V1, which it does not know.
+This page does not show timing and parity, which a pty does not have; the ident number, which pyprofibus does not compare with the
+diagnosis; the contents of extended diagnosis, which it discards; DP-V1, which it does not support.
 
-Printed by `crates/cli/tests/peers` and compared with every run; `cargo xtask goldens` writes it anew.
+A test in `crates/cli/tests/peers` prints this page and compares it with every run; `cargo xtask goldens` writes it again.
 
 ";
 
@@ -152,7 +151,7 @@ fn pyprofibus_brings_up_every_device_in_every_configuration() {
         .map(|(variant, configuration)| row(&mut master, variant, configuration))
         .collect();
     let page = page(&rows);
-    // Not held back as the output of a passing test.
+    // Written directly, because the output of a passing test is not shown.
     std::io::stderr().write_all(page.as_bytes()).unwrap();
     for row in &rows {
         assert_eq!(row[5], "Data_Exchange", "{} {}", row[0], row[1]);
@@ -160,7 +159,7 @@ fn pyprofibus_brings_up_every_device_in_every_configuration() {
     compare(&page);
 }
 
-/// With the configuration that Get_Cfg tells first.
+/// In the default configuration, the answer to Get_Cfg.
 #[test]
 fn profirust_brings_up_every_device() {
     let (folder, variants) = (Folder::new(), variants());

@@ -1,7 +1,7 @@
-//! What the BCG450-SP exchanges. tira41d1 1.4, 1.5 and 2.3, corrected as errata-bpg-bcg-tpg 2, 5, 59 and 60 say.
+//! The cyclic data of the BCG450-SP. tira41d1 1.4, 1.5 and 2.3, corrected by errata-bpg-bcg-tpg 2, 5, 59 and 60.
 //!
-//! Written down once more, and not taken from the tables of the device: a test that asks the device what it should do
-//! would agree with any mistake.
+//! A second copy, independent of the tables of the device: a test that takes its expectations from the tables would accept
+//! every mistake in them.
 
 use crate::ADDRESS;
 use crate::common::octets;
@@ -69,7 +69,7 @@ pub fn slave(cfg: &Cfg, unit: &UnitString) -> Slave {
     }
 }
 
-/// Whether inputs of a configuration show a pressure: an integer cut off and limited as errata-bpg-bcg-tpg 69 and 70 say, a
+/// Whether inputs of a configuration show a pressure: an integer truncated and limited by errata-bpg-bcg-tpg 69 and 70, a
 /// float to its precision.
 pub fn shows(cfg: &Cfg, unit: &UnitString, inputs: &[u8], mbar: f64) -> bool {
     let value = (unit.value)(mbar);

@@ -1,9 +1,9 @@
-//! Two masters that nobody here wrote bring the BCG450-SP to Data_Exchange over a pty and read its pressure; every other
-//! device they bring there too (`every_device`).
+//! Two independent masters bring the BCG450-SP to Data_Exchange over a pty and read its pressure, and every other device too
+//! (`every_device`).
 //!
 //! pyprofibus 1.13 runs as a Python program in the environment that `./test` makes; profirust 0.6.0 runs in a thread with a
-//! port of ours. What each is known to do wrong, and what may therefore be expected of it, stands where it is tested. A pty
-//! has no timing: this proves content and order of telegrams, nothing else.
+//! port of this test. Comments at the tests name the known defects of each. A pty has no timing, so the tests prove only content
+//! and order of telegrams.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
@@ -71,13 +71,13 @@ fn pyprofibus_reads_every_configuration_in_every_unit() {
     reads_the_pressure(PYPROFIBUS, CONFIGURATIONS.iter().flat_map(|cfg| UNITS.iter().map(move |unit| (cfg, unit))));
 }
 
-/// With units by turns: profirust takes half a second to claim the token each time.
+/// Units alternate: profirust needs half a second to claim the token each time.
 #[test]
 fn profirust_reads_every_configuration() {
     reads_the_pressure(PROFIRUST, CONFIGURATIONS.iter().zip(UNITS.iter().cycle()));
 }
 
-fn comes_back_after_a_restart_of_the_gauge(master: Master) {
+fn returns_after_a_restart_of_the_gauge(master: Master) {
     let folder = Folder::new();
     let mut simulator = simulator(&folder);
     let master = master(&folder.path("line"), &gauge::slave(USUAL.0, USUAL.1));
@@ -90,13 +90,13 @@ fn comes_back_after_a_restart_of_the_gauge(master: Master) {
 }
 
 #[test]
-fn pyprofibus_comes_back_after_a_restart_of_the_gauge() {
-    comes_back_after_a_restart_of_the_gauge(PYPROFIBUS);
+fn pyprofibus_exchanges_data_again_after_a_restart_of_the_gauge() {
+    returns_after_a_restart_of_the_gauge(PYPROFIBUS);
 }
 
 #[test]
-fn profirust_comes_back_after_a_restart_of_the_gauge() {
-    comes_back_after_a_restart_of_the_gauge(PROFIRUST);
+fn profirust_exchanges_data_again_after_a_restart_of_the_gauge() {
+    returns_after_a_restart_of_the_gauge(PROFIRUST);
 }
 
 /// A gauge behind a hub, and the master that loses its answers for 0.7 s.
@@ -114,15 +114,15 @@ fn muted(folder: &Folder, master: Master) -> (Program, Program, Watched) {
 }
 
 #[test]
-fn pyprofibus_comes_back_after_muted_answers() {
+fn pyprofibus_exchanges_data_again_after_muted_answers() {
     let folder = Folder::new();
     let (_hub, mut simulator, master) = muted(&folder, PYPROFIBUS);
     master.until_exchanging();
     follow(&mut simulator, &master, USUAL, 7e-2);
 }
 
-/// profirust never begins its frame count bit anew. A slave that holds its last answer, as it must, repeats it to every
-/// further request, and profirust takes none of them for a diagnosis: it stays offline until the slave has forgotten.
+/// profirust never restarts its frame count bit. A slave holds its last answer, as the standard demands, and repeats it to every
+/// further request; profirust accepts none of these answers as a diagnosis and stays offline until the slave loses the answer.
 #[test]
 fn profirust_stays_offline_after_muted_answers_until_the_gauge_restarts() {
     let folder = Folder::new();

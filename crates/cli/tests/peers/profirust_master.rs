@@ -1,4 +1,4 @@
-//! profirust in a thread. Its own ports refuse a pty and its clock is the wall clock, so it is given a port and a time.
+//! profirust in a thread. Its own ports refuse a pty and its clock is the wall clock, so the test supplies port and time.
 
 use crate::slave::Slave;
 use crate::watched::{Event, Watched};
@@ -16,34 +16,34 @@ use std::thread::{self, JoinHandle};
 
 const MASTER: u8 = 2;
 
-/// A slot time that a loaded machine keeps: 52 ms.
+/// A slot time within which a loaded computer answers: 52 ms.
 const SLOT_TBIT: u16 = 1000;
 
-/// Seven requests without an answer take 0.4 s: longer than a machine stands still, shorter than the tests mute.
+/// Seven requests without an answer take 0.4 s: longer than a pause of the computer, shorter than the muting in the tests.
 const RETRIES: u8 = 6;
 
-/// How long to wait for octets before time is looked at again: 1 ms.
+/// The wait for octets between two looks at the clock: 1 ms.
 const TICK: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
 
-/// A pty as profirust wants to see a port.
+/// A pty as a port of profirust.
 struct PtyPhy {
     pty: File,
-    heard: Vec<u8>,
+    received: Vec<u8>,
 }
 
 impl PtyPhy {
     fn open(path: &Path) -> Self {
-        Self { pty: File::options().read(true).write(true).open(path).unwrap(), heard: Vec::new() }
+        Self { pty: File::options().read(true).write(true).open(path).unwrap(), received: Vec::new() }
     }
 
-    /// Waits for octets, but not long. Whether any came.
+    /// Waits briefly for octets. Returns whether any arrived.
     fn wait(&mut self) -> bool {
         if poll(&mut [PollFd::new(&self.pty, PollFlags::IN)], Some(&TICK)).unwrap() == 0 {
             return false;
         }
         let mut buffer = [0; 512];
         let length = self.pty.read(&mut buffer).unwrap();
-        self.heard.extend_from_slice(&buffer[..length]);
+        self.received.extend_from_slice(&buffer[..length]);
         true
     }
 }
@@ -61,13 +61,13 @@ impl ProfibusPhy for PtyPhy {
     }
 
     fn receive_data<F: FnOnce(&[u8]) -> (usize, R), R>(&mut self, _now: Instant, take: F) -> R {
-        let (taken, result) = take(&self.heard);
-        self.heard.drain(..taken);
+        let (taken, result) = take(&self.received);
+        self.received.drain(..taken);
         result
     }
 }
 
-/// A master in a thread. The thread ends when this goes.
+/// A master in a thread. The thread ends when this is dropped.
 struct Running {
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -90,7 +90,7 @@ pub fn start(line: &Path, slave: &Slave) -> Watched {
     })
 }
 
-/// Exchanges data and tells what changes, until it is stopped.
+/// Exchanges data and reports changes, until it is stopped.
 fn run(mut phy: PtyPhy, slave: &Slave, events: &Sender<Event>, stopped: &Receiver<()>) {
     let options = PeripheralOptions {
         ident_number: slave.ident,
@@ -107,8 +107,8 @@ fn run(mut phy: PtyPhy, slave: &Slave, events: &Sender<Event>, stopped: &Receive
     station.set_online();
     master.enter_operate();
     let begin = std::time::Instant::now();
-    let mut told = Vec::new();
-    // Nobody listens any more when the test has what it wanted.
+    let mut last = Vec::new();
+    // The receiver is dropped when the test has its result.
     let tell = |event| events.send(event).unwrap_or(());
     while stopped.try_recv() == Err(TryRecvError::Empty) {
         let answered = phy.wait();
@@ -123,9 +123,9 @@ fn run(mut phy: PtyPhy, slave: &Slave, events: &Sender<Event>, stopped: &Receive
         if answered && !gauge.is_live() {
             tell(Event::Unheeded);
         }
-        if gauge.is_running() && gauge.pi_i() != told {
-            told = gauge.pi_i().to_vec();
-            tell(Event::Inputs(told.clone()));
+        if gauge.is_running() && gauge.pi_i() != last {
+            last = gauge.pi_i().to_vec();
+            tell(Event::Inputs(last.clone()));
         }
     }
 }

@@ -21,7 +21,7 @@ from pyprofibus.phy_serial import CpPhySerial
 
 MASTER = 2
 BAUD = 19200
-# Longer than any pause the tests make: a watchdog that runs is told by the diagnosis, one that expires would hide faults.
+# Longer than any pause of the tests: the diagnosis shows a running watchdog, and an expired one would hide faults.
 WATCHDOG_MS = 2000
 
 
@@ -73,7 +73,7 @@ def master_of(phy, slave):
 
 
 def state_of(master, slave):
-    """What the master knows of the slave. It is private, and looked at to report it and to start over."""
+    """The state of the slave in the master, a private attribute: read for reports and reset to start again."""
     return master._DpMaster__slaveStates[slave.slaveAddr]
 
 
@@ -89,7 +89,7 @@ def step(master, slave, state, outputs):
 
 
 def run(master, slave, outputs, ended):
-    """Exchanges data as fast as it goes and tells what changes."""
+    """Exchanges data as fast as possible and reports changes."""
     state = state_of(master, slave)
     told_state, told_inputs, exchanges = None, None, 0
     while not ended.is_set():

@@ -1,4 +1,4 @@
-//! pyprofibus as a process: `pyprofibus_master.py` tells what it sees, line by line.
+//! pyprofibus as a process: `pyprofibus_master.py` reports events, line by line.
 
 use crate::common::text;
 use crate::slave::Slave;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::Sender;
 
-/// The Python of the environment with pyprofibus in it.
+/// The Python of the environment that contains pyprofibus.
 pub fn python() -> PathBuf {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
     assert!(python.exists(), "there is no {}: ./test makes it", python.display());
@@ -33,8 +33,8 @@ pub fn start(line: &Path, slave: &Slave) -> Watched {
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
-        let told = BufReader::new(child.stdout.take().unwrap());
-        std::thread::spawn(move || pass_on(told, &events));
+        let output = BufReader::new(child.stdout.take().unwrap());
+        std::thread::spawn(move || pass_on(output, &events));
         Process(child)
     })
 }
@@ -49,11 +49,11 @@ impl Drop for Process {
     }
 }
 
-/// Turns lines into events, until either side ends. What pyprofibus itself prints is not for us.
-fn pass_on(told: impl BufRead, events: &Sender<Event>) {
-    for line in told.lines().map_while(Result::ok) {
-        let Ok(said) = serde_json::from_str::<Value>(&line) else { continue };
-        let event = match (&said["state"], &said["inputs"]) {
+/// Turns lines into events, until either side ends. The output of pyprofibus itself is ignored.
+fn pass_on(output: impl BufRead, events: &Sender<Event>) {
+    for line in output.lines().map_while(Result::ok) {
+        let Ok(message) = serde_json::from_str::<Value>(&line) else { continue };
+        let event = match (&message["state"], &message["inputs"]) {
             (Value::String(state), _) => Event::Exchanging(state == "Data_Exchange"),
             (_, Value::String(inputs)) => Event::Inputs(octets(inputs)),
             _ => panic!("{line}"),

@@ -8,7 +8,7 @@ patience is at its end:
     {"address": 5, "ident": 2278, "cfg": "44840505...", "user_prm": "000000051c", "outputs": 0, "inputs": 5}
     {"state": "Data_Exchange", "inputs": 5}
 
-"state" is where the master stands with the slave, "inputs" how many octets the last exchange brought, null if there was
+"state" is the state of the slave in the master, "inputs" the number of octets of the last exchange, null if there was
 none. The slave before is left without a word: pyprofibus has no way to release one.
 """
 
@@ -20,12 +20,12 @@ from pyprofibus_master import describe, master_of, open_port, state_of, step
 
 # The first answer after Chk_Cfg could be an accident, three exchanges in turn are none.
 EXCHANGES = 3
-# Some hundred times what a slave takes; it only ends what would not come to an end.
+# Some hundred times the steps that a slave needs; it only ends an endless start.
 PATIENCE_S = 10
 
 
 def bring_up(phy, address, ident, cfg, user_prm, outputs, inputs):
-    """Where the master stands when the slave has exchanged data, or will not."""
+    """The state of the slave in the master when it has exchanged data, or has failed."""
     slave = describe(address, ident, bytes.fromhex(cfg), bytes.fromhex(user_prm), outputs, inputs)
     master = master_of(phy, slave)
     state = state_of(master, slave)

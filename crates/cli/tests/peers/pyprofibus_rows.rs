@@ -15,12 +15,12 @@ pub struct Rows {
     from: Lines<BufReader<ChildStdout>>,
 }
 
-/// How far the master has come with a slave.
+/// The progress of the master with a slave.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Outcome {
     /// The master's state for it.
     pub state: String,
-    /// How many octets the last exchange brought, if there was one.
+    /// The number of input octets of the last exchange, if there was one.
     pub inputs: Option<u64>,
 }
 
@@ -38,7 +38,7 @@ impl Rows {
         Self { child, to, from: BufReader::new(from).lines() }
     }
 
-    /// Turns to a slave and brings it as far as it goes.
+    /// Selects a slave and brings it as far as possible.
     pub fn bring_up(&mut self, slave: &Slave) -> Outcome {
         let Slave { address, ident, outputs, inputs, .. } = slave;
         let (cfg, user_prm) = (text(&slave.cfg), text(&slave.user_prm));
@@ -50,17 +50,17 @@ impl Rows {
         Outcome { state: answer["state"].as_str().unwrap().to_owned(), inputs: answer["inputs"].as_u64() }
     }
 
-    /// The next line of the program. What pyprofibus itself prints in between, often thousands of times the same, is shown
-    /// once with a failing test.
+    /// The next line of the program. The output of pyprofibus itself, often thousands of equal lines, is shown once with a
+    /// failing test.
     fn answer(&mut self) -> Value {
-        let mut remark = String::new();
+        let mut repeated = String::new();
         for line in self.from.by_ref().map_while(Result::ok) {
             match serde_json::from_str(&line) {
                 Ok(answer) => return answer,
-                Err(_) if line == remark => {}
+                Err(_) if line == repeated => {}
                 Err(_) => {
                     println!("{line}");
-                    remark = line;
+                    repeated = line;
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What a master must be told of a slave.
+//! The parameters of a slave for a master.
 
 /// A slave as a master sees it.
 #[derive(Clone, Debug)]

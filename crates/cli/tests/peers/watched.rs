@@ -1,37 +1,37 @@
-//! What a foreign master sees, as a test waits for it.
+//! Events of a foreign master, for which a test waits.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// Nothing is expected to take this long; it only ends a test that would hang.
+/// A timeout that only ends a test that would hang.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Something a master sees.
+/// An event of a master.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// Data exchange with the gauge has begun or ended.
     Exchanging(bool),
-    /// Other inputs than before.
+    /// The inputs have changed.
     Inputs(Vec<u8>),
-    /// The gauge has answered, but to the master it is not there.
+    /// The gauge has answered, but the master does not accept the answer.
     Unheeded,
 }
 
 /// A running master. It stops when this is dropped.
 pub struct Watched {
     events: Receiver<Event>,
-    /// Whatever must live as long as the master, and ends it when it goes.
+    /// Ends the master when it is dropped.
     _master: Box<dyn Send>,
 }
 
 impl Watched {
-    /// Starts a master that is given where to tell what it sees.
+    /// Starts a master that sends its events to a channel.
     pub fn start<M: Send + 'static>(start: impl FnOnce(Sender<Event>) -> M) -> Self {
         let (sender, events) = channel();
         Self { _master: Box::new(start(sender)), events }
     }
 
-    /// What the master sees from now on, as long as anybody has patience.
+    /// The events of the master from now on, until the timeout.
     fn events(&self, what: &str) -> impl Iterator<Item = Event> {
         let deadline = Instant::now() + PATIENCE;
         std::iter::from_fn(move || match self.events.recv_timeout(deadline - Instant::now()) {
@@ -57,7 +57,7 @@ impl Watched {
         assert!(self.events("the end of data exchange").any(|event| event == Event::Exchanging(false)));
     }
 
-    /// Waits for so many answers that the master does not heed, and for nothing else.
+    /// Waits for this number of answers that the master ignores, without other events.
     pub fn until_unheeded(&self, answers: usize) {
         let mut events = self.events("an answer that is not heeded").take(answers);
         assert!(events.all(|event| event == Event::Unheeded));

@@ -1,4 +1,4 @@
-//! Layer 2: when a station may speak, to whom it listens and what counts as a repetition. profibus-wire 1.
+//! Layer 2 (FDL): when a station may send, which telegrams it accepts and which of them are repetitions. profibus-wire 1.
 
 pub mod active;
 mod rate;
@@ -22,37 +22,37 @@ pub struct Transmit<'a> {
     pub octets: &'a [u8],
 }
 
-/// Which telegrams a station has to be given.
+/// The telegrams that a station needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Listening {
-    /// All of them, and every character that completes none: an active station follows the token and its slot time.
+    /// All telegrams, and every character that completes none: an active station follows the token and its slot time.
     Everything,
-    /// Frames to this address and to everybody. A passive station ignores the rest, profibus-wire 1.8, so whoever drives
-    /// it may spare it the rest.
+    /// Telegrams to this address and to all stations. A passive station ignores the rest, profibus-wire 1.8, so the caller
+    /// may drop them.
     Own(u8),
 }
 
-/// Anything that takes part in a bus: a slave or a master.
+/// A station of a bus: a slave or a master.
 ///
-/// Whoever drives a station owns port and clock. It decodes what it hears with a [`Receiver`], hands telegrams over, sends
-/// what comes back, and calls [`poll`](Station::poll) when [`wake_at`](Station::wake_at) has come.
+/// The caller owns port and clock. It decodes the received octets with a [`Receiver`], passes the telegrams to the station,
+/// sends the returned [`Transmit`], and calls [`poll`](Station::poll) when [`wake_at`](Station::wake_at) has come.
 pub trait Station {
-    /// A valid telegram whose last bit ended at `end`. The answer, if there is one, is to be sent.
+    /// Processes a valid telegram whose last bit ended at `end`, and returns the answer, if any.
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>>;
 
-    /// A character ended at `end` which did not complete a valid telegram. The line is busy, no more.
+    /// A character ended at `end` that did not complete a valid telegram: the line is busy.
     fn activity(&mut self, _end: BitTime) {}
 
-    /// The telegram this station gave out last has left the line at `end`.
+    /// The last bit of the telegram that this station returned last has left at `end`.
     fn sent(&mut self, _end: BitTime) {}
 
-    /// Time has come to `now`. A passive station only lets its timers expire here.
+    /// Advances the time to `now`. In a passive station only timers expire here.
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>>;
 
-    /// When to poll next, if nothing is heard before.
+    /// When to poll next, if no telegram comes before.
     fn wake_at(&self) -> Option<BitTime>;
 
-    /// What the station has to be given. The address may change with any telegram, the kind never does.
+    /// The telegrams that the station needs. The address may change with any telegram, the variant never does.
     fn listening(&self) -> Listening {
         Listening::Everything
     }

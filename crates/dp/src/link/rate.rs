@@ -1,23 +1,23 @@
-//! Which rate a passive station listens at: searched for, supervised, or fixed. profibus-wire 3.6 and 3.7.
+//! The transmission rate of a passive station: searched, supervised, or fixed. profibus-wire 3.6 and 3.7.
 //!
-//! Whoever drives the station asks [`RateControl::rate`] how to set the port, reports every valid telegram and the passing of
-//! time, and keeps the transmitter off while the rate is [`Rate::Searching`]. Time is in bit times of that rate and begins
-//! anew, with a new [`Receiver`](super::Receiver), whenever a call says that the rate changed.
+//! The caller sets the port to [`RateControl::rate`], reports every valid telegram and the time, and keeps the transmitter off
+//! while the rate is [`Rate::Searching`]. Time is in bit times of that rate. It begins anew, with a new
+//! [`Receiver`](super::Receiver), whenever a call reports that the rate changed.
 
 use super::time::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 
-/// How the port is to be set.
+/// The setting of the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rate {
-    /// Listen only.
+    /// The station searches at this rate and must not send.
     Searching(Baud),
     /// The bus runs at this rate.
     Found(Baud),
 }
 
 impl Rate {
-    /// The rate to listen at.
+    /// The rate of the port.
     #[must_use]
     pub const fn baud(self) -> Baud {
         match self {
@@ -26,24 +26,35 @@ impl Rate {
     }
 }
 
-/// BAUD_SEARCH and BAUD_CONTROL. DP_CONTROL is the watchdog of the slave, which takes over from BAUD_CONTROL while it runs.
+/// BAUD_SEARCH and BAUD_CONTROL. DP_CONTROL is the watchdog of the slave, which replaces BAUD_CONTROL while it runs.
+///
+/// ```
+/// use profivac_dp::link::{Baud, BitTime, Rate, RateControl};
+///
+/// let mut control = RateControl::automatic(BitTime(0));
+/// assert_eq!(control.rate(), Rate::Searching(Baud::B12000000));
+/// // No telegram came: the next slower rate.
+/// let deadline = control.wake_at().expect("a search has a deadline");
+/// assert!(control.elapse(deadline, false));
+/// assert_eq!(control.rate(), Rate::Searching(Baud::B6000000));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RateControl {
     rate: Rate,
-    /// When the rate is given up; never if it is fixed.
+    /// When the station gives the rate up; `None` if the rate is fixed.
     until: Option<BitTime>,
 }
 
-/// How long to listen at one rate: longer than a bus is ever silent between two frames (token and GAP pauses).
+/// How long to listen at one rate, in ms: longer than any pause between two telegrams of a bus (token and GAP pauses).
 /// free choice within the usual 100 to 300 ms.
 const DWELL_MS: u64 = 300;
 
-/// How long a found rate holds without a frame to the station: 2 x WD_Baud_Control_Val x 10 ms with the greatest value, 255.
-/// free choice: a class 2 master that reads now and then must not find the station searching.
+/// How long a found rate is valid without a telegram to the station, in ms: 2 x WD_Baud_Control_Val x 10 ms with the greatest
+/// value, 255. free choice: the station must not search while a class 2 master reads only now and then.
 const CONTROL_MS: u64 = 5_100;
 
 impl RateControl {
-    /// A station that knows its rate and never searches.
+    /// A station with a fixed rate.
     #[must_use]
     pub const fn fixed(baud: Baud) -> Self {
         Self { rate: Rate::Found(baud), until: None }
@@ -56,7 +67,7 @@ impl RateControl {
     }
 
     fn searching(baud: Baud, now: BitTime) -> Self {
-        // Whoever begins to listen inside the longest telegram hears the next one to its end.
+        // The station may begin to listen inside the longest telegram and must receive the next one to its end.
         let telegrams = CHARACTER_TBIT.saturating_mul(2).saturating_mul(MAX_TELEGRAM as u64);
         Self { rate: Rate::Searching(baud), until: Some(now + baud.tbit_of_ms(DWELL_MS) + telegrams) }
     }
@@ -65,7 +76,7 @@ impl RateControl {
         Self { rate: Rate::Found(baud), until: Some(now + baud.tbit_of_ms(CONTROL_MS)) }
     }
 
-    /// How the port is to be set now.
+    /// The present setting of the port.
     #[must_use]
     pub const fn rate(&self) -> Rate {
         self.rate
@@ -77,8 +88,9 @@ impl RateControl {
         self.until
     }
 
-    /// A valid telegram ended at `end` at a station with `address`. A frame of anybody confirms a rate that is tried, a frame
-    /// to the station one that was found. Tokens and short acknowledgements prove nothing: noise has them too.
+    /// A valid telegram ended at `end` at a station with `address`. Any data telegram confirms a rate that is tried, one to
+    /// this station confirms the rate found. Tokens and short acknowledgements prove nothing, because noise may look like
+    /// them.
     ///
     /// Returns whether this found the rate.
     pub fn telegram_received(&mut self, end: BitTime, telegram: &Telegram<'_>, address: u8) -> bool {
@@ -96,9 +108,9 @@ impl RateControl {
         }
     }
 
-    /// Time has come to `now`. `watched` says that the watchdog of the slave runs, which then supervises in place of this.
+    /// Advances the time to `now`. `watched` means that the watchdog of the slave runs, which then supervises the rate.
     ///
-    /// Returns whether the rate changed: the station is to listen at another one, or has lost its own.
+    /// Returns whether the rate changed: the search tries the next rate, or begins because the rate was lost.
     pub fn elapse(&mut self, now: BitTime, watched: bool) -> bool {
         let Some(until) = self.until else { return false };
         match self.rate {
@@ -111,8 +123,8 @@ impl RateControl {
                 *self = Self::searching(slower(baud), BitTime(0));
                 true
             }
-            // free choice: the search begins where the bus was last, so that a station nobody spoke to for a while is deaf
-            // for one frame and not for a round of all rates.
+            // free choice: the search begins at the last rate, so that a station without requests for a while misses one
+            // telegram and not all telegrams during a round of all rates.
             Rate::Found(baud) => {
                 *self = Self::searching(baud, BitTime(0));
                 true
@@ -165,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_of_anybody_finds_the_rate() {
+    fn a_telegram_of_any_station_finds_the_rate() {
         for baud in Baud::ALL {
             assert_eq!(found(baud).rate(), Rate::Found(baud));
         }
@@ -180,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_to_the_station_keep_the_rate_and_others_do_not() {
+    fn telegrams_to_the_station_keep_the_rate_and_others_do_not() {
         let mut control = found(Baud::B19200);
         let lost = |from: u64| BitTime(from + 19_200 * 51 / 10);
         assert_eq!(control.wake_at(), Some(lost(100)));
@@ -194,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn while_the_watchdog_runs_it_supervises() {
+    fn while_the_watchdog_runs_the_rate_is_kept() {
         let mut control = found(Baud::B19200);
         assert!(!control.elapse(BitTime(1_000_000), true));
         assert_eq!(control.rate(), Rate::Found(Baud::B19200));

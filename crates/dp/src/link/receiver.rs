@@ -1,75 +1,84 @@
 //! From characters to telegrams. profibus-wire 1.7.
 //!
-//! After any error the receiver hunts: it listens to nothing until the line was idle, so the rest of a damaged telegram
-//! is never taken for the beginning of another. After a valid telegram the next may follow at once.
+//! After any error the receiver waits for an idle line before it accepts a telegram, so that it never takes the rest of a
+//! damaged telegram for the beginning of another. After a valid telegram the next may follow at once.
 
 use super::time::{BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_wire::{MAX_TELEGRAM, Telegram, TelegramError, TelegramLength};
 
-/// What a character completed.
+/// The result of one or more characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received<'a> {
-    /// Nothing yet, or nothing the receiver listens to.
+    /// No telegram is complete, or the receiver waits for an idle line.
     Nothing,
-    /// A telegram.
+    /// A valid telegram.
     Telegram(Telegram<'a>),
-    /// A telegram broke; the receiver hunts for an idle line.
+    /// A telegram was damaged; the receiver waits for an idle line.
     Damaged(TelegramError),
 }
 
-/// What became of an octet.
+/// The result of one octet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
-    /// It is kept, or passed over while hunting.
+    /// The octet is stored, or ignored while waiting for an idle line.
     Stored,
-    /// It is the last of a telegram.
+    /// The octet is the last of a telegram.
     Complete,
-    /// With it the octets are no telegram.
+    /// With this octet the stored octets are no telegram.
     Broken(TelegramError),
 }
 
-/// What an octet decides that is not only kept.
+/// The decision that depends on an octet, where the receiver does more than store it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Decision {
     /// Whether a telegram begins, and which.
     Beginning,
-    /// How many octets an SD2 has.
+    /// The length of an SD2.
     Length,
-    /// Whether all of them are a telegram.
+    /// Whether the octets are a telegram.
     End,
 }
 
 /// Collects the characters of one telegram at a time.
 ///
-/// Most characters decide nothing: they come in time and are kept, and [`octet`](Self::octet) does no more with them. The
-/// first of a telegram, the one that tells its length and the last go on to `decide`, as does any after a gap.
+/// Most characters decide nothing: they come in time, and [`octet`](Self::octet) only stores them. The first one of a
+/// telegram, the one that completes its length field and the last one go through `decide`, as does any one after a gap.
+///
+/// ```
+/// use profivac_dp::link::{BitTime, Received, Receiver};
+/// use profivac_wire::Telegram;
+///
+/// // The line is idle from bit time 0; the first character of a short acknowledgement ends at 50.
+/// let mut receiver = Receiver::new(BitTime(0));
+/// assert_eq!(receiver.octet(BitTime(50), 0xE5), Received::Telegram(Telegram::ShortAck));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Receiver {
-    /// One place more than the longest telegram has octets: whatever `length` is, there is a place.
+    /// One octet more than the longest telegram, so that every value of `length` is an index.
     octets: [u8; MAX_TELEGRAM + 1],
-    /// How many octets of a telegram are there; 0 while none is being received.
+    /// The number of octets received of a telegram; 0 while none is being received.
     length: u8,
-    /// As long as there are fewer octets than this, another one is only kept; the one after them decides something.
+    /// Up to this number octets are only stored; the next one needs a decision.
     buffer_until: u8,
-    /// What it decides.
+    /// That decision.
     next: Decision,
     waiting_for_idle: bool,
-    /// When the last character ended.
+    /// The end of the last character.
     last: BitTime,
-    /// From the end of a character to the end of the next, if the line was just idle between them.
+    /// From the end of a character to the end of the next, if the line was idle between them for just the idle time.
     gap_tbit: u64,
     damaged: u32,
 }
 
 impl Receiver {
-    /// Begins to listen at `now`, in the middle of whatever is on the line. The line counts as idle after T_SYN.
+    /// Begins to listen at `now`, possibly in the middle of a telegram. The line counts as idle after T_SYN.
     #[must_use]
     pub const fn new(now: BitTime) -> Self {
         Self::with_idle(now, T_SYN_TBIT)
     }
 
     /// As [`new`](Self::new), but the line counts as idle after `idle_tbit` without a character: for ports of an operating
-    /// system, where 33 bit times cannot be measured. A gap longer than this inside a telegram breaks it.
+    /// system, which cannot measure 33 bit times. A longer gap inside a telegram damages it.
     #[must_use]
     pub const fn with_idle(now: BitTime, idle_tbit: u64) -> Self {
         let gap_tbit = idle_tbit.saturating_add(CHARACTER_TBIT);
@@ -95,8 +104,9 @@ impl Receiver {
         }
     }
 
-    /// Characters without error and without gaps between them, the first of which ended at `end`: the same as one after the
-    /// other, but cheaper. Takes them up to the one with which a telegram is complete or broken, and says how many that were.
+    /// Characters without error and without gaps between them, the first of which ended at `end`: the same as several calls of
+    /// [`octet`](Self::octet), but cheaper. Stops after the character that completes or damages a telegram, and returns the
+    /// number of characters consumed.
     pub fn octets<'a>(&'a mut self, end: BitTime, octets: &'a [u8]) -> (usize, Received<'a>) {
         if let Some((taken, telegram)) = self.whole_telegram(end, octets) {
             self.waiting_for_idle = false;
@@ -117,7 +127,7 @@ impl Receiver {
         (taken, Received::Nothing)
     }
 
-    /// A valid telegram at the front of `octets`, read where it lies, if one may begin there.
+    /// A valid telegram at the front of `octets`, parsed in place, if one may begin there.
     fn whole_telegram<'a>(&self, end: BitTime, octets: &'a [u8]) -> Option<(usize, Telegram<'a>)> {
         if self.length > 0 || (self.waiting_for_idle && end - self.last < self.gap_tbit) {
             return None;
@@ -133,7 +143,7 @@ impl Receiver {
         self.wait_for_idle();
     }
 
-    /// How many telegrams broke, character errors and long gaps included.
+    /// The number of damaged telegrams, character errors and long gaps included.
     #[must_use]
     pub const fn damaged(&self) -> u32 {
         self.damaged
@@ -147,7 +157,7 @@ impl Receiver {
 
     #[inline]
     fn step(&mut self, end: BitTime, octet: u8) -> Step {
-        // Time that runs backwards looks like a long gap here, and like none where it is decided.
+        // Time that runs backwards looks like a long gap here; `decide` treats it as no gap.
         let since_last = end.0.wrapping_sub(self.last.0);
         if since_last >= self.gap_tbit || self.length >= self.buffer_until {
             return self.decide(end, octet);
@@ -165,8 +175,8 @@ impl Receiver {
         self.length = self.length.wrapping_add(1);
     }
 
-    /// Keeps those at the front of `octets` that decide nothing, the character before which ended at `last`, and says how
-    /// many they are.
+    /// Stores the octets at the front of `octets` that need no decision and returns their number. The character before them
+    /// ended at `last`.
     fn buffer_plain(&mut self, last: BitTime, octets: &[u8]) -> usize {
         let count = usize::from(self.buffer_until.saturating_sub(self.length)).min(octets.len());
         let place = self.octets.get_mut(usize::from(self.length)..).and_then(|free| free.get_mut(..count));
@@ -178,7 +188,7 @@ impl Receiver {
         count
     }
 
-    /// Any octet. What [`step`](Self::step) does with most of them is the same by a shorter way.
+    /// Processes any octet. [`step`](Self::step) has a shorter way with the same result for most of them.
     fn decide(&mut self, end: BitTime, octet: u8) -> Step {
         let since_last = end - self.last;
         self.last = end;
@@ -200,7 +210,7 @@ impl Receiver {
         }
     }
 
-    /// The line was idle. Inside a telegram it may be so for just the gap.
+    /// The line was idle. Inside a telegram a gap of just the idle time is allowed.
     fn after_gap(&mut self, since_last: u64) {
         if self.length > 0 && since_last > self.gap_tbit {
             self.wait_for_idle();
@@ -208,7 +218,7 @@ impl Receiver {
         self.waiting_for_idle = false;
     }
 
-    /// The octets so far tell how many there will be.
+    /// Sets the number of octets that need no decision, from what the octets so far say about the length.
     fn set_expected_length(&mut self, extent: TelegramLength) -> Step {
         match extent {
             TelegramLength::Incomplete => {
@@ -250,7 +260,7 @@ impl Receiver {
     }
 }
 
-/// How long so many characters are without gaps.
+/// The duration of `count` characters without gaps.
 fn characters_tbit(count: usize) -> u64 {
     (count as u64).saturating_mul(CHARACTER_TBIT)
 }
@@ -264,7 +274,7 @@ mod tests {
     const FDL_STATUS: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const SLAVE_DIAG: [u8; 11] = [0x68, 5, 5, 0x68, 0x88, 0x82, 0x6D, 0x3C, 0x3E, 0xF1, 0x16];
 
-    /// A line: characters follow each other without idle bits, `idle` bit times of silence where the test says so.
+    /// A line: characters follow each other without idle bits, except for `idle` bit times where the test says so.
     struct Line {
         receiver: Receiver,
         now: BitTime,
@@ -306,12 +316,12 @@ mod tests {
     }
 
     #[test]
-    fn a_telegram_after_t_syn_is_heard() {
+    fn a_telegram_after_t_syn_is_received() {
         assert_eq!(Line::new().idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
     }
 
     #[test]
-    fn a_receiver_that_wakes_in_traffic_waits_for_t_syn() {
+    fn a_receiver_that_starts_during_traffic_waits_for_t_syn() {
         let line = Line::new().idle(32).octets(&FDL_STATUS);
         assert!(line.heard.is_empty());
         assert_eq!(line.idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
@@ -324,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_of_a_damaged_telegram_is_not_listened_to() {
+    fn the_rest_of_a_damaged_telegram_is_ignored() {
         // The data unit holds a telegram of its own; the outer length octets disagree.
         let mut outer = SLAVE_DIAG.to_vec();
         outer[2] ^= 1;

@@ -1,17 +1,20 @@
-//! The passive half of a station: which requests are ours, and which are repetitions. profibus-wire 1.8, 1.9 and 1.11.
+//! The passive half of a station: which requests it accepts, and which are repetitions. profibus-wire 1.8, 1.9 and 1.11.
 //!
-//! There is one frame count memory per station, whatever the service: it holds the last counted requester, its FCB and the
-//! whole answer. A repeated request gets that answer again and is not executed twice.
+//! A station has one frame count memory for all services: the last counted requester, its FCB and the whole answer. A
+//! repeated request gets that answer again and is not executed twice.
 
 use super::Transmit;
 use super::time::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
 
-/// The requester that no station is: nobody has asked yet.
+/// The requester before the first request; no station has this address.
 const NO_STATION: u8 = 0xFF;
 
-/// FC of the counted request that data exchange consists of.
+/// The highest source access point of a DP service.
+const MAX_SSAP: u8 = 62;
+
+/// FC of the counted request of data exchange.
 const SRD_HIGH: u8 = srd_high(false);
 /// The same with FCB.
 const SRD_HIGH_FCB: u8 = srd_high(true);
@@ -23,33 +26,33 @@ const fn srd_high(fcb: bool) -> u8 {
 /// A request for the layer above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Indication<'a> {
-    /// Who asks.
+    /// The address of the requester.
     pub sa: u8,
-    /// Which service.
+    /// The service.
     pub sap: Sap,
-    /// The access point of the requester, where the request came with one.
+    /// The access point of the requester, if the request has one.
     pub ssap: Option<u8>,
     /// The data unit.
     pub du: &'a [u8],
 }
 
-/// What the layer above answers.
+/// The answer of the layer above, with its data unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reply {
-    /// SC: taken, nothing to return.
+pub enum Reply<'a> {
+    /// SC: accepted, without data.
     ShortAck,
     /// A telegram without data.
     Status(Status),
-    /// So many octets of the data unit the responder lent, low priority.
-    Low(usize),
+    /// Data with low priority.
+    Low(&'a [u8]),
     /// As [`Low`](Self::Low), but a diagnosis is pending.
-    High(usize),
+    High(&'a [u8]),
 }
 
-/// What the link layer makes of a frame.
+/// The decision of the link layer about a telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accepted<'a> {
-    /// Not for us, or not to be answered.
+    /// Not for this station, or not to be answered.
     Ignored,
     /// An SDN: to be executed, never answered.
     Unconfirmed(Indication<'a>),
@@ -63,24 +66,40 @@ pub enum Accepted<'a> {
     Confirmed(Indication<'a>),
 }
 
-/// Address match, frame count memory and the answer that may have to be repeated.
+/// Address filter, frame count memory and the stored answer.
+///
+/// ```
+/// use profivac_dp::link::{Accepted, BitTime, Reply, Responder};
+/// use profivac_wire::Telegram;
+///
+/// let mut responder = Responder::new(8);
+/// // Master 2 exchanges data with station 8 for the first time: outputs 00 00.
+/// let request = [0x68, 5, 5, 0x68, 8, 2, 0x5D, 0, 0, 0x67, 0x16];
+/// let Ok(Telegram::Data(request)) = Telegram::parse(&request) else { unreachable!() };
+/// assert!(matches!(responder.accept(&request), Accepted::Confirmed(indication) if indication.du == [0, 0]));
+/// let answer = responder.answer(&request, Reply::Low(&[1, 2]), BitTime(11)).map(|answer| answer.octets.to_vec());
+///
+/// // The answer was lost, and the master repeats the request.
+/// assert_eq!(responder.accept(&request), Accepted::Repetition);
+/// assert_eq!(Some(responder.repeat(BitTime(400)).octets.to_vec()), answer);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Responder {
     address: u8,
     /// The last counted requester and its FCB.
     requester: u8,
     fcb: bool,
-    /// The request accepted last counts: its answer is to be stored.
+    /// The request accepted last is counted: its answer is stored.
     is_counted: bool,
-    /// The answer to it; nothing stored while 0.
+    /// The length of the stored answer; 0 if none is stored.
     length: usize,
     answer: [u8; MAX_TELEGRAM],
-    /// Answers to requests that do not count.
+    /// The answer to a request that is not counted.
     uncounted: [u8; MAX_TELEGRAM],
 }
 
 impl Responder {
-    /// A station with `address` that nobody has spoken to.
+    /// A station with `address` that has not had a request yet.
     #[must_use]
     pub const fn new(address: u8) -> Self {
         Self {
@@ -100,20 +119,20 @@ impl Responder {
         self.address
     }
 
-    /// Takes another address and forgets every requester.
+    /// Sets the address and drops the frame count memory.
     pub const fn set_address(&mut self, address: u8) {
         self.address = address;
         self.requester = NO_STATION;
         self.length = 0;
     }
 
-    /// Deletes the answer that a repetition would get, as a station may whenever it hears a telegram that is not for it. This
-    /// one does not do so by itself; a master must get along with both kinds.
+    /// Deletes the stored answer, as a station may whenever it receives a telegram for another station. This one does not do
+    /// so by itself; a master must work with both kinds.
     pub const fn forget_answer(&mut self) {
         self.length = 0;
     }
 
-    /// Decides what a frame is for this station and, if it is a new counted request, remembers it.
+    /// Decides about a telegram and, if it is a new counted request, remembers it.
     #[inline]
     pub fn accept<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
         if self.is_next(frame) {
@@ -123,15 +142,15 @@ impl Responder {
         self.accept_any(frame)
     }
 
-    /// Whether the station that was accepted last goes on with another request to this one, as in every data exchange.
-    /// Then nothing is left of what [`judge`](Self::judge) asks.
+    /// Whether the last requester sends the next request of a data exchange. All checks of
+    /// [`accept_any`](Self::accept_any) hold then.
     #[inline]
     fn is_next(&self, frame: &DataTelegram<'_>) -> bool {
         let fc = if self.fcb { SRD_HIGH } else { SRD_HIGH_FCB };
         frame.fc == fc && frame.sa == self.requester && frame.da == self.address
     }
 
-    /// Any frame. profibus-wire 1.8.
+    /// Decides about any telegram. profibus-wire 1.8.
     fn accept_any<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
         let Control::Request { function, count } = frame.control() else { return Accepted::Ignored };
         self.is_counted = false;
@@ -174,7 +193,7 @@ impl Responder {
         new
     }
 
-    /// A new counted request: its answer will be stored.
+    /// Remembers a new counted request, whose answer will be stored.
     #[inline]
     const fn remember(&mut self, requester: u8, fcb: bool) {
         self.requester = requester;
@@ -183,23 +202,17 @@ impl Responder {
         self.is_counted = true;
     }
 
-    /// The stored answer once more, for a request that ended at `end`.
+    /// The stored answer once more, to be sent not before `not_before`.
     #[must_use]
     pub fn repeat(&self, not_before: BitTime) -> Transmit<'_> {
         Transmit { not_before, octets: self.answer.get(..self.length).unwrap_or_default() }
     }
 
-    /// Makes the answer to the frame accepted last, and stores it if the request counts. `du` holds the data the reply
-    /// speaks of.
+    /// Makes the answer to the telegram accepted last, to be sent not before `not_before`, and stores it if the request is
+    /// counted.
     #[inline]
-    pub fn answer(
-        &mut self,
-        frame: &DataTelegram<'_>,
-        reply: Reply,
-        du: &[u8],
-        not_before: BitTime,
-    ) -> Option<Transmit<'_>> {
-        let telegram = respond(frame, self.address, reply, du);
+    pub fn answer(&mut self, frame: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
+        let telegram = respond(frame, self.address, reply);
         let place = if self.is_counted { &mut self.answer } else { &mut self.uncounted };
         let length = telegram.emit(place).ok()?;
         if self.is_counted {
@@ -209,14 +222,16 @@ impl Responder {
     }
 }
 
-/// A response swaps everything: addresses and access points. SD1 and SC carry none of the latter.
+/// A response swaps addresses and access points. SD1 and SC carry no access points.
 #[inline]
-fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply, du: &'a [u8]) -> Telegram<'a> {
-    let (status, length) = match reply {
+fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply<'a>) -> Telegram<'a> {
+    let (status, du) = match reply {
         Reply::ShortAck => return Telegram::ShortAck,
-        Reply::Status(status) => return Telegram::Data(DataTelegram::short(frame.sa, address, Control::slave(status))),
-        Reply::Low(length) => (Status::DataLow, length),
-        Reply::High(length) => (Status::DataHigh, length),
+        Reply::Status(status) => {
+            return Telegram::Data(DataTelegram::short(frame.sa, address, Control::slave(status)));
+        }
+        Reply::Low(du) => (Status::DataLow, du),
+        Reply::High(du) => (Status::DataHigh, du),
     };
     Telegram::Data(DataTelegram {
         da: frame.sa,
@@ -224,16 +239,17 @@ fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply, du: &'a [u8]
         dsap: frame.ssap,
         ssap: frame.dsap,
         fc: Control::slave(status).to_octet(),
-        du: du.get(..length.min(MAX_DU)).unwrap_or_default(),
+        du: du.get(..MAX_DU).unwrap_or(du),
     })
 }
 
-/// DP uses both extensions or none; one alone, or one that is no access point, addresses nothing. profibus-wire 1.3.
+/// DP uses both address extensions or none; a single one, or one that is no access point, addresses no service.
+/// profibus-wire 1.3.
 #[inline]
 fn indication<'a>(frame: &DataTelegram<'a>) -> Indication<'a> {
     let sap = match (frame.dsap, frame.ssap) {
         (None, None) => Sap::Default,
-        (Some(dsap), Some(0..=62)) => Sap::from_octet(Some(dsap)),
+        (Some(dsap), Some(0..=MAX_SSAP)) => Sap::from_octet(Some(dsap)),
         (dsap, _) => Sap::Other(dsap.unwrap_or(NO_STATION)),
     };
     Indication { sa: frame.sa, sap, ssap: frame.ssap, du: frame.du }

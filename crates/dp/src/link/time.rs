@@ -6,17 +6,17 @@ use core::ops::{Add, Sub};
 /// One character: start bit, eight data bits, even parity, stop bit.
 pub const CHARACTER_TBIT: u64 = 11;
 
-/// T_SYN: the idle line every request begins after.
+/// T_SYN: the idle time before every request.
 pub const T_SYN_TBIT: u64 = 33;
 
-/// A moment, in bit times since a moment of the caller's choice. A duration is a plain number of bit times (`_tbit`).
+/// A point in time, in bit times since an origin that the caller chooses. A duration is a plain number of bit times (`_tbit`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BitTime(pub u64);
 
 impl Add<u64> for BitTime {
     type Output = Self;
 
-    /// Later by `tbit`. Stops at the end of time instead of wrapping.
+    /// Later by `tbit`. Saturates at the greatest time instead of wrapping.
     fn add(self, tbit: u64) -> Self {
         Self(self.0.saturating_add(tbit))
     }
@@ -25,7 +25,7 @@ impl Add<u64> for BitTime {
 impl Sub for BitTime {
     type Output = u64;
 
-    /// The bit times since `earlier`, none if it is later.
+    /// The bit times since `earlier`, 0 if it is later.
     fn sub(self, earlier: Self) -> u64 {
         self.0.saturating_sub(earlier.0)
     }
@@ -94,25 +94,25 @@ impl Baud {
         }
     }
 
-    /// The rate with so many bits per second, if PROFIBUS has it.
+    /// The rate with this number of bits per second, if PROFIBUS has it.
     #[must_use]
     pub fn from_bits_per_second(rate: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|baud| baud.bits_per_second() == rate)
     }
 
-    /// How many bit times `ms` milliseconds are.
+    /// The number of bit times in `ms` milliseconds, rounded down.
     #[must_use]
     pub const fn tbit_of_ms(self, ms: u64) -> u64 {
         ms.saturating_mul(self.bits_per_second() as u64).div_euclid(1000)
     }
 
-    /// How many bit times `us` microseconds are, rounded down.
+    /// The number of bit times in `us` microseconds, rounded down.
     #[must_use]
     pub const fn tbit_of_us(self, us: u64) -> u64 {
         us.saturating_mul(self.bits_per_second() as u64).div_euclid(1_000_000)
     }
 
-    /// max T_SDR, the latest start of an answer a slave of this project declares, in bit times. profibus-wire 1.12; for
+    /// max T_SDR, the latest start of an answer that a slave of this project declares, in bit times. profibus-wire 1.12; for
     /// 45.45 kbit/s the choice of profibus-wire 10, point 27.
     #[must_use]
     pub const fn max_tsdr_tbit(self) -> u16 {
@@ -126,7 +126,7 @@ impl Baud {
         }
     }
 
-    /// T_SL, how long a master waits for the first character of an answer, in bit times. profibus-wire 1.12.
+    /// T_SL, the time in which the first character of an answer must come, in bit times. profibus-wire 1.12.
     #[must_use]
     pub const fn default_slot_tbit(self) -> u16 {
         match self {

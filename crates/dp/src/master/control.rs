@@ -1,8 +1,8 @@
-//! Global_Control: what a master tells groups of slaves. profibus-wire 2.9.
+//! Global_Control: commands to all slaves or to groups. profibus-wire 2.9.
 //!
-//! The mode is told at every change and then again and again. Groups may be kept in Clear while the others work. Sync,
-//! Freeze and their opposites are commands: each is sent once, for a second Sync would let further outputs through. No
-//! slave acknowledges them; what became of one stands in the diagnosis (Sync_Mode, Freeze_Mode, Not_Supported).
+//! The master sends the mode at every change and then repeatedly. It can keep groups in Clear while the others operate. Sync,
+//! Freeze and their opposites are commands: the master sends each once, because a second Sync would apply further outputs. No
+//! slave acknowledges them; the diagnosis shows their effect (Sync_Mode, Freeze_Mode, Not_Supported).
 
 use super::{Master, Mode, Pending};
 use crate::link::BitTime;
@@ -14,17 +14,18 @@ use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::sap::MASTER_MS0;
 use profivac_wire::{BROADCAST, Sap};
 
-/// So many commands can wait.
+/// The most commands that can wait.
 pub const MAX_PENDING_COMMANDS: usize = 8;
 
-/// Why a command was not taken.
+/// Why the master did not accept a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ControlError {
-    /// [`COMMANDS`] are waiting already.
+    /// [`COMMANDS`] commands are waiting already.
     Full,
-    /// No slave exchanges data, so none would listen.
+    /// No slave exchanges data, so none would execute the command.
     NoSlaveExchanging,
-    /// It has other bits than Sync, Unsync, Freeze and Unfreeze, or none.
+    /// The command has other bits than Sync, Unsync, Freeze and Unfreeze, or none.
     InvalidCommand(ControlCommand),
 }
 
@@ -32,7 +33,7 @@ impl fmt::Display for ControlError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Full => write!(f, "{MAX_PENDING_COMMANDS} commands are waiting to be sent already"),
-            Self::NoSlaveExchanging => f.write_str("no slave exchanges data, so none would listen"),
+            Self::NoSlaveExchanging => f.write_str("no slave exchanges data, so none would execute it"),
             Self::InvalidCommand(command) => {
                 write!(f, "control command {:02X} is not made of Sync, Unsync, Freeze and Unfreeze", command.bits())
             }
@@ -42,10 +43,10 @@ impl fmt::Display for ControlError {
 
 impl core::error::Error for ControlError {}
 
-/// What is to be told.
+/// A Global_Control telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ControlMessage {
-    /// The mode, to everybody.
+    /// The mode, to all slaves.
     Mode,
     /// Clear, to the groups that are kept in it.
     Cleared,
@@ -53,21 +54,21 @@ pub(super) enum ControlMessage {
     Command,
 }
 
-/// A command on its way.
+/// A command that waits.
 #[derive(Clone, Copy, Debug)]
 struct PendingCommand {
     control: GlobalControl,
-    /// When the first cycle after the call began. Sent once every slave concerned has exchanged data since.
+    /// The begin of the first cycle after the call. The command is sent once every selected slave has exchanged data since.
     since: Option<BitTime>,
 }
 
-/// All that waits to be told.
+/// All Global_Control telegrams that wait.
 #[derive(Clone, Debug)]
 pub(super) struct Controls {
-    /// The mode has changed, or a slave has joined, or it is time again.
+    /// The mode has changed, a slave has entered data exchange, or the repetition is due.
     pub(super) mode_due: bool,
     cleared_due: bool,
-    /// How many commands may be sent now.
+    /// The number of commands that may be sent now.
     ready: usize,
     commands: Deque<PendingCommand, MAX_PENDING_COMMANDS>,
     /// The groups that are kept in Clear.
@@ -79,13 +80,13 @@ impl Controls {
         Self { mode_due: false, cleared_due: false, ready: 0, commands: Deque::new(), cleared: 0 }
     }
 
-    /// Whether slaves of this group get safe outputs, whatever the mode.
+    /// Whether slaves of this group get safe outputs in every mode.
     #[inline]
     pub(super) const fn is_cleared(&self, group: u8) -> bool {
         self.cleared & group != 0
     }
 
-    /// What to tell next.
+    /// The next telegram.
     #[inline]
     pub(super) fn next(&mut self) -> Option<ControlMessage> {
         if core::mem::take(&mut self.mode_due) {
@@ -98,7 +99,7 @@ impl Controls {
         }
     }
 
-    /// What became of it: nobody answers, so all that counts is that it has left.
+    /// Confirms a telegram. It has no answer, so only whether it was sent matters.
     pub(super) fn confirmed(&mut self, tell: ControlMessage, sent: bool) {
         match (tell, sent) {
             (ControlMessage::Command, true) => {
@@ -123,7 +124,7 @@ impl Controls {
         })
     }
 
-    /// Nobody is left who would listen.
+    /// Drops all commands: no slave exchanges data.
     pub(super) fn forget(&mut self) {
         self.commands.clear();
         self.ready = 0;
@@ -133,14 +134,14 @@ impl Controls {
 impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
     Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
-    /// Sends Sync, Unsync, Freeze or Unfreeze, or a pair of them, to the slaves of a group; `group` 0 is everybody.
+    /// Sends Sync, Unsync, Freeze or Unfreeze, or a pair of them, to the slaves of a group; `group` 0 is all slaves.
     ///
-    /// It leaves between two cycles, as soon as every slave of the group has exchanged data in a cycle that began after
-    /// this call. So Sync takes over the outputs as they are now, at all slaves at once, and the inputs that Freeze takes
-    /// come with the cycle that follows.
+    /// The master sends it between two cycles, as soon as every slave of the group has exchanged data in a cycle that began
+    /// after this call. So Sync applies the outputs as they are now at all slaves at once, and the inputs that Freeze samples
+    /// come with the next cycle.
     ///
     /// # Errors
-    /// [`NotSent`], and nothing is sent.
+    /// [`NotSent`]; nothing is sent.
     pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), ControlError> {
         let pairs = ControlCommand::SYNC | ControlCommand::UNSYNC | ControlCommand::FREEZE | ControlCommand::UNFREEZE;
         if command.is_empty() || !pairs.contains(command) {
@@ -153,24 +154,24 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.controls.commands.push_back(waiting).map_err(|_| ControlError::Full)
     }
 
-    /// How many commands were taken and not sent yet. They are dropped when no slave exchanges data any more.
+    /// The number of commands that wait. The master drops them when no slave exchanges data any more.
     pub fn pending_commands(&self) -> usize {
         self.controls.commands.len()
     }
 
-    /// Keeps the slaves of these groups, one per bit, in Clear while the mode is [`Mode::Operate`]; the others work.
-    /// They are told at once and then as often as the mode, and get safe outputs in every exchange.
+    /// Keeps the slaves of these groups, one per bit, in Clear while the mode is [`Mode::Operate`]. The master sends them Clear
+    /// at once and then as often as the mode, and safe outputs in every exchange.
     pub const fn set_cleared_groups(&mut self, groups: u8) {
         self.controls.cleared = groups;
         self.controls.mode_due = true;
     }
 
-    /// The groups that are kept in Clear.
+    /// The groups that the master keeps in Clear.
     pub const fn cleared_groups(&self) -> u8 {
         self.controls.cleared
     }
 
-    /// A cycle begins: which commands may be sent before it?
+    /// A cycle begins: determines the commands that may be sent before it.
     pub(super) fn prepare_controls(&mut self, now: BitTime) {
         if self.exchanging == 0 {
             self.controls.forget();
@@ -184,7 +185,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// Whether every slave that exchanges data, and that `control` concerns, has done so since.
+    /// Whether every slave in data exchange that `control` selects has exchanged data since then.
     pub(super) fn all_exchanged_since(&self, since: BitTime, control: Option<GlobalControl>) -> bool {
         let concerned = |group| control.is_none_or(|control| control.selects(group));
         self.slaves.iter().filter(|slave| slave.is_exchanging() && concerned(slave.group)).all(|slave| {
@@ -193,7 +194,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         })
     }
 
-    /// The next Global_Control, if there is one to be sent and somebody to listen.
+    /// The next Global_Control, if one waits and a slave exchanges data.
     #[inline]
     pub(super) fn next_control(&mut self) -> Option<Pending> {
         if self.exchanging == 0 {
@@ -202,7 +203,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.controls.next().map(Pending::Control)
     }
 
-    /// Global_Control goes to everybody; whom it concerns stands in it.
+    /// The request. Global_Control goes to all stations; its group selects the slaves.
     pub(super) fn global_control(&mut self, tell: ControlMessage) -> Option<Request<'_>> {
         let length = self.controls.message(tell, self.mode)?.emit(&mut self.du).ok()?;
         Some(Request {

@@ -1,6 +1,6 @@
-//! What a master has to tell about its slaves: one bounded queue.
+//! Events of a master, in one bounded queue.
 
-use super::acyclic::{AcyclicEvent, Handle};
+use super::acyclic::{AcyclicEvent, AcyclicId};
 use super::state::HandlerState;
 use crate::link::BitTime;
 use crate::link::active::Failure;
@@ -8,33 +8,34 @@ use core::fmt;
 use heapless::deque::{Deque, DequeView};
 use profivac_wire::control::Status;
 
-/// Something happened to a slave.
+/// An event of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Event {
-    /// When.
+    /// The time.
     pub at: BitTime,
-    /// To which slave.
+    /// The address of the slave.
     pub address: u8,
-    /// What.
+    /// The kind of event.
     pub kind: EventKind,
 }
 
-/// What happened.
+/// The kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EventKind {
     /// The handler has entered this state.
     Entered(HandlerState),
-    /// Something keeps the slave from exchanging data. Told once, until it exchanges or something else does.
+    /// The slave does not exchange data. Reported once, until it exchanges data or the reason changes.
     Trouble(ExchangeError),
-    /// The diagnosis says something new.
+    /// The diagnosis has changed.
     Diagnosis,
-    /// It has answered twice, or late. Told for the first time since the slave was called, then counted:
+    /// The slave has answered twice, or late. Reported once after the slave was found, then only counted:
     /// [`Counters::strays`](super::Counters::strays).
     Stray,
-    /// Something became of an acyclic request.
-    Acyclic(Handle, AcyclicEvent),
-    /// The slave has fallen out of data exchange, and [`Settings::auto_clear`](super::Settings::auto_clear) has taken the
-    /// master to Clear.
+    /// An event of an acyclic request or connection.
+    Acyclic(AcyclicId, AcyclicEvent),
+    /// The slave has left data exchange, and [`Settings::auto_clear`](super::Settings::auto_clear) has set the master to
+    /// Clear.
     AutoClear,
 }
 
@@ -44,52 +45,53 @@ impl fmt::Display for EventKind {
             Self::Entered(state) => state.fmt(f),
             Self::Trouble(trouble) => trouble.fmt(f),
             Self::Diagnosis => f.write_str("new diagnosis"),
-            Self::Stray => f.write_str("it answered twice or late: is there another station at its address?"),
-            Self::Acyclic(handle, AcyclicEvent::OutcomeReady) => {
-                write!(f, "there is an outcome of {}", handle.service())
+            Self::Stray => f.write_str("it answered twice or late: another station may have its address"),
+            Self::Acyclic(id, AcyclicEvent::OutcomeReady) => {
+                write!(f, "an outcome of {} is ready", id.service())
             }
             Self::Acyclic(_, AcyclicEvent::Ended(end)) => end.fmt(f),
-            Self::AutoClear => f.write_str("it fell out of data exchange, and the master went to CLEAR"),
+            Self::AutoClear => f.write_str("it left data exchange, and the master went to CLEAR"),
         }
     }
 }
 
-/// What keeps a slave from exchanging data.
+/// Why a slave does not exchange data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ExchangeError {
-    /// No answer, or none that is one.
+    /// No valid answer came.
     NoAnswer(Failure),
-    /// Another master owns it.
+    /// Another master owns the slave.
     Owned {
         /// Diag_Master_Add.
         master: u8,
     },
-    /// It is another device.
+    /// The slave is another device.
     Ident {
-        /// The Ident_Number it should have.
+        /// The Ident_Number expected.
         expected: u16,
-        /// The one it has.
+        /// The Ident_Number received.
         received: u16,
     },
-    /// It does not accept its parameters.
+    /// The slave does not accept its parameters.
     PrmFault,
-    /// It does not accept its configuration.
+    /// The slave does not accept its configuration.
     CfgFault,
-    /// It wants to be parameterised again.
+    /// The slave asks to be parameterised again.
     PrmReq,
-    /// It has been checking its parameters for too long.
+    /// The slave has not become ready in time.
     NotReady,
-    /// Static diagnosis: it has no valid process data yet.
+    /// Static diagnosis: the slave has no valid process data yet.
     StaticDiag,
-    /// A late response could be taken for another one: MS1 begins anew with data exchange.
+    /// MS1 failed, and a late response could be taken for another one: the slave is restarted.
     Ms1,
-    /// It answers a service like this.
+    /// The slave answers a service with this status.
     Refused(Status),
     /// The data unit of an answer has the wrong length.
     Length {
-        /// How many octets it should have, at least six in a diagnosis.
+        /// The expected length in octets; the least length for a diagnosis.
         expected: usize,
-        /// How many it has.
+        /// The received length in octets.
         received: usize,
     },
 }
@@ -123,14 +125,14 @@ impl fmt::Display for ExchangeError {
     }
 }
 
-/// The queue. What comes when it is full is lost, and remembered as an overflow.
+/// The queue. An event that comes while it is full is lost and counts as an overflow.
 #[derive(Clone, Debug)]
 pub(super) struct Events<const EVENTS: usize> {
     queue: Deque<Event, EVENTS>,
     overflow: bool,
 }
 
-/// The end of the queue that events are put in, whatever its capacity.
+/// The end of the queue that takes events, independent of its capacity.
 pub(super) struct Sink<'a> {
     queue: &'a mut DequeView<Event>,
     overflow: &'a mut bool,
@@ -166,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_full_queue_keeps_the_oldest_and_says_so() {
+    fn a_full_queue_keeps_the_oldest_events_and_reports_the_overflow() {
         let mut events = Events::<2>::new();
         let event = |address| Event { at: BitTime(0), address, kind: EventKind::Diagnosis };
         (1..=3).for_each(|address| events.sink().push(event(address)));

@@ -1,4 +1,4 @@
-//! The extended diagnosis of a slave, entry by entry and in words. profibus-wire 2.3.1 and 2.3.2.
+//! The extended diagnosis of a slave, entry by entry. profibus-wire 2.3.1 and 2.3.2.
 
 use super::Master;
 use core::fmt;
@@ -9,9 +9,9 @@ use profivac_wire::ext_diag::{Block, Blocks, Message};
 pub enum ExtDiagEntry<'a> {
     /// A device-related block of a DP-V1 slave: an alarm or a status.
     Message(Message<'a>),
-    /// Any other block: identifier-related, channel-related, a revision, or what only the manual of the device explains.
+    /// Any other block: identifier-related, channel-related, a revision, or one that only the manual of the device explains.
     Block(Block<'a>),
-    /// What follows is no block: its length is 0, or runs past the end. The last entry.
+    /// The rest is no block: its length is 0 or exceeds the data. This is the last entry.
     Malformed,
 }
 
@@ -25,7 +25,7 @@ impl fmt::Display for ExtDiagEntry<'_> {
     }
 }
 
-/// Walks over the extended diagnosis of a slave.
+/// An iterator over the entries of an extended diagnosis.
 #[derive(Clone, Debug)]
 pub struct ExtDiag<'a> {
     blocks: Blocks<'a>,
@@ -33,8 +33,8 @@ pub struct ExtDiag<'a> {
 }
 
 impl<'a> ExtDiag<'a> {
-    /// Begins with the first block of `octets`. What device-related blocks are, the GSD file of the slave says
-    /// (DPV1_Slave) and not the mode it was parameterised for.
+    /// Begins with the first block of `octets`. `dpv1` gives the meaning of device-related blocks: it is DPV1_Slave of the
+    /// GSD file and not the mode of the slave's parameters.
     #[must_use]
     pub const fn new(octets: &'a [u8], dpv1: bool) -> Self {
         Self { blocks: Blocks::new(octets), dpv1 }
@@ -58,7 +58,7 @@ impl<'a> Iterator for ExtDiag<'a> {
 impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
     Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
-    /// The entries of the last extended diagnosis of a slave; none if there is no such slave.
+    /// The entries of the last extended diagnosis of a slave; none for an unknown slave.
     pub fn ext_diag(&self, address: u8) -> ExtDiag<'_> {
         let slave = self.slave(address);
         let octets = slave.and_then(|slave| slave.diagnosis()).map(|diag| diag.ext_diag);

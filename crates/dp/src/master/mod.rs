@@ -1,10 +1,10 @@
-//! A class 1 master: it brings slaves into data exchange, keeps them there and says why one is not. profibus-wire 2 and 3.10.
+//! A master: it brings slaves into data exchange, keeps them there and reports why one is not. profibus-wire 2 and 3.10.
 //!
-//! [`Master`] is the layer above an [`Active`] station. Each of its cycles gives every slave one message, in the order in
-//! which they were added: whatever its handler needs next. A tool beside the cycle hands over one request at a time
-//! ([`Master::submit`]) and takes its result ([`Master::take`]); a master without slaves, or in [`Mode::Stop`], sends
-//! nothing but those. MS2, MS1 and the parameter channel have handles: [`Master::ms2_open`], [`Master::ms1_read`],
-//! [`Master::pkw_read`] and [`Master::outcome`].
+//! [`Master`] is the FDL user of an [`Active`] station. In each cycle it sends every slave one request, in the order in which
+//! they were added: the one that the slave's handler needs next. Beside the cycle the user submits one raw request at a time
+//! ([`Master::submit_request`]) and takes its confirmation ([`Master::take_confirmation`]); a master without slaves, or in
+//! [`Mode::Stop`], sends nothing else. MS2, MS1 and the parameter channel have handles: [`Master::ms2_open`],
+//! [`Master::ms1_read`], [`Master::pkw_read`] and [`Master::outcome`].
 //!
 //! ```
 //! use profivac_dp::link::active::BusParameters;
@@ -18,43 +18,42 @@
 //! station.user.add(&SlaveParameters::new(8, 0x1234, &[0x11, 0x21]))?;
 //! station.user.set_mode(Mode::Operate);
 //!
-//! // The line has been silent for T_TO: the master takes the token.
-//! let due = station.wake_at().expect("listening is limited");
+//! // The line has been idle for T_TO: the master takes the token.
+//! let due = station.wake_at().expect("listening has a time limit");
 //! assert_eq!(station.poll(due).map(|token| token.octets.to_vec()), Some(vec![0xDC, 2, 2]));
 //! # Ok::<(), profivac_dp::master::Rejected>(())
 //! ```
 
 mod acyclic;
-mod backoff;
 mod control;
-mod diagnosis;
 mod event;
 mod ext_diag;
 mod handler;
-mod ms1;
-mod ms2;
+pub mod ms1;
+pub mod ms2;
 mod parameters;
 pub mod pkw;
 mod raw_request;
 mod requests;
+mod scheduler;
 pub mod services;
 mod slave_list;
 mod state;
 
-pub use acyclic::{AcyclicEvent, Cause, ConnectionEnd, Handle, Outcome, ResponseMismatch, Service, SubmitError};
+pub use acyclic::{AcyclicEvent, AcyclicId, Cause, ConnectionEnd, Handle, ResponseMismatch, Service, SubmitError};
 pub use control::{ControlError, MAX_PENDING_COMMANDS};
 pub use event::{Event, EventKind, ExchangeError};
 pub use ext_diag::{ExtDiag, ExtDiagEntry};
 pub use ms1::Ms1Parameters;
 pub use ms2::{Ms2Parameters, Opened, Phase};
-pub use parameters::{Settings, SlaveListError, SlaveParameters, watchdog_factors};
+pub use parameters::{Settings, SlaveData, SlaveListError, SlaveParameters, watchdog_factors};
 pub use pkw::PkwParameters;
 pub use raw_request::Busy;
+pub use scheduler::Operation;
 pub use state::{Counters, HandlerState};
 
 use crate::link::BitTime;
 use crate::link::active::{Active, BusParameters, Confirmation, FdlUser, Priority, Request};
-use acyclic::{Acyclic, QueueIndex};
 use control::{ControlMessage, Controls};
 use core::fmt;
 use event::Events;
@@ -63,21 +62,22 @@ use heapless::Vec;
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::{MAX_DU, Sap};
 use raw_request::RawRequest;
+use scheduler::{QueueIndex, Scheduler};
 use state::CyclicRequest;
 
 /// The highest address of a slave that can be parameterised.
 const MAX_ADDRESS: u8 = 125;
 
-/// No slave has this address.
+/// The index of an address without a slave.
 const NO_SLAVE: u8 = u8::MAX;
 
-/// What Clear sends.
+/// The outputs in Clear.
 const ZEROS: [u8; MAX_DU] = [0; MAX_DU];
 
-/// What a master does with its slaves.
+/// The mode of a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Nothing: their watchdogs, where they have one, will expire.
+    /// No requests of the cycle: the watchdogs of the slaves expire.
     Stop,
     /// Data exchange with safe outputs; inputs are valid.
     Clear,
@@ -95,7 +95,7 @@ impl fmt::Display for Mode {
     }
 }
 
-/// The message whose confirmation is awaited.
+/// The request whose confirmation is awaited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pending {
     Nothing,
@@ -105,38 +105,38 @@ enum Pending {
     Acyclic(QueueIndex),
 }
 
-/// A class 1 master with room for `SLAVES` slaves. Of each of these a slave can have `OCTETS`: inputs, outputs,
-/// configuration, user parameters and extended diagnosis. `EVENTS` events wait to be taken. Up to `ACYCLIC` MS2 connections,
-/// as many MS1 requests and as many instructions in parameter channels are under way at the same time.
+/// A master with room for `SLAVES` slaves, each with up to `OCTETS` octets of inputs, outputs, configuration, user parameters
+/// and extended diagnosis. The event queue holds `EVENTS` events. Up to `ACYCLIC` MS2 connections, as many MS1 requests and as
+/// many tasks in parameter channels are under way at the same time.
 #[derive(Clone, Debug)]
 pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize = 64, const ACYCLIC: usize = 4> {
     address: u8,
     settings: Settings,
     mode: Mode,
     slaves: Vec<Handler<OCTETS>, SLAVES>,
-    /// Where in `slaves` an address is.
+    /// The index in `slaves` for each address.
     index_by_address: [u8; MAX_ADDRESS as usize + 1],
     exchanging: usize,
     pending: Pending,
-    /// Whose turn it is; nothing between two cycles.
+    /// The index of the next slave in the cycle; `None` between two cycles.
     next_in_list: Option<usize>,
     cycles: u32,
-    /// When the present cycle began, and how long the one before took from begin to begin.
+    /// The begin of the present cycle, and the duration of the one before from begin to begin.
     began: BitTime,
     cycle_tbit: u64,
     controls: Controls,
-    /// When the request to a slave was handed out.
+    /// When the last request to a slave was sent.
     asked_at: BitTime,
-    /// The master stops, and its slaves are told to be safe before: since the cycle that began then.
+    /// The master is stopping and sends its slaves safe outputs before: since the cycle that began then.
     shutdown: Option<Option<BitTime>>,
-    /// Slaves that are not there are called one per cycle, so that they do not slow down the others: the next is this one
-    /// or a later one.
+    /// The master polls one absent slave per cycle, so that they do not slow down the others: the next is at this index or a
+    /// later one.
     offline_from: usize,
     offline_polled: bool,
     events: Events<EVENTS>,
     raw_request: RawRequest,
-    acyclic: Acyclic<ACYCLIC>,
-    /// The raw request had the last turn.
+    acyclic: Scheduler<ACYCLIC>,
+    /// The last message beside the cycle was the raw request.
     raw_request_was_last: bool,
     du: [u8; MAX_DU],
     now: BitTime,
@@ -145,7 +145,7 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
 impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
     Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
-    /// A station with a master above it that begins to listen at `now`: without slaves, in [`Mode::Stop`].
+    /// An active station with a master that begins to listen at `now`: without slaves, in [`Mode::Stop`].
     pub const fn on(bus: BusParameters, settings: Settings, now: BitTime) -> Active<Self> {
         Active::new(bus, Self::new(bus.address, settings, now), now)
     }
@@ -170,7 +170,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             offline_polled: false,
             events: Events::new(),
             raw_request: RawRequest::new(),
-            acyclic: Acyclic::new(),
+            acyclic: Scheduler::new(),
             raw_request_was_last: false,
             du: [0; MAX_DU],
             now,
@@ -180,7 +180,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// Adds a slave at the end of the cycle.
     ///
     /// # Errors
-    /// [`Rejected`] when there is no room for it or its parameters are impossible.
+    /// [`Rejected`] when the list is full or the parameters are impossible.
     pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let address = parameters.address;
         let full = SlaveListError::Full { capacity: SLAVES };
@@ -198,13 +198,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         Ok(())
     }
 
-    /// Takes a slave out of the cycle and unlocks it, if it may be ours. Needs [`Mode::Clear`] or [`Mode::Operate`] to get
-    /// as far as [`State::Inactive`].
+    /// Takes a slave out of the cycle and unlocks it, if this master may own it. The slave reaches
+    /// [`HandlerState::Inactive`] in [`Mode::Clear`] and [`Mode::Operate`] only.
     pub fn release(&mut self, address: u8) {
         self.with(address, |slave, context| slave.release(context));
     }
 
-    /// Begins with a slave from the beginning, as if it had just been added.
+    /// Restarts a slave as if it had just been added.
     pub fn restart(&mut self, address: u8) {
         self.with(address, |slave, context| slave.start(context));
     }
@@ -214,10 +214,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.mode
     }
 
-    /// Changes the mode. The slaves are told with the next message, and then again and again.
+    /// Changes the mode. The master sends it to the slaves with the next message, and then repeatedly.
     ///
-    /// On the way to [`Mode::Stop`] every slave that exchanges data is sent safe outputs once more: one that has no
-    /// watchdog would keep its last ones for ever.
+    /// Before [`Mode::Stop`] the master sends every slave in data exchange safe outputs once more: a slave without a watchdog
+    /// would keep its last outputs.
     pub fn set_mode(&mut self, mode: Mode) {
         self.shutdown = (mode == Mode::Stop && self.mode != Mode::Stop && self.exchanging > 0).then_some(None);
         self.mode = mode;
@@ -233,12 +233,12 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.slaves.iter().map(|slave| slave.address)
     }
 
-    /// Where a slave stands; `None` if this master has no such slave.
+    /// The state of a slave; `None` if this master has no such slave.
     pub fn state(&self, address: u8) -> Option<HandlerState> {
         self.slave(address).map(Handler::state)
     }
 
-    /// What keeps a slave from exchanging data, if anything does.
+    /// Why a slave does not exchange data; `None` if it does, or if the reason is not known yet.
     pub fn exchange_error(&self, address: u8) -> Option<ExchangeError> {
         self.slave(address)?.error()
     }
@@ -248,63 +248,63 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.slave(address).map(Handler::counters)
     }
 
-    /// The last diagnosis of a slave. [`ext_diag`](Self::ext_diag) divides what is behind its fixed octets.
+    /// The last diagnosis of a slave. [`ext_diag`](Self::ext_diag) returns the entries behind its fixed octets.
     pub fn diagnosis(&self, address: u8) -> Option<SlaveDiag<'_>> {
         self.slave(address)?.diagnosis()
     }
 
-    /// The inputs of a slave, as its last answer had them. `None` unless it exchanges data.
+    /// The inputs of a slave from its last answer. `None` unless it exchanges data.
     pub fn inputs(&self, address: u8) -> Option<&[u8]> {
         self.slave(address).filter(|_| self.mode != Mode::Stop)?.inputs()
     }
 
-    /// When the last answer with inputs came: they grow old while another master uses the line. `None` unless the slave
+    /// The time of the last answer with inputs: inputs become old while another master uses the line. `None` unless the slave
     /// exchanges data.
     pub fn exchanged_at(&self, address: u8) -> Option<BitTime> {
         self.slave(address)?.exchanged_at()
     }
 
-    /// The outputs of a slave, sent with the next exchange in [`Mode::Operate`]. As long as its configuration says.
+    /// The outputs of a slave, sent with the next exchange in [`Mode::Operate`]. The configuration determines their length.
     pub fn outputs_mut(&mut self, address: u8) -> Option<&mut [u8]> {
         let place = self.index_of(address)?;
         self.slaves.get_mut(place).map(Handler::outputs_mut)
     }
 
-    /// How many slaves exchange data.
+    /// The number of slaves that exchange data.
     pub const fn exchanging(&self) -> usize {
         self.exchanging
     }
 
-    /// How many cycles have begun.
+    /// The number of cycles begun.
     pub const fn cycles(&self) -> u32 {
         self.cycles
     }
 
-    /// How long the last cycle took, from its begin to the begin of the next.
+    /// The duration of the last cycle, from its begin to the begin of the next, in bit times.
     pub const fn cycle_tbit(&self) -> u64 {
         self.cycle_tbit
     }
 
-    /// The oldest event that was not taken yet.
+    /// Takes the oldest event.
     pub fn next_event(&mut self) -> Option<Event> {
         self.events.pop()
     }
 
-    /// Whether events were lost since this was asked last, because nobody took them.
+    /// Whether events were lost since the last call, because the queue was full.
     pub fn take_overflow(&mut self) -> bool {
         self.events.take_overflow()
     }
 
-    /// Hands over a request to be sent once, beside the cycle, with low priority. See [`services`]. It counts in the one
-    /// frame count of its station.
+    /// Submits a raw request, to be sent once beside the cycle with low priority. See [`services`]. It uses the same frame
+    /// count as all requests to that station.
     ///
     /// # Errors
-    /// [`Busy`] until the result of the request before was taken.
+    /// [`Busy`] until the confirmation of the previous request was taken.
     pub fn submit_request(&mut self, request: &Request<'_>) -> Result<(), Busy> {
         self.raw_request.submit(request)
     }
 
-    /// The result of the request handed over, once.
+    /// Takes the confirmation of the raw request.
     pub fn take_confirmation(&mut self) -> Option<Confirmation<'_>> {
         self.raw_request.take()
     }
@@ -336,7 +336,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         context.change
     }
 
-    /// Whatever became of a message to a slave.
+    /// Evaluates any confirmation of a request to a slave.
     #[inline(never)]
     fn confirm_slave(&mut self, place: usize, ask: CyclicRequest, confirmation: Confirmation<'_>) {
         let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
@@ -345,7 +345,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// The next message of the cycle, nothing at its end.
+    /// The next request of the cycle; `None` at its end.
     #[inline]
     fn next_in_cycle(&mut self, now: BitTime) -> Option<Pending> {
         if self.mode == Mode::Stop && !self.is_shutting_down() {
@@ -365,7 +365,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         next
     }
 
-    /// A master that stops goes on until everybody who exchanges data has been sent safe outputs.
+    /// Whether a stopping master still sends: until every slave in data exchange has been sent safe outputs.
     #[cold]
     fn is_shutting_down(&mut self) -> bool {
         if let Some(Some(since)) = self.shutdown
@@ -401,7 +401,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// The next slave from `turn` on that has something to be asked.
+    /// The next slave from index `turn` on that needs a request.
     #[inline]
     fn next_slave(&mut self, turn: usize, now: BitTime) -> Option<Pending> {
         for place in turn..self.slaves.len() {
@@ -416,7 +416,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         None
     }
 
-    /// Whether something other than data exchange has its place in this cycle: nobody is brought up while the master stops.
+    /// Whether a request other than Data_Exchange is allowed in this cycle: a stopping master starts no slaves.
     fn may_request(&mut self, place: usize, ask: CyclicRequest) -> bool {
         match ask {
             CyclicRequest::FdlStatus => self.shutdown.is_none() && self.may_poll_offline(place),
@@ -425,7 +425,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// Whether a slave that is not there is called in this cycle.
+    /// Whether the master polls this absent slave in this cycle.
     const fn may_poll_offline(&mut self, place: usize) -> bool {
         if self.offline_polled || place < self.offline_from {
             return false;
@@ -435,7 +435,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         true
     }
 
-    /// The next message beside the cycle: the raw request and the acyclic ones in turn.
+    /// The next request beside the cycle: the raw request and the acyclic ones in turn.
     #[inline(never)]
     fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
         self.elapse(now);
@@ -448,7 +448,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         next
     }
 
-    /// The parameter channel of a slave that has just been exchanged with.
+    /// Evaluates the parameter channel of a slave that has just exchanged data.
     #[inline(never)]
     fn channel_exchanged(&mut self, place: usize, ask: CyclicRequest) {
         let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
@@ -457,7 +457,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// The message to a slave.
+    /// The request to a slave.
     #[inline]
     fn message(&mut self, place: usize, ask: CyclicRequest) -> Option<Request<'_>> {
         let slave = self.slaves.get(place)?;

@@ -1,26 +1,26 @@
-//! What a class 1 master is told: how to treat its slaves in general, and each of them in particular.
+//! The settings of a class 1 master, and the parameters of each slave.
 
 use crate::link::Baud;
 use core::fmt;
 use profivac_wire::cfg::CfgError;
 
-/// How a master treats all its slaves.
+/// The settings for all slaves of a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// A cycle begins no sooner after the one before, in bit times.
+    /// The least time from the begin of a cycle to the begin of the next, in bit times.
     pub min_cycle_tbit: u64,
-    /// Global_Control is repeated every so many cycles.
+    /// The master repeats Global_Control after this number of cycles.
     pub control_cycles: u32,
-    /// So many message cycles in a row may fail before a slave counts as lost.
+    /// The number of message cycles in a row that fail until the slave counts as lost.
     pub miss_limit: u8,
-    /// The first pause, in bit times, before something that went wrong twice is tried again. It doubles every time.
+    /// The pause after the second failure in a row, in bit times. It doubles after each further failure.
     pub pause_min_tbit: u64,
-    /// The longest pause.
+    /// The longest pause, in bit times.
     pub pause_max_tbit: u64,
-    /// How long a slave may check its parameters, in bit times.
+    /// The time in which a slave must become ready after Chk_Cfg, in bit times.
     pub ready_tbit: u64,
-    /// Error_Action: a slave that falls out of data exchange in [`Mode::Operate`](super::Mode::Operate) takes the master to
-    /// [`Mode::Clear`](super::Mode::Clear), where it stays until it is told otherwise.
+    /// Error_Action: when a slave leaves data exchange in [`Mode::Operate`](super::Mode::Operate), the master goes to
+    /// [`Mode::Clear`](super::Mode::Clear) and stays there until the user changes the mode.
     pub auto_clear: bool,
 }
 
@@ -42,7 +42,7 @@ impl Settings {
     }
 }
 
-/// A slave to be exchanged with.
+/// The parameters of one slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlaveParameters<'a> {
     /// Station address, 0 to 125.
@@ -53,29 +53,29 @@ pub struct SlaveParameters<'a> {
     pub cfg: &'a [u8],
     /// User_Prm_Data, on a DP-V1 slave beginning with the three DPV1_Status octets.
     pub user_prm: &'a [u8],
-    /// WD_Fact_1 and WD_Fact_2, see [`watchdog_factors`]. Without them the slave does not watch its master.
+    /// WD_Fact_1 and WD_Fact_2, see [`watchdog_factors`]. `None` leaves the watchdog of the slave off.
     pub watchdog: Option<[u8; 2]>,
-    /// min T_SDR in bit times; 0 keeps what the slave has.
+    /// min T_SDR in bit times; 0 keeps the value of the slave.
     pub min_tsdr: u8,
-    /// Min_Slave_Interval in bit times: no request of the cycle begins sooner after the one before. 0 is no limit. The GSD
-    /// file counts it in 100 us, see [`Baud::tbit_of_us`].
+    /// Min_Slave_Interval in bit times: the least time between two cyclic requests to the slave. 0 is no limit. The GSD file
+    /// has it in units of 100 us, see [`Baud::tbit_of_us`].
     pub min_interval_tbit: u64,
     /// Group_Ident, one bit per group.
     pub group: u8,
-    /// The slave shall support Sync.
+    /// Requires Sync (Sync_Req).
     pub sync: bool,
-    /// The slave shall support Freeze.
+    /// Requires Freeze (Freeze_Req).
     pub freeze: bool,
-    /// In Clear the slave is sent outputs of length zero instead of zeros. `user_prm` must tell it so.
+    /// In Clear the master sends outputs of length zero instead of zeros. `user_prm` must say the same (Fail_Safe).
     pub fail_safe: bool,
-    /// DPV1_Slave of the GSD file: device-related diagnosis is alarms and statuses.
+    /// DPV1_Slave of the GSD file: device-related diagnosis consists of alarms and status messages.
     pub dpv1: bool,
-    /// Diag_Update_Delay of the GSD file: so many diagnoses after Set_Prm may still ask for parameters.
+    /// Diag_Update_Delay of the GSD file: the number of diagnoses after Set_Prm that may still have Prm_Req set.
     pub diag_update_delay: u8,
 }
 
 impl<'a> SlaveParameters<'a> {
-    /// A slave with a watchdog of one second, min T_SDR 11 and nothing else.
+    /// A slave with a watchdog of one second and min T_SDR 11; everything else is off.
     #[must_use]
     pub const fn new(address: u8, ident: u16, cfg: &'a [u8]) -> Self {
         Self {
@@ -96,8 +96,14 @@ impl<'a> SlaveParameters<'a> {
     }
 }
 
-/// WD_Fact_1 and WD_Fact_2 of the shortest watchdog that is not shorter than `ms` milliseconds, counted in units of
-/// `base_ms` (10, or 1 with WD_Base_1ms). Nothing for more than 255 x 255 units. profibus-wire 2.4.
+/// WD_Fact_1 and WD_Fact_2 of the shortest watchdog of at least `ms` milliseconds, in units of `base_ms` (10, or 1 with
+/// WD_Base_1ms). `None` for more than 255 x 255 units. profibus-wire 2.4.
+///
+/// ```
+/// use profivac_dp::master::watchdog_factors;
+///
+/// assert_eq!(watchdog_factors(300, 10), Some([1, 30]));
+/// ```
 #[must_use]
 pub const fn watchdog_factors(ms: u32, base_ms: u32) -> Option<[u8; 2]> {
     if base_ms == 0 || ms > base_ms.saturating_mul(255 * 255) {
@@ -113,29 +119,30 @@ const fn at_least_one(factor: u32) -> u32 {
     if factor == 0 { 1 } else { factor }
 }
 
-/// Why a master cannot exchange with such a slave.
+/// Why the master did not change its list of slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SlaveListError {
-    /// It has as many slaves as it has room for.
+    /// The list is full.
     Full {
-        /// How many.
+        /// The number of slaves that the list has room for.
         capacity: usize,
     },
     /// The address is above 125, or the master's own.
     Address(u8),
-    /// There is a slave with this address.
+    /// The list has a slave with this address already.
     Taken(u8),
-    /// There is no slave with this address.
+    /// The list has no slave with this address.
     Unknown(u8),
-    /// The configuration is none.
+    /// The configuration is invalid.
     Cfg(CfgError),
     /// Configuration, user parameters, inputs or outputs are too long.
     TooLong {
-        /// What is.
-        what: &'static str,
-        /// How many octets it has.
+        /// The data that are too long.
+        data: SlaveData,
+        /// The length in octets.
         octets: usize,
-        /// How many it may have.
+        /// The most octets possible.
         room: usize,
     },
     /// A watchdog factor is 0.
@@ -150,9 +157,33 @@ impl fmt::Display for SlaveListError {
             Self::Taken(address) => write!(f, "there is a slave with the address {address} already"),
             Self::Unknown(address) => write!(f, "there is no slave with the address {address}"),
             Self::Cfg(defect) => write!(f, "the configuration is wrong: {defect}"),
-            Self::TooLong { what, octets, room } => write!(f, "{what}: {octets} octets, and there is room for {room}"),
+            Self::TooLong { data, octets, room } => write!(f, "{data}: {octets} octets, and there is room for {room}"),
             Self::Watchdog => f.write_str("a watchdog factor must be 1 to 255, not 0"),
         }
+    }
+}
+
+/// The data of a slave that a master has buffers for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlaveData {
+    /// The input image.
+    Inputs,
+    /// The output image.
+    Outputs,
+    /// The configuration identifiers.
+    Configuration,
+    /// The user parameters.
+    UserParameters,
+}
+
+impl fmt::Display for SlaveData {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Inputs => "inputs",
+            Self::Outputs => "outputs",
+            Self::Configuration => "configuration",
+            Self::UserParameters => "user parameters",
+        })
     }
 }
 

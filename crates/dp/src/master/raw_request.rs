@@ -1,11 +1,11 @@
-//! One request of a tool beside the cycle.
+//! The raw request: one request of the user beside the cycle.
 
 use crate::link::active::{Answer, Confirmation, Failure, Request};
 use core::fmt;
 use profivac_wire::MAX_TELEGRAM;
 use profivac_wire::control::{Function, StationType, Status};
 
-/// The slot is in use: the request before is not finished, or its result was not taken.
+/// The slot is in use: the previous request is not finished, or its confirmation was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy;
 
@@ -17,7 +17,7 @@ impl fmt::Display for Busy {
 
 impl core::error::Error for Busy {}
 
-/// The slot for a request and then its result. `octets` holds the data unit of whichever it is.
+/// The slot for a request and then its confirmation. `octets` holds the data unit of the request or of the answer.
 #[derive(Clone, Debug)]
 pub(super) struct RawRequest {
     stage: Stage,
@@ -25,7 +25,7 @@ pub(super) struct RawRequest {
     length: usize,
 }
 
-/// How far the request has come.
+/// The stage of the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Free,
@@ -63,12 +63,12 @@ impl RawRequest {
         Ok(())
     }
 
-    /// Whether there is a request to be sent.
+    /// Whether a request waits to be sent.
     pub(super) const fn is_waiting(&self) -> bool {
         matches!(self.stage, Stage::Waiting(_))
     }
 
-    /// The request, to be sent now.
+    /// Takes the request to send it now.
     pub(super) fn start(&mut self) -> Option<Request<'_>> {
         let Stage::Waiting(Header { da, function, dsap, ssap }) = self.stage else { return None };
         self.stage = Stage::Sent;
@@ -86,7 +86,7 @@ impl RawRequest {
         };
     }
 
-    /// The result, once. The slot is free then.
+    /// Takes the confirmation, which frees the slot.
     pub(super) fn take(&mut self) -> Option<Confirmation<'_>> {
         match core::mem::replace(&mut self.stage, Stage::Free) {
             stage @ (Stage::Free | Stage::Waiting(_) | Stage::Sent) => {

@@ -1,8 +1,19 @@
-//! The single requests of DP-V0, for tools: to be handed to [`Master::submit`](super::Master::submit). None of them changes
-//! a slave but [`set_slave_add`]; there is no Set_Prm among them. profibus-wire 2.
+//! The single requests of DP-V0, for [`Master::submit_request`](super::Master::submit_request). Only [`set_slave_add`] changes
+//! the slave; Set_Prm is not among them. profibus-wire 2.
 //!
-//! What [`Master::take`](super::Master::take) returns then is read by the functions of the second half. The link layer has
-//! matched the answer by source, access points, function code and form; they look at its status and its length.
+//! The functions of the second half evaluate the result of [`Master::take_confirmation`](super::Master::take_confirmation).
+//! The link layer has already compared source, access points, function code and form of the answer; these functions check its
+//! status and its length.
+//!
+//! ```
+//! use profivac_dp::link::active::{Confirmation, Failure};
+//! use profivac_dp::master::services::{self, ServiceError};
+//!
+//! let request = services::slave_diag(8);
+//! assert_eq!((request.da, request.dsap), (8, Some(60)));
+//! let confirmation = Confirmation::Failed(Failure::Silence);
+//! assert_eq!(services::diagnosis(&confirmation), Err(ServiceError::Failed(Failure::Silence)));
+//! ```
 
 use crate::link::active::{Answer, Confirmation, Failure, Request};
 use core::fmt;
@@ -12,7 +23,10 @@ use profivac_wire::control::{Function, StationType, Status};
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::sap::MASTER_MS0;
 
-/// FDL status: who is there.
+/// The fixed octets of a diagnosis.
+pub(super) const MIN_SLAVE_DIAG: usize = 6;
+
+/// FDL status: whether a station is at the address, and its type.
 #[must_use]
 pub const fn fdl_status(da: u8) -> Request<'static> {
     Request { da, function: Function::FdlStatus, dsap: None, ssap: None, du: &[] }
@@ -53,28 +67,29 @@ pub(super) const fn data_exchange(da: u8, du: &[u8]) -> Request<'_> {
     Request { da, function: Function::SrdHigh, dsap: None, ssap: None, du }
 }
 
-/// A service of the relation between master and slave: SRD high.
+/// A service of MS0: SRD high with access points.
 pub(super) const fn ms0(da: u8, sap: Sap, du: &[u8]) -> Request<'_> {
     Request { da, function: Function::SrdHigh, dsap: sap.to_octet(), ssap: Some(MASTER_MS0), du }
 }
 
-/// Why a request has no result.
+/// Why a service has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ServiceError {
-    /// No answer came that fits the request.
+    /// No answer came that matches the request.
     Failed(Failure),
-    /// The station answers like this.
+    /// The station answered with this status.
     Refused(Status),
     /// The data unit of the answer has the wrong length.
     Length {
-        /// How many octets it should have; at least so many in a diagnosis.
+        /// The expected length in octets; the least length for a diagnosis.
         expected: usize,
-        /// How many it has.
+        /// The received length in octets.
         received: usize,
     },
-    /// What came is no configuration.
+    /// The data are no valid configuration.
     Cfg(CfgError),
-    /// Such a message has no answer.
+    /// The request has no answer.
     Unconfirmed,
 }
 
@@ -99,7 +114,7 @@ impl fmt::Display for ServiceError {
 
 impl core::error::Error for ServiceError {}
 
-/// What [`fdl_status`] found out.
+/// The station type from the answer to [`fdl_status`].
 ///
 /// # Errors
 /// [`NoResult`].
@@ -113,16 +128,16 @@ pub const fn station_type(confirmation: &Confirmation<'_>) -> Result<StationType
     }
 }
 
-/// What [`slave_diag`] found out.
+/// The diagnosis from the answer to [`slave_diag`].
 ///
 /// # Errors
 /// [`NoResult`].
 pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, ServiceError> {
     let du = data(confirmation)?;
-    SlaveDiag::parse(du).map_err(|_| ServiceError::Length { expected: 6, received: du.len() })
+    SlaveDiag::parse(du).map_err(|_| ServiceError::Length { expected: MIN_SLAVE_DIAG, received: du.len() })
 }
 
-/// What [`get_cfg`] found out: the identifiers, and how much is exchanged with them.
+/// The configuration from the answer to [`get_cfg`]: the identifiers and the lengths of inputs and outputs.
 ///
 /// # Errors
 /// [`NoResult`].
@@ -131,14 +146,14 @@ pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], L
     cfg::lengths(du).map(|lengths| (du, lengths)).map_err(ServiceError::Cfg)
 }
 
-/// What [`rd_inp`] or [`rd_outp`] found out. `expected` is the length of the image, where it is known: from the own
-/// configuration, or from [`configuration`].
+/// The image from the answer to [`rd_inp`] or [`rd_outp`]. `expected` is the length of the image if known, from the own
+/// configuration or from [`configuration`].
 ///
 /// # Errors
 /// [`NoResult`].
 pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Result<&'a [u8], ServiceError> {
     let answer = answered(confirmation)?;
-    // SC where there is nothing to be read: profibus-wire 2.2.
+    // SC means an image without octets: profibus-wire 2.2.
     let du = if answer.status == Status::NoReply { &[] } else { data(confirmation)? };
     match expected {
         Some(expected) if expected != du.len() => Err(ServiceError::Length { expected, received: du.len() }),
@@ -146,8 +161,8 @@ pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Re
     }
 }
 
-/// Whether [`set_slave_add`] was acknowledged. That is all a slave says: it acknowledges an address that it does not take
-/// as well, so whoever wants to be sure asks at the new one.
+/// Checks that the slave acknowledged [`set_slave_add`]. A slave also acknowledges an address that it does not accept, so the
+/// caller has to ask at the new address.
 ///
 /// # Errors
 /// [`NoResult`].
@@ -186,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_of_nothing_is_acknowledged_and_has_a_length_too() {
+    fn an_image_without_octets_is_acknowledged_and_its_length_is_checked() {
         assert_eq!(image(&answer(Status::NoReply, &[]), None), Ok(&[][..]));
         assert_eq!(image(&answer(Status::NoReply, &[]), Some(0)), Ok(&[][..]));
         assert_eq!(
@@ -197,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_answer_says_instead_is_told_in_words() {
+    fn every_other_status_has_an_error_text() {
         for (status, words) in [
             (Status::ServiceNotActivated, "the service is closed now (RS)"),
             (Status::NoResource, "the request does not fit (RR)"),

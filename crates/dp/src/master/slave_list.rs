@@ -1,4 +1,4 @@
-//! Changing the list of slaves while the others go on: taking one out, giving one other parameters.
+//! Changes to the list of slaves during operation: removing a slave, giving it other parameters.
 
 use super::handler::{Change, Handler};
 use super::parameters::{SlaveListError, SlaveParameters};
@@ -8,10 +8,10 @@ use super::{Master, Mode, NO_SLAVE, Pending};
 impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLIC: usize>
     Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
-    /// Takes a slave out of the cycle, unlocks it if it may be ours, and forgets it: there is room for another then. The
-    /// end is told by an event, [`State::Inactive`]. In [`Mode::Stop`] it is forgotten at once, and not unlocked.
+    /// Takes a slave out of the cycle, unlocks it if this master may own it, and removes it from the list. An event,
+    /// [`HandlerState::Inactive`], reports the end. In [`Mode::Stop`] the slave is removed at once and not unlocked.
     ///
-    /// Whether there is such a slave.
+    /// Returns whether the list has such a slave.
     pub fn remove(&mut self, address: u8) -> bool {
         let Some(place) = self.index_of(address) else { return false };
         self.with_place(place, |slave, context| slave.remove(context));
@@ -22,11 +22,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         true
     }
 
-    /// Gives a slave other parameters. If it is being parameterised or exchanges data it is taken through Slave_Diag,
-    /// Set_Prm and Chk_Cfg again; the others notice nothing. Its outputs stay if there are as many as before.
+    /// Gives a slave other parameters. A slave that is being parameterised or exchanges data goes through Slave_Diag, Set_Prm
+    /// and Chk_Cfg again, without effect on the others. It keeps its outputs if their number is the same.
     ///
     /// # Errors
-    /// [`Rejected`] when there is no such slave or the parameters are impossible; then everything stays as it was.
+    /// [`Rejected`] when the list has no such slave or the parameters are impossible; nothing has changed then.
     pub fn reparameterise(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let place = self.index_of(parameters.address).ok_or(SlaveListError::Unknown(parameters.address))?;
         let fresh = Handler::new(parameters)?;
@@ -34,18 +34,18 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         Ok(())
     }
 
-    /// Puts a slave into other groups, one per bit. A slave takes its groups from Set_Prm only, so this is as
+    /// Assigns a slave to other groups, one per bit. A slave takes its groups from Set_Prm only, so this works like
     /// [`reparameterise`](Self::reparameterise).
     ///
     /// # Errors
-    /// [`Rejected`] when there is no such slave.
+    /// [`Rejected`] when the list has no such slave.
     pub fn set_group(&mut self, address: u8, group: u8) -> Result<(), SlaveListError> {
         let place = self.index_of(address).ok_or(SlaveListError::Unknown(address))?;
         self.with_place(place, |slave, context| slave.set_group(group, context));
         Ok(())
     }
 
-    /// What the master does when a slave has been given back, or has fallen out of data exchange.
+    /// Reacts to a slave that was released or has left data exchange.
     #[cold]
     pub(super) fn changed(&mut self, place: usize, change: Change) {
         match change {
@@ -60,7 +60,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// Where the slave with this address is.
+    /// The index of the slave with this address.
     pub(super) fn index_of(&self, address: u8) -> Option<usize> {
         self.index_by_address
             .get(usize::from(address))
@@ -68,7 +68,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             .map(|place| usize::from(*place))
     }
 
-    /// The slaves behind move up; whoever counts places counts on.
+    /// Removes a slave from the list. The slaves behind it move up, and all indices follow.
     fn take_out(&mut self, place: usize) {
         self.with_place(place, |slave, context| slave.enter(HandlerState::Inactive, context));
         if place >= self.slaves.len() {

@@ -1,14 +1,14 @@
-//! Where a slave stands, what it is asked there, and what was counted. profibus-wire 3.10.
+//! The states of a slave in its master, their requests, and the counters. profibus-wire 3.10.
 
 use crate::link::BitTime;
 use core::fmt;
 
-/// Where a slave stands on the way to data exchange.
+/// The state of a slave on the way to data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HandlerState {
-    /// Nobody has answered yet: FDL status, until somebody does.
+    /// No answer yet: the master sends FDL status until one comes.
     Offline,
-    /// Slave_Diag: is the slave free, and is it the right one?
+    /// Slave_Diag: checks that the slave is free and has the right ident number.
     Diag1,
     /// Set_Prm.
     Prm,
@@ -16,24 +16,24 @@ pub enum HandlerState {
     Cfg,
     /// Slave_Diag, until the slave is ready.
     Diag2 {
-        /// Since when.
+        /// The begin of this state.
         since: BitTime,
-        /// How often it has asked for parameters since.
+        /// The number of diagnoses with Prm_Req since.
         prm_reqs: u8,
     },
     /// Data_Exchange.
     Data {
-        /// The slave has announced a diagnosis: it is fetched before the next exchange.
+        /// The slave has announced a diagnosis: the master fetches it before the next exchange.
         diag: bool,
     },
-    /// Set_Prm with Unlock_Req: the slave is given back.
+    /// Set_Prm with Unlock_Req: the master releases the slave.
     Release,
     /// Out of the cycle.
     Inactive,
 }
 
 impl HandlerState {
-    /// What is asked in this state; whether now is the time for it is another question.
+    /// The request of this state, regardless of pauses.
     pub(super) const fn request(self) -> Option<CyclicRequest> {
         match self {
             Self::Offline => Some(CyclicRequest::FdlStatus),
@@ -62,7 +62,7 @@ impl fmt::Display for HandlerState {
     }
 }
 
-/// What a slave is asked.
+/// A request of the cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CyclicRequest {
     FdlStatus,
@@ -73,19 +73,19 @@ pub(super) enum CyclicRequest {
     Unlock,
 }
 
-/// What was counted since the slave was added.
+/// Counters since the slave was added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Valid answers to Data_Exchange.
     pub exchanges: u32,
-    /// Message cycles without a valid answer, after all repetitions. FDL status while nobody is there does not count.
+    /// Message cycles without a valid answer, after all repetitions. FDL status to an absent slave does not count.
     pub lost: u32,
-    /// Requests that had to be repeated.
+    /// Repetitions of requests.
     pub retries: u32,
-    /// Answers to nothing: late ones, or those of a second station with the same address.
+    /// Answers without a request: late ones, or those of a second station with the same address.
     pub strays: u32,
     /// Diagnoses fetched.
     pub diagnoses: u32,
-    /// How often the slave came into data exchange.
+    /// How often the slave entered data exchange.
     pub starts: u32,
 }

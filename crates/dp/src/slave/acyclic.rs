@@ -1,30 +1,30 @@
-//! What MS1 and every MS2 connection have of their own: one job, and the response to it. profibus-wire 4.2.
+//! The part of the acyclic server that MS1 and every MS2 connection have of their own: the response to one request.
+//! profibus-wire 4.2.
 //!
-//! A request is acknowledged and its job done at once; the response then waits here until the master polls for it. The link
-//! layer repeats a fetched response if need be, so the channel is free again as soon as it handed one over.
+//! The slave acknowledges a request and executes it at once; the response then waits here until the master polls for it. The
+//! link layer repeats a fetched response if necessary, so the server is free again as soon as it has handed one over.
 
 use super::{Device, Dpv1Error, Relation};
 use crate::link::Reply;
 use profivac_wire::MAX_DU;
 use profivac_wire::acyclic::call::{CALL_INDEX, IM_RECORD_LENGTH, IM0};
-use profivac_wire::acyclic::{
-    Access, Call, ErrorCode, ErrorDecode, Function, Negative, Response, Transfer, record::MAX_RECORD_LENGTH,
-};
+use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
+use profivac_wire::acyclic::{Access, Call, ErrorCode, ErrorDecode, Function, Negative, Response, Transfer};
 
-/// One acyclic relation, as far as it is the same for MS1 and MS2.
+/// The server of one acyclic relation, as far as MS1 and MS2 have it in common.
 #[derive(Clone, Debug)]
 pub(super) struct AcyclicServer {
     response: [u8; MAX_DU],
-    /// Nothing waits while 0.
+    /// The length of the response that waits; 0 if none does.
     length: usize,
-    /// What a Read from index 255 returns: the last Call selected I&M0.
+    /// The record that a Read from index 255 returns: the last Call selected I&M0.
     im0_selected: bool,
 }
 
 impl AcyclicServer {
     pub(super) const EMPTY: Self = Self { response: [0; MAX_DU], length: 0, im0_selected: false };
 
-    /// Forgets what waits and what was selected.
+    /// Drops the response and the selection.
     pub(super) const fn clear(&mut self) {
         self.length = 0;
         self.im0_selected = false;
@@ -34,14 +34,21 @@ impl AcyclicServer {
         self.length > 0
     }
 
-    /// A poll: the response if one waits, which is always low priority.
-    pub(super) fn fetch(&mut self, du: &mut [u8; MAX_DU]) -> Reply {
-        let length = core::mem::take(&mut self.length);
-        match (du.get_mut(..length), self.response.get(..length)) {
-            (Some(place), Some(response)) if length > 0 => {
-                place.copy_from_slice(response);
-                Reply::Low(length)
-            }
+    /// The answer to a poll: the response if one waits, always with low priority.
+    pub(super) fn fetch(&mut self) -> Reply<'_> {
+        let length = self.take_length();
+        self.reply(length)
+    }
+
+    /// The length of the response, which counts as fetched from now on.
+    pub(super) const fn take_length(&mut self) -> usize {
+        core::mem::replace(&mut self.length, 0)
+    }
+
+    /// The response that was fetched with this length; SC if none waited.
+    pub(super) fn reply(&self, length: usize) -> Reply<'_> {
+        match self.response.get(..length) {
+            Some(response) if length > 0 => Reply::Low(response),
             _ => Reply::ShortAck,
         }
     }
@@ -50,16 +57,17 @@ impl AcyclicServer {
         self.length = response.emit(&mut self.response).unwrap_or(0);
     }
 
-    pub(super) fn refuse(&mut self, function: Function, refusal: Dpv1Error) {
+    pub(super) fn refuse(&mut self, function: Function, error: Dpv1Error) {
         self.post(&Response::Negative(Negative {
             function,
             decode: ErrorDecode::DpV1,
-            code_1: ErrorCode(refusal.code_1),
-            code_2: refusal.code_2,
+            code_1: ErrorCode(error.code_1),
+            code_2: error.code_2,
         }));
     }
 
-    /// A record longer than wanted is cut, a shorter one comes with its own length. `scratch` takes the whole record.
+    /// Executes a Read. A record longer than requested is cut, a shorter one is returned with its own length. `scratch` takes
+    /// the whole record.
     pub(super) fn read<D: Device>(
         &mut self,
         device: &mut D,
@@ -78,10 +86,11 @@ impl AcyclicServer {
                 let data = record.get(..whole.min(usize::from(length))).unwrap_or_default();
                 self.post(&Response::Read(Transfer { slot, index, data }));
             }
-            Err(refusal) => self.refuse(Function::Read, refusal),
+            Err(error) => self.refuse(Function::Read, error),
         }
     }
 
+    /// Executes a Write.
     pub(super) fn write<D: Device>(&mut self, device: &mut D, via: Relation, record: Transfer<'_>) {
         let Transfer { slot, index, data } = record;
         let written = match index {
@@ -91,14 +100,13 @@ impl AcyclicServer {
         match (written, u8::try_from(data.len())) {
             (Ok(()), Ok(length)) => self.post(&Response::Write(Access { slot, index, length })),
             (Ok(()), Err(_)) => self.refuse(Function::Write, Dpv1Error::TYPE_CONFLICT),
-            (Err(refusal), _) => self.refuse(Function::Write, refusal),
+            (Err(error), _) => self.refuse(Function::Write, error),
         }
     }
 
-    /// A Write to index 255 selects a record. profibus-wire 5.1. There is I&M0 or nothing, only in slot 0, and nobody may
-    /// write it.
+    /// A Write to index 255 selects a record. profibus-wire 5.1. This slave has I&M0 only, in slot 0 only and read-only.
     fn call<D: Device>(&mut self, device: &D, slot: u8, data: &[u8]) -> Result<(), Dpv1Error> {
-        // free choice: a refused Call leaves nothing selected.
+        // free choice: after a refused Call nothing is selected.
         self.im0_selected = false;
         im0(device, slot)?;
         let call = Call::parse(data).map_err(|_| Dpv1Error::ACCESS_DENIED)?;
@@ -113,7 +121,7 @@ impl AcyclicServer {
         }
     }
 
-    /// A Read from index 255 returns what was selected through the same channel.
+    /// A Read from index 255 returns the record that was selected through the same relation.
     fn read_called<D: Device>(&self, device: &D, slot: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         let im0 = im0(device, slot)?;
         if !self.im0_selected {

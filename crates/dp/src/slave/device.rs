@@ -1,29 +1,29 @@
-//! What a DP slave asks of the device behind it.
+//! The interface between a DP slave and the device behind it.
 
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 use profivac_wire::ident::Ident;
 
-/// What the protocol side of a device can do. Fixed for the life of the device; the GSD file says the same.
+/// The protocol features of a device. They are fixed for the life of the device; the GSD file says the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
     /// Sync is supported.
     pub sync: bool,
     /// Freeze is supported.
     pub freeze: bool,
-    /// A DP-V1 device: the user parameters begin with the three DPV1_Status octets, reserved bits are checked, and class 2
-    /// masters may connect (MS2).
+    /// A DP-V1 device: the user parameters begin with the three DPV1_Status octets, the slave checks reserved bits, and class
+    /// 2 masters may connect (MS2).
     pub dpv1: bool,
     /// MS1 read and write once DPV1_Enable was set and data exchange has begun.
     pub ms1: bool,
 }
 
-/// The user parameters are not what the device accepts: Prm_Fault.
+/// The device does not accept the user parameters: Prm_Fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrmFault;
 
-/// The configuration is not one of the device's: Cfg_Fault.
+/// The device does not have this configuration: Cfg_Fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CfgFault;
 
@@ -32,7 +32,7 @@ pub struct CfgFault;
 pub enum Outputs<'a> {
     /// The master's data, exactly as long as the configuration says.
     Data(&'a [u8]),
-    /// There are none: the safe state. Clear, fail-safe, watchdog, and before the first exchange.
+    /// No data, the device enters its safe state: Clear, fail-safe, watchdog, and before the first exchange.
     Safe,
 }
 
@@ -47,7 +47,7 @@ pub struct Diagnosis<'a> {
     pub blocks: &'a [u8],
 }
 
-/// Which relation an acyclic access came through.
+/// The relation through which an acyclic access comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// The class 1 master that owns the slave.
@@ -68,54 +68,54 @@ pub struct Dpv1Error {
 impl Dpv1Error {
     /// The application does not have the feature.
     pub const FEATURE_NOT_SUPPORTED: Self = Self::new(0xA9);
-    /// There is no such index.
+    /// The index does not exist.
     pub const INVALID_INDEX: Self = Self::new(0xB0);
     /// The data are longer or shorter than the parameter.
     pub const WRITE_LENGTH: Self = Self::new(0xB1);
-    /// There is no such slot.
+    /// The slot does not exist.
     pub const INVALID_SLOT: Self = Self::new(0xB2);
     /// The request contradicts itself.
     pub const TYPE_CONFLICT: Self = Self::new(0xB3);
-    /// Not in this state.
+    /// The access is not possible in this state.
     pub const STATE_CONFLICT: Self = Self::new(0xB5);
-    /// Not for this requester, or not in this direction.
+    /// The requester has no access, or not in this direction.
     pub const ACCESS_DENIED: Self = Self::new(0xB6);
     /// The value is not allowed.
     pub const INVALID_RANGE: Self = Self::new(0xB7);
     /// A field of the request is not allowed.
     pub const INVALID_PARAMETER: Self = Self::new(0xB8);
 
-    /// A refusal with Error_Code_1 and nothing more.
+    /// An error with this Error_Code_1 and an Error_Code_2 of 0.
     #[must_use]
     pub const fn new(code_1: u8) -> Self {
         Self { code_1, code_2: 0 }
     }
 
-    /// The same with the device's own code beside it.
+    /// The same with the device's own Error_Code_2.
     #[must_use]
     pub const fn with(self, code_2: u8) -> Self {
         Self { code_2, ..self }
     }
 }
 
-/// The device behind a slave. It never sees a telegram, a bit time or a master's address, only what they decide.
+/// The device behind a slave. It sees no telegrams, bit times or master addresses, only what follows from them.
 pub trait Device {
     /// Ident_Number.
     fn ident_number(&self) -> u16;
 
-    /// What the protocol side can do.
+    /// The protocol features.
     fn features(&self) -> Features;
 
-    /// The user parameters of a Set_Prm that is valid otherwise. `Ok` takes them over.
+    /// Takes over the user parameters of a Set_Prm that is valid otherwise.
     ///
     /// # Errors
     /// [`PrmFault`] when the device does not accept them; nothing has changed then.
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault>;
 
-    /// A configuration the master wants. `Ok` takes it over and says how many octets go each way.
+    /// Takes over the configuration of the master and returns the lengths of inputs and outputs.
     ///
     /// # Errors
-    /// [`CfgFault`] when it is not one of the device's; nothing has changed then.
+    /// [`CfgFault`] when the device does not have this configuration; nothing has changed then.
     fn chk_cfg(&mut self, cfg: &[u8]) -> Result<Lengths, CfgFault>;
 
     /// The present configuration for Get_Cfg, before the first Chk_Cfg the default one.
@@ -135,18 +135,18 @@ pub trait Device {
         Diagnosis::default()
     }
 
-    /// Whether [`diagnosis`](Self::diagnosis) changed since this was asked last. Makes the slave announce it.
+    /// Whether [`diagnosis`](Self::diagnosis) has changed since the last call. If so, the slave announces it.
     fn take_diagnosis_change(&mut self) -> bool {
         false
     }
 
-    /// Whether Set_Slave_Add is open.
+    /// Whether the device accepts Set_Slave_Add.
     fn address_is_settable(&self) -> bool {
         false
     }
 
-    /// Stores a new station address, if the device agrees. Called with a matching ident number and an address up to 125.
-    /// Returns the address that holds from now on, `None` if nothing changed.
+    /// Stores a new station address, if the device agrees. The ident number matches and the address is at most 125.
+    /// Returns the address that is valid from now on, `None` if nothing changed.
     fn set_address(&mut self, _request: &SetSlaveAdd<'_>) -> Option<u8> {
         None
     }
@@ -154,25 +154,25 @@ pub trait Device {
     /// Reads a parameter into `record` and returns its whole length, at most 240 and at most `record.len()`.
     ///
     /// # Errors
-    /// A [`Refusal`] with the code of the manual.
+    /// A [`Dpv1Error`] with the code of the manual.
     fn read(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &mut [u8]) -> Result<usize, Dpv1Error> {
         Err(Dpv1Error::INVALID_SLOT)
     }
 
-    /// Writes a parameter. `Ok` promises that a nonvolatile one is stored.
+    /// Writes a parameter. After `Ok` a nonvolatile one is stored.
     ///
     /// # Errors
-    /// A [`Refusal`] with the code of the manual; nothing has changed then.
+    /// A [`Dpv1Error`] with the code of the manual; nothing has changed then.
     fn write(&mut self, _via: Relation, _slot: u8, _index: u8, _record: &[u8]) -> Result<(), Dpv1Error> {
         Err(Dpv1Error::INVALID_SLOT)
     }
 
-    /// I&M0, which a master reaches through a Call to slot 0. `None` refuses index 255. profibus-wire 5.
+    /// I&M0, which a master reads after a Call to slot 0. `None` refuses index 255. profibus-wire 5.
     fn im0(&self) -> Option<[u8; IM_RECORD_LENGTH]> {
         None
     }
 
-    /// What the station says of itself on layer 2. `None` closes the service. profibus-wire 1.11.
+    /// The answer to the identification service of layer 2. `None` closes the service. profibus-wire 1.11.
     fn ident(&self) -> Option<Ident<'_>> {
         None
     }

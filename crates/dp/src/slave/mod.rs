@@ -1,55 +1,71 @@
 //! A passive DP station. profibus-wire 2 and 3.
 //!
-//! [`Slave`] joins the link layer's [`Responder`] to a [`Device`]. A request travels down as arguments, its reply comes back
-//! as a return value, and nothing in between waits: what takes time is answered by the state of things now.
+//! [`Slave`] joins the link layer's [`Responder`] to the services and a [`Device`].
+//!
+//! ```
+//! use profivac_dp::link::{Baud, BitTime, Station};
+//! use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
+//! use profivac_wire::{Telegram, cfg};
+//!
+//! /// Two octets of outputs, which it returns as inputs.
+//! struct Echo([u8; 2]);
+//!
+//! impl Device for Echo {
+//!     fn ident_number(&self) -> u16 {
+//!         0x1234
+//!     }
+//!     fn features(&self) -> Features {
+//!         Features::default()
+//!     }
+//!     fn set_prm(&mut self, _user: &[u8]) -> Result<(), PrmFault> {
+//!         Ok(())
+//!     }
+//!     fn chk_cfg(&mut self, cfg: &[u8]) -> Result<cfg::Lengths, CfgFault> {
+//!         if cfg != self.get_cfg() {
+//!             return Err(CfgFault);
+//!         }
+//!         cfg::lengths(cfg).map_err(|_| CfgFault)
+//!     }
+//!     fn get_cfg(&self) -> &[u8] {
+//!         &[0x11, 0x21]
+//!     }
+//!     fn outputs(&mut self, outputs: Outputs<'_>) {
+//!         self.0 = match outputs {
+//!             Outputs::Data(data) => data.try_into().unwrap_or_default(),
+//!             Outputs::Safe => [0; 2],
+//!         };
+//!     }
+//!     fn inputs(&mut self, inputs: &mut [u8]) {
+//!         inputs.copy_from_slice(&self.0);
+//!     }
+//! }
+//!
+//! let mut slave = Slave::<_>::new(Echo([0; 2]), 8, Baud::B19200);
+//! // Master 2 asks for the FDL status; the telegram ended at 1000 bit times.
+//! let request = Telegram::parse(&[0x10, 8, 2, 0x49, 0x53, 0x16]).expect("a telegram");
+//! let answer = slave.telegram(BitTime(1000), &request).expect("an answer");
+//! assert_eq!(answer.octets, [0x10, 2, 8, 0x00, 0x0A, 0x16]);
+//! assert_eq!(answer.not_before, BitTime(1011), "min T_SDR");
+//! ```
 
 mod acyclic;
-mod cfg;
 mod device;
-mod diag;
-mod exchange;
-mod ms1;
-mod ms2;
-mod prm;
+mod server;
 mod state;
 
 pub use device::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
-pub use ms2::MAX_INITIATE_PDU;
+pub use server::MAX_INITIATE_PDU;
 pub use state::{ExchangeState, Fault, Owner, SlaveState, Watchdog};
 
-use crate::link::{Accepted, Baud, BitTime, Indication, Listening, Reply, Responder, Station, Transmit};
-use acyclic::AcyclicServer;
-use ms2::Connection;
-use profivac_wire::address::SetSlaveAdd;
-use profivac_wire::control::Status;
-use profivac_wire::{MAX_DU, Sap, Telegram};
+use crate::link::{Accepted, Baud, BitTime, Listening, Reply, Responder, Station, Transmit};
+use profivac_wire::Telegram;
+use server::{MIN_TSDR_TBIT, Server};
 
-/// The earliest start of an answer that a station may be told. profibus-wire 1.12.
-const MIN_TSDR_TBIT: u8 = 11;
-
-/// The highest address a slave can be given.
-const MAX_ADDRESS: u8 = 125;
-
-/// A passive DP station with `D` behind it and room for so many MS2 connections, at most 49.
+/// A passive DP station with device `D` and room for `CONNECTIONS` MS2 connections, at most 49.
 #[derive(Clone, Debug)]
 pub struct Slave<D, const CONNECTIONS: usize = 2> {
     responder: Responder,
-    device: D,
-    baud: Baud,
-    state: SlaveState,
-    /// min T_SDR in bit times.
-    min_tsdr: u8,
-    /// The outputs the process sees.
-    outputs: [u8; MAX_DU],
-    /// The outputs Sync holds back.
-    held_outputs: [u8; MAX_DU],
-    held_valid: bool,
-    /// The inputs as sent last, or as frozen.
-    inputs: [u8; MAX_DU],
-    du: [u8; MAX_DU],
-    ms1: AcyclicServer,
-    ms2: [Connection; CONNECTIONS],
-    now: BitTime,
+    server: Server<D, CONNECTIONS>,
 }
 
 impl<D: Device> Slave<D> {
@@ -60,72 +76,57 @@ impl<D: Device> Slave<D> {
 }
 
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
-    /// As [`Slave::new`], with the number of MS2 connections the type says.
+    /// As [`Slave::new`], with the number of MS2 connections of the type.
     pub fn with_connections(device: D, address: u8, baud: Baud) -> Self {
-        Self {
-            responder: Responder::new(address),
-            device,
-            baud,
-            state: SlaveState::POWER_UP,
-            min_tsdr: MIN_TSDR_TBIT,
-            outputs: [0; MAX_DU],
-            held_outputs: [0; MAX_DU],
-            held_valid: false,
-            inputs: [0; MAX_DU],
-            du: [0; MAX_DU],
-            ms1: AcyclicServer::EMPTY,
-            ms2: [const { Connection::FREE }; CONNECTIONS],
-            now: BitTime(0),
-        }
+        Self { responder: Responder::new(address), server: Server::new(device, baud) }
     }
 
-    /// Power returns: the slave forgets masters, parameters and answers. Resetting the device is the caller's business.
+    /// Power returns: the slave drops masters, parameters and answers. The caller resets the device.
     pub fn power_up(&mut self, address: u8) {
-        self.enter_wait_prm(Fault::None);
+        self.server.enter_wait_prm(Fault::None);
         self.set_address(address);
-        self.min_tsdr = MIN_TSDR_TBIT;
+        self.server.min_tsdr = MIN_TSDR_TBIT;
     }
 
-    /// The bus was lost and found again, at `baud`: frame counts are forgotten and connections closed, what MS0 was doing goes
-    /// on. A watched slave has lost its master before it could lose the rate. profibus-wire 3.6 and 3.2, transition 15.
-    /// Times after this call are in bit times of `baud` and may begin anew.
+    /// The bus was lost and found again, at `baud`: the slave drops frame counts and closes connections, MS0 keeps its state.
+    /// A slave whose watchdog runs has lost its master before it could lose the rate. profibus-wire 3.6 and 3.2,
+    /// transition 15. Times after this call are in bit times of `baud` and may begin anew.
     pub fn rate_found(&mut self, baud: Baud) {
         if self.watchdog_is_running() {
-            self.enter_wait_prm(Fault::None);
+            self.server.enter_wait_prm(Fault::None);
         }
-        self.baud = baud;
+        self.server.baud = baud;
         self.set_address(self.responder.address());
     }
 
     /// Whether the response watchdog runs.
     pub fn watchdog_is_running(&self) -> bool {
-        self.state.owner().is_some_and(|owner| owner.watchdog.is_some())
+        self.server.state.owner().is_some_and(|owner| owner.watchdog.is_some())
     }
 
-    /// The application gives up data exchange or wants to be parameterised anew: profibus-wire 3.2, transitions 16 and
-    /// 17.
+    /// The application ends data exchange or requests new parameters: profibus-wire 3.2, transitions 16 and 17.
     pub fn return_to_wait_prm(&mut self) {
-        self.enter_wait_prm(Fault::None);
+        self.server.enter_wait_prm(Fault::None);
     }
 
-    /// As [`Responder::forget_answer`], for whoever tests a master.
+    /// As [`Responder::forget_answer`], for tests of a master.
     pub const fn forget_answer(&mut self) {
         self.responder.forget_answer();
     }
 
     /// The device.
     pub const fn device(&self) -> &D {
-        &self.device
+        &self.server.device
     }
 
-    /// The device, to let time pass or pressure change.
+    /// The device, to change its process values or its time.
     pub const fn device_mut(&mut self) -> &mut D {
-        &mut self.device
+        &mut self.server.device
     }
 
     /// The state.
     pub const fn state(&self) -> &SlaveState {
-        &self.state
+        &self.server.state
     }
 
     /// The station address.
@@ -135,150 +136,49 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// min T_SDR in bit times.
     pub const fn min_tsdr_tbit(&self) -> u8 {
-        self.min_tsdr
+        self.server.min_tsdr
     }
 
-    /// Which service answers what, profibus-wire 2.2.
-    fn serve(&mut self, request: &Indication<'_>) -> Reply {
-        match request.sap {
-            Sap::Default => self.data_exchange(request),
-            Sap::SlaveDiag => self.slave_diag(request),
-            Sap::SetPrm => self.set_prm(request),
-            Sap::ChkCfg => self.chk_cfg(request),
-            Sap::GetCfg => self.get_cfg(request),
-            Sap::RdInp => self.rd_inp(request),
-            Sap::RdOutp => self.rd_outp(request),
-            Sap::SetSlaveAdd => self.set_slave_add(request),
-            Sap::Ms1 => self.ms1(request),
-            Sap::ResourceManager => self.resource_manager(request),
-            Sap::Ms2(sap) => self.ms2(sap, request),
-            // An SDN service asked for as SRD, and access points the slave does not open: it raises no alarms, so it has no
-            // extra access point to acknowledge them (profibus-wire 2.1).
-            Sap::GlobalControl | Sap::SetExtPrm | Sap::Alarm | Sap::Other(_) => SERVICE_CLOSED,
-        }
-    }
-
-    /// profibus-wire 1.11
-    fn ident(&mut self) -> Reply {
-        let Some(ident) = self.device.ident() else { return SERVICE_CLOSED };
-        ident.emit(&mut self.du).map_or(Reply::Status(Status::UserError), Reply::Low)
-    }
-
-    /// profibus-wire 2.11. What does not fit is acknowledged and changes nothing (profibus-wire 10, point 15). The
-    /// acknowledgement carries no address, so the new one may hold at once.
-    fn set_slave_add(&mut self, request: &Indication<'_>) -> Reply {
-        if !matches!(self.state, SlaveState::WaitPrm(_)) || !self.device.address_is_settable() {
-            return SERVICE_CLOSED;
-        }
-        if let Ok(wanted) = SetSlaveAdd::parse(request.du)
-            && wanted.ident == self.device.ident_number()
-            && wanted.address <= MAX_ADDRESS
-            && let Some(address) = self.device.set_address(&wanted)
-        {
-            self.set_address(address);
-        }
-        Reply::ShortAck
-    }
-
-    /// Nobody has spoken to the station under its new address. profibus-wire 1.9; free choice for MS2.
+    /// Under a new address the station has no requesters and no connections. profibus-wire 1.9; free choice for MS2.
     fn set_address(&mut self, address: u8) {
         self.responder.set_address(address);
-        self.ms2.iter_mut().for_each(Connection::close);
-    }
-
-    /// Every error-free request of the owner to this station restarts the watchdog, whatever the service, and so does a
-    /// Global_Control that is accepted. profibus-wire 3.6 and 10, point 16.
-    fn restart_watchdog(&mut self, sa: u8) {
-        let now = self.now;
-        if let Some(Owner { master, watchdog: Some(watchdog), .. }) = self.state.owner_mut()
-            && *master == sa
-        {
-            watchdog.deadline = now + watchdog.period_tbit;
-        }
-    }
-
-    /// Time has come to `now`: the watchdog or connections may expire, and the device may have something to report.
-    fn elapse(&mut self, now: BitTime) {
-        self.now = now;
-        self.ms2.iter_mut().for_each(|connection| connection.elapse(now));
-        if let Some(Owner { watchdog: Some(watchdog), .. }) = self.state.owner()
-            && watchdog.deadline <= now
-        {
-            self.enter_wait_prm(Fault::None);
-        }
-        if self.device.take_diagnosis_change()
-            && let SlaveState::DataExch(_, exchange) = &mut self.state
-        {
-            exchange.diag_flag = true;
-        }
-    }
-
-    /// The only place where the state is assigned: entering and leaving data exchange are told to the device here, and MS1
-    /// lives and dies with it.
-    fn enter(&mut self, state: SlaveState) {
-        let was = matches!(self.state, SlaveState::DataExch(..));
-        let is = matches!(state, SlaveState::DataExch(..));
-        self.state = state;
-        if was || is {
-            self.set_safe_outputs();
-        }
-        if was != is {
-            self.ms1.clear();
-            self.device.set_exchanging(is);
-        }
-    }
-
-    /// Back to WAIT-PRM with safe outputs.
-    fn enter_wait_prm(&mut self, fault: Fault) {
-        self.enter(SlaveState::WaitPrm(fault));
+        self.server.close_connections();
     }
 }
 
-const SERVICE_CLOSED: Reply = Reply::Status(Status::ServiceNotActivated);
-const NO_RESOURCE: Reply = Reply::Status(Status::NoResource);
-
 impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.elapse(end);
+        let Self { responder, server } = self;
+        server.elapse(end);
         let Telegram::Data(frame) = telegram else { return None };
-        let not_before = end + u64::from(self.min_tsdr);
-        let accepted = self.responder.accept(frame);
-        if !matches!(accepted, Accepted::Ignored) && frame.da == self.responder.address() {
-            self.restart_watchdog(frame.sa);
+        let not_before = end + u64::from(server.min_tsdr);
+        let accepted = responder.accept(frame);
+        if !matches!(accepted, Accepted::Ignored) && frame.da == responder.address() {
+            server.restart_watchdog(frame.sa);
         }
         match accepted {
             Accepted::Ignored => None,
             Accepted::Unconfirmed(request) => {
-                self.unconfirmed(&request);
+                server.unconfirmed(&request);
                 None
             }
-            Accepted::Repetition => Some(self.responder.repeat(not_before)),
-            Accepted::LinkLayer(status) => self.responder.answer(frame, Reply::Status(status), &[], not_before),
-            Accepted::Ident => {
-                let reply = self.ident();
-                self.responder.answer(frame, reply, &self.du, not_before)
-            }
+            Accepted::Repetition => Some(responder.repeat(not_before)),
+            Accepted::LinkLayer(status) => responder.answer(frame, Reply::Status(status), not_before),
+            Accepted::Ident => responder.answer(frame, server.ident(), not_before),
             Accepted::Confirmed(request) => {
-                let reply = self.serve(&request);
-                // The images are sent from where they lie.
-                let du = match request.sap {
-                    Sap::Default | Sap::RdInp => &self.inputs,
-                    Sap::RdOutp => &self.outputs,
-                    _ => &self.du,
-                };
-                self.responder.answer(frame, reply, du, not_before)
+                let reply = server.serve(&request, responder);
+                responder.answer(frame, reply, not_before)
             }
         }
     }
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        self.elapse(now);
+        self.server.elapse(now);
         None
     }
 
     fn wake_at(&self) -> Option<BitTime> {
-        let watchdog = self.state.owner().and_then(|owner| owner.watchdog).map(|watchdog| watchdog.deadline);
-        self.ms2.iter().map(Connection::deadline).chain([watchdog]).flatten().min()
+        self.server.wake_at()
     }
 
     fn listening(&self) -> Listening {

@@ -4,20 +4,22 @@ use crate::link::BitTime;
 use core::fmt;
 use profivac_wire::cfg::Lengths;
 
-/// Where a slave stands between power-up and data exchange. Every telegram asks several times which it is, so that it has an
-/// octet of its own (`repr`) instead of a value that the watchdog cannot have.
+/// The state of a slave between power-up and data exchange.
+///
+/// Every telegram reads the discriminant several times, so it has an octet of its own (`repr`) and is not encoded in an
+/// impossible value of the watchdog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum SlaveState {
-    /// Waiting for Set_Prm. Whatever was wrong before is remembered for the diagnosis.
+    /// Waits for Set_Prm. The fault is kept for the diagnosis.
     WaitPrm(Fault),
-    /// Parameterised, waiting for Chk_Cfg.
+    /// Parameterised, waits for Chk_Cfg.
     WaitCfg(Owner),
-    /// Exchanging data.
+    /// Exchanges data.
     DataExch(Owner, ExchangeState),
 }
 
-/// Why a slave fell back to WAIT-PRM, as far as the diagnosis tells it.
+/// Why a slave returned to WAIT-PRM, as far as the diagnosis distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Power-up, unlock, watchdog, wrong output length: only Prm_Req.
@@ -28,7 +30,7 @@ pub enum Fault {
     Cfg,
 }
 
-/// The master that parameterised the slave, and what it asked for.
+/// The master that parameterised the slave, and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Owner {
     /// Diag_Master_Add.
@@ -41,7 +43,7 @@ pub struct Owner {
     pub dpv1: bool,
     /// Fail_Safe: outputs of length zero mean Clear.
     pub fail_safe: bool,
-    /// Something was asked for that the slave does not have.
+    /// The master requested a feature that the slave does not have.
     pub not_supported: bool,
 }
 
@@ -50,20 +52,20 @@ pub struct Owner {
 pub struct Watchdog {
     /// T_WD in bit times.
     pub period_tbit: u64,
-    /// When it expires unless the master is heard.
+    /// When it expires unless a request of the owner restarts it.
     pub deadline: BitTime,
 }
 
-/// What is true only while data are exchanged.
+/// The part of the state that exists only during data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExchangeState {
-    /// How many octets go each way.
+    /// The lengths of inputs and outputs.
     pub lengths: Lengths,
-    /// Outputs are held until the next Sync.
+    /// Sync: outputs are held until the next Sync.
     pub sync: bool,
-    /// The image of the inputs is frozen.
+    /// Freeze: the image of the inputs is frozen.
     pub freeze: bool,
-    /// A diagnosis waits to be fetched: answers are high priority.
+    /// The owner has not fetched a diagnosis yet: answers have high priority.
     pub diag_flag: bool,
 }
 

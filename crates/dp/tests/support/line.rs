@@ -1,5 +1,5 @@
-//! A line in bit times: one master, some slaves, and whatever the test lets go wrong. Every octet reaches every station
-//! that does not send; two that speak at once fail the test.
+//! A line in bit times: one master, some slaves, and the faults of the test. Every octet reaches every station that does not
+//! send; two stations that send at once fail the test.
 
 use super::plain::Plain;
 use super::{is_housekeeping, text};
@@ -7,7 +7,7 @@ use profivac_dp::link::active::{Active, FdlUser};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, Transmit};
 use profivac_dp::slave::Slave;
 
-/// Who sent a telegram.
+/// The sender of a telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum From {
     Master,
@@ -24,17 +24,17 @@ pub struct Entry {
     pub octets: Vec<u8>,
 }
 
-/// What a station wants to send, and when at the earliest.
+/// A telegram that a station returned, with its earliest begin.
 type Given = Option<(BitTime, Vec<u8>)>;
 
-/// What the line makes of a telegram: other octets, or none.
+/// Changes a telegram on the line to other octets, or to none.
 type Tamper = Box<dyn FnMut(From, &[u8]) -> Vec<u8>>;
 
 /// A telegram on its way.
 struct Flight {
     entry: Entry,
-    /// What arrives.
-    heard: Vec<u8>,
+    /// The octets that arrive.
+    received: Vec<u8>,
     /// How many of its octets have arrived.
     arrived: usize,
 }
@@ -48,11 +48,11 @@ pub struct Line<R> {
     pub tamper: Option<Tamper>,
     pub trace: Vec<Entry>,
     pub now: BitTime,
-    /// Deadlines since time went on. Each of them is over when it has been polled.
+    /// Deadlines since time advanced. Each of them is over when it has been polled.
     standing_still: u32,
 }
 
-/// So many deadlines at one bit time are more than all stations of a test have.
+/// The most deadlines at one bit time that all stations of a test can have.
 const DEADLINES: u32 = 10_000;
 
 impl<R: FdlUser> Line<R> {
@@ -100,14 +100,14 @@ impl<R: FdlUser> Line<R> {
         match (character, wake) {
             (Some(character), wake) if wake.is_none_or(|wake| character <= wake) => self.character(character),
             (_, Some(wake)) => self.deadline(self.now.max(wake)),
-            _ => self.fail("nothing will ever happen again"),
+            _ => self.fail("no station has a deadline"),
         }
     }
 
     fn deadline(&mut self, now: BitTime) {
         self.standing_still = if now == self.now { self.standing_still + 1 } else { 0 };
         if self.standing_still > DEADLINES {
-            self.fail("a deadline does not go away");
+            self.fail("a deadline is never over");
         }
         self.now = now;
         let mut all = vec![(From::Master, given(self.master.poll(now)))];
@@ -121,11 +121,11 @@ impl<R: FdlUser> Line<R> {
     fn character(&mut self, end: BitTime) {
         self.now = end;
         let Some(mut flight) = self.flight.take() else { return };
-        let octet = flight.heard.get(flight.arrived).copied();
+        let octet = flight.received.get(flight.arrived).copied();
         flight.arrived += 1;
         let from = flight.entry.from;
-        // What nobody hears takes as long as it would have.
-        let length = if flight.heard.is_empty() { flight.entry.octets.len() } else { flight.heard.len() };
+        // A telegram that does not arrive takes its normal time.
+        let length = if flight.received.is_empty() { flight.entry.octets.len() } else { flight.received.len() };
         let over = flight.arrived >= length;
         if over {
             match from {
@@ -153,10 +153,10 @@ impl<R: FdlUser> Line<R> {
             }
             let start = not_before.max(self.now);
             let end = start + octets.len() as u64 * CHARACTER_TBIT;
-            let heard = self.tamper.as_mut().map_or_else(|| octets.clone(), |tamper| tamper(from, &octets));
+            let received = self.tamper.as_mut().map_or_else(|| octets.clone(), |tamper| tamper(from, &octets));
             let entry = Entry { from, start, end, octets };
             self.trace.push(entry.clone());
-            self.flight = Some(Flight { entry, heard, arrived: 0 });
+            self.flight = Some(Flight { entry, received, arrived: 0 });
         }
     }
 

@@ -1,5 +1,5 @@
-//! What the tests of the master side stand on: a desk where the test plays the rest of the bus telegram by telegram, a line
-//! that joins one master and some slaves octet by octet, and a plain device to put into a slave.
+//! Helpers for the tests of the master: a rig where the test plays the rest of the bus telegram by telegram, a line that joins
+//! one master and some slaves octet by octet, and a plain device for the slaves.
 #![allow(dead_code, reason = "every file in tests/ is a crate of its own and uses a part of this")]
 #![allow(
     clippy::unwrap_used,
@@ -8,30 +8,30 @@
     reason = "these are tests, outside of test functions"
 )]
 
-pub mod desk;
 pub mod line;
 pub mod plain;
+pub mod rig;
 
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 
-/// Octets as a person reads a trace.
+/// Octets of a trace in hexadecimal.
 pub fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
 
-/// The other way round.
+/// Octets as hexadecimal text.
 pub fn text(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Master 2 at 1.5 Mbit/s (T_SL 300, T_ID1 37, T_ID2 150). Its GAP is small and it asks there one time in 255, so that the
-/// dialogues are about something else: [`is_housekeeping`].
+/// Master 2 at 1.5 Mbit/s (T_SL 300, T_ID1 37, T_ID2 150). Its GAP is small and scanned once in 255 target rotation
+/// times, so that dialogues rarely contain it: [`is_housekeeping`].
 pub fn bus() -> BusParameters {
     BusParameters { gap_factor: 255, hsa: 2, ..BusParameters::new(2, Baud::B1500000) }
 }
 
-/// Whether a telegram is a token, or asks the GAP of [`bus`] who is there.
+/// Whether a telegram is a token, or an FDL status request to the GAP of [`bus`].
 pub fn is_housekeeping(octets: &[u8]) -> bool {
     matches!(octets, [0xDC, ..] | [0x10, 0 | 1, 2, 0x49, ..])
 }

@@ -1,4 +1,4 @@
-//! A device without a purpose: it gives what the test put in, and keeps what it got.
+//! A plain device: the test sets its inputs and reads its outputs.
 
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::cfg::{self, Lengths};
@@ -8,7 +8,7 @@ pub struct Plain {
     pub ident: u16,
     pub cfg: Vec<u8>,
     pub inputs: Vec<u8>,
-    /// What came last; `None` is the safe state.
+    /// The last outputs; `None` is the safe state.
     pub outputs: Option<Vec<u8>>,
     pub user_prm: Vec<u8>,
     pub blocks: Vec<u8>,
@@ -18,7 +18,7 @@ pub struct Plain {
     pub accepts_prm: bool,
     pub address_is_settable: bool,
     pub features: Features,
-    /// What is at 1/16, for everybody.
+    /// The record at 1/16.
     pub record: Vec<u8>,
 }
 

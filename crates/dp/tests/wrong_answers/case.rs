@@ -1,7 +1,7 @@
-//! The requests and their right answers, and what must not come of a wrong one.
+//! The requests, their right answers, and the checks after a wrong one.
 
 use crate::support::bus;
-use crate::support::desk::{Desk, Said};
+use crate::support::rig::{MasterRig, Sent};
 use profivac_dp::link::active::{Active, Confirmation, Request};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::services::{self, ServiceError};
@@ -17,7 +17,7 @@ pub const READY: &str = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";
 pub const INPUTS: &str = "68 05 05 68 02 08 08 01 02 15 16";
 pub const INPUTS_HIGH: &str = "68 05 05 68 02 08 0A 01 02 17 16";
 
-pub type Station = Desk<Master<4, 32>>;
+pub type Station = MasterRig<Master<4, 32>>;
 
 /// An answer to be spoilt: addresses, FC, access points and data.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl Answer {
     }
 }
 
-/// What the master knows of slave 8, and where it stands.
+/// The data and the state of slave 8 in the master.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known {
     pub inputs: Option<Vec<u8>>,
@@ -59,8 +59,8 @@ pub struct Known {
     pub diagnoses: u32,
 }
 
-pub fn known(desk: &Station) -> Known {
-    let master = &desk.station.user;
+pub fn known(rig: &Station) -> Known {
+    let master = &rig.station.user;
     let counters = master.counters(8).unwrap();
     Known {
         inputs: master.inputs(8).map(<[u8]>::to_vec),
@@ -73,9 +73,9 @@ pub fn known(desk: &Station) -> Known {
     }
 }
 
-/// A single request, and what its answer comes to.
+/// A single request, and the result of its answer.
 #[derive(Clone, Copy)]
-pub struct Tool {
+pub struct Class2Rig {
     pub request: Request<'static>,
     pub read: fn(&Confirmation<'_>) -> Result<Vec<u8>, ServiceError>,
 }
@@ -85,39 +85,39 @@ pub struct Case {
     pub name: &'static str,
     /// Plays until this request is on the line.
     pub asked: fn() -> Station,
-    pub tool: Option<Tool>,
-    /// The right answer, with values that nobody knows yet.
+    pub tool: Option<Class2Rig>,
+    /// The right answer, with new values.
     pub right: Answer,
-    /// What the station answered last: the former request.
+    /// The answer to the previous request.
     pub former: &'static str,
-    /// The lengths that are wrong, and what is said about them; none where every length is right.
+    /// The wrong lengths and their error texts; none if every length is right.
     pub lengths: &'static [(usize, &'static str)],
 }
 
-pub fn desk() -> Station {
+pub fn rig() -> Station {
     let mut master: Active<Master<4, 32>> = {
         let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
         Master::on(bus(), settings, BitTime(0))
     };
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
-    let mut desk = Desk::new(master);
-    desk.asks();
-    desk
+    let mut rig = MasterRig::new(master);
+    rig.next_request();
+    rig
 }
 
 /// The next request after these answers.
 pub fn after(answers: &[&str]) -> Station {
-    let mut desk = desk();
+    let mut rig = rig();
     for answer in answers {
-        desk.hears(answer);
-        desk.asks();
+        rig.receive(answer);
+        rig.next_request();
     }
-    desk
+    rig
 }
 
 pub fn fdl_status() -> Station {
-    desk()
+    rig()
 }
 
 pub fn first_diag() -> Station {
@@ -138,23 +138,23 @@ pub fn second_diag() -> Station {
 
 /// Operate goes first, without an answer.
 pub fn first_exchange() -> Station {
-    let mut desk = after(&[THERE, POWER_UP, "E5", "E5", READY]);
-    desk.asks();
-    desk
+    let mut rig = after(&[THERE, POWER_UP, "E5", "E5", READY]);
+    rig.next_request();
+    rig
 }
 
 pub fn exchange() -> Station {
-    let mut desk = first_exchange();
-    desk.hears(INPUTS);
-    desk.asks();
-    desk
+    let mut rig = first_exchange();
+    rig.receive(INPUTS);
+    rig.next_request();
+    rig
 }
 
 pub fn diag_in_exchange() -> Station {
-    let mut desk = exchange();
-    desk.hears(INPUTS_HIGH);
-    desk.asks();
-    desk
+    let mut rig = exchange();
+    rig.receive(INPUTS_HIGH);
+    rig.next_request();
+    rig
 }
 
 pub const MS0: [u8; 2] = [0x3E, 0];
@@ -201,7 +201,7 @@ pub fn tools() -> Vec<Case> {
     let tool = |name, request, read, right, lengths| Case {
         name,
         asked: exchange,
-        tool: Some(Tool { request, read }),
+        tool: Some(Class2Rig { request, read }),
         right,
         former: INPUTS,
         lengths,
@@ -258,49 +258,49 @@ pub fn tools() -> Vec<Case> {
 pub const FORM: &str = "the form of the answer does not fit the request";
 pub const OTHER_SAPS: &str = "the answer belongs to other service access points";
 
-pub fn is_exchange(said: &Said) -> bool {
+pub fn is_exchange(said: &Sent) -> bool {
     matches!(said.octets[..], [0x68, 5, 5, 0x68, 8, 2, ..])
 }
 
 impl Case {
     /// Answers every try of the request with these octets until it comes to something: the words for it, and the values
     /// of a tool where there are some.
-    pub fn answered(&self, desk: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
+    pub fn answered(&self, rig: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
         match &self.tool {
-            None => Self::cycle_answered(desk, octets),
-            Some(tool) => Self::tool_answered(desk, tool, octets),
+            None => Self::cycle_answered(rig, octets),
+            Some(tool) => Self::tool_answered(rig, tool, octets),
         }
     }
 
-    fn cycle_answered(desk: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
-        let state = desk.station.user.state(8);
-        let exchanges = desk.station.user.counters(8).unwrap().exchanges;
+    fn cycle_answered(rig: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
+        let state = rig.station.user.state(8);
+        let exchanges = rig.station.user.counters(8).unwrap().exchanges;
         for _ in 0..8 {
             if !octets.is_empty() {
-                desk.hears_octets(11, octets);
+                rig.receive_octets(11, octets);
             }
-            desk.asks();
-            if let Some(trouble) = desk.station.user.exchange_error(8) {
+            rig.next_request();
+            if let Some(trouble) = rig.station.user.exchange_error(8) {
                 return Err(trouble.to_string());
             }
-            if desk.station.user.state(8) != state || desk.station.user.counters(8).unwrap().exchanges != exchanges {
+            if rig.station.user.state(8) != state || rig.station.user.counters(8).unwrap().exchanges != exchanges {
                 return Ok(Vec::new());
             }
         }
         panic!("it does not come to anything");
     }
 
-    /// Data_Exchange with the same slave goes on as it should.
-    fn tool_answered(desk: &mut Station, tool: &Tool, octets: &[u8]) -> Result<Vec<u8>, String> {
-        desk.station.user.submit_request(&tool.request).unwrap();
-        desk.hears(INPUTS);
+    /// Data_Exchange with the same slave continues as it should.
+    fn tool_answered(rig: &mut Station, tool: &Class2Rig, octets: &[u8]) -> Result<Vec<u8>, String> {
+        rig.station.user.submit_request(&tool.request).unwrap();
+        rig.receive(INPUTS);
         for _ in 0..20 {
-            match desk.asks() {
-                said if is_exchange(&said) => desk.hears(INPUTS),
+            match rig.next_request() {
+                said if is_exchange(&said) => rig.receive(INPUTS),
                 _ if octets.is_empty() => {}
-                _ => desk.hears_octets(11, octets),
+                _ => rig.receive_octets(11, octets),
             }
-            if let Some(confirmation) = desk.station.user.take_confirmation() {
+            if let Some(confirmation) = rig.station.user.take_confirmation() {
                 return (tool.read)(&confirmation).map_err(|reason| reason.to_string());
             }
         }
@@ -308,28 +308,28 @@ impl Case {
     }
 
     pub fn takes_the_right_answer(&self) {
-        let mut desk = (self.asked)();
-        let before = known(&desk);
-        let result = self.answered(&mut desk, &self.right.octets());
+        let mut rig = (self.asked)();
+        let before = known(&rig);
+        let result = self.answered(&mut rig, &self.right.octets());
         assert!(result.is_ok(), "{}: {result:?}", self.name);
         match &self.tool {
-            None => assert_ne!(known(&desk), before, "{}: the poison works", self.name),
-            // Where there are data, the end of them is what a tool is told.
+            None => assert_ne!(known(&rig), before, "{}: the poison works", self.name),
+            // With data, the error of the raw request is about their end.
             Some(_) => assert!(self.right.du.ends_with(&result.unwrap()), "{}", self.name),
         }
     }
 
     /// The defect keeps the poison out, and is named.
     pub fn refuses(&self, what: &str, octets: &[u8], words: &str) {
-        let mut desk = (self.asked)();
-        let before = known(&desk);
-        let result = self.answered(&mut desk, octets);
+        let mut rig = (self.asked)();
+        let before = known(&rig);
+        let result = self.answered(&mut rig, octets);
         assert_eq!(result, Err(words.to_string()), "{}, {what}", self.name);
-        self.nothing_is_new(&desk, &before, what);
+        self.nothing_is_new(&rig, &before, what);
     }
 
-    pub fn nothing_is_new(&self, desk: &Station, before: &Known, what: &str) {
-        let now = known(desk);
+    pub fn nothing_is_new(&self, rig: &Station, before: &Known, what: &str) {
+        let now = known(rig);
         match &self.tool {
             // The slave may have been lost over it, and then there are no inputs at all.
             None => {

@@ -46,9 +46,9 @@ fn an_answer_with_an_altered_octet_is_refused() {
     }
 }
 
-/// Both at once: nothing that anybody can read.
+/// Both at once: no valid telegram.
 #[test]
-fn the_answers_of_twins_on_top_of_each_other_are_refused() {
+fn overlapping_answers_of_two_slaves_are_refused() {
     for case in all() {
         let one = case.right.octets();
         // Wired-and of two telegrams that begin a character apart.

@@ -3,7 +3,7 @@
 use crate::case::{Answer, FORM, OTHER_SAPS, all, saps};
 
 #[test]
-fn the_right_answer_is_taken_by_every_request() {
+fn every_request_accepts_the_right_answer() {
     all().for_each(|case| case.takes_the_right_answer());
 }
 
@@ -62,16 +62,16 @@ fn an_answer_with_another_function_code_is_refused() {
 fn an_answer_with_the_function_code_of_a_request_is_refused() {
     for case in all() {
         for fc in [0x40, 0x43, 0x46, 0x49, 0x4C, 0x4D, 0x5D, 0x6D, 0x7D, 0x4E, 0x4F] {
-            // Who is asked for its FDL status and asks for ours is another master.
+            // A station that answers FDL status with a request for ours is another master.
             if case.right.fc == 0 && fc == 0x49 {
                 continue;
             }
             let wrong = Answer { fc, ..case.right.clone() };
             let words = format!("the answer's function code {fc:02X} does not fit the request");
             case.refuses("request", &wrong.octets(), &words);
-            let mut desk = (case.asked)();
-            desk.hears_octets(11, &wrong.octets());
-            assert!(desk.station.has_token(), "{} {fc:02X}", case.name);
+            let mut rig = (case.asked)();
+            rig.receive_octets(11, &wrong.octets());
+            assert!(rig.station.has_token(), "{} {fc:02X}", case.name);
         }
     }
 }

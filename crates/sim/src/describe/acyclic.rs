@@ -1,9 +1,9 @@
-//! The PDUs of MS1 and MS2 in words. profibus-wire 4.
+//! PDUs of MS1 and MS2 in English. profibus-wire 4.
 
 use super::Hex;
 use profivac_wire::acyclic::{Abort, PduError, Request, Response, Transfer};
 
-/// What a master sends on an acyclic access point.
+/// Describes a PDU from a master.
 pub(super) fn request(pdu: &[u8]) -> Result<String, PduError> {
     Ok(match Request::parse(pdu) {
         Err(PduError::Empty) => " poll".to_owned(),
@@ -20,7 +20,7 @@ pub(super) fn request(pdu: &[u8]) -> Result<String, PduError> {
     })
 }
 
-/// What a slave returns there.
+/// Describes a PDU from a slave.
 pub(super) fn response(pdu: &[u8]) -> Result<String, PduError> {
     Ok(match Response::parse(pdu)? {
         Response::Idle(_) => " Idle".to_owned(),
@@ -54,9 +54,9 @@ mod tests {
     use crate::scenario::hex;
     use profivac_wire::Telegram;
 
-    /// The telegrams of profibus-wire 4.4 and 4.6.6, and what is told behind the addresses.
+    /// The telegrams of profibus-wire 4.4 and 4.6.6 with their descriptions after the addresses.
     #[test]
-    fn the_dialogues_of_the_reference_in_words() {
+    fn the_dialogues_of_the_specification_are_described() {
         for (text, words) in [
             ("68 09 09 68 88 82 5C 33 33 5E 01 10 14 4F 16", "MS1 FCB 0 Read slot 1 index 16, 20 octets"),
             ("68 05 05 68 88 82 7C 33 33 EC 16", "MS1 FCB 1 poll"),
@@ -78,9 +78,9 @@ mod tests {
             ("68 06 06 68 88 82 5C 30 32 48 10 16", "MS2 SAP 48 FCB 0 Idle"),
             ("68 08 08 68 88 82 5C 30 32 58 00 20 40 16", "MS2 SAP 48 FCB 0 Abort, user (20)"),
         ] {
-            let told = Description(&Telegram::parse(&hex(text)).unwrap()).to_string();
-            let told = told.split_whitespace().skip(3).collect::<Vec<_>>().join(" ");
-            assert_eq!(told, words, "{text}");
+            let report = Description(&Telegram::parse(&hex(text)).unwrap()).to_string();
+            let report = report.split_whitespace().skip(3).collect::<Vec<_>>().join(" ");
+            assert_eq!(report, words, "{text}");
         }
     }
 }

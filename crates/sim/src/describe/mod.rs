@@ -1,7 +1,7 @@
-//! Telegrams in the words of the field: who, to whom, which service, what it says.
+//! Descriptions of telegrams: sender, receiver, service, content.
 //!
-//! Every telegram explains itself here; nothing is remembered from the one before. An answer without access points is
-//! therefore named by what it must be: data without access points come from Data_Exchange only.
+//! Each telegram is described by itself, without the previous ones. An answer with data and without access points is
+//! described as Data_Exchange, the only service with such answers.
 
 mod acyclic;
 
@@ -14,7 +14,7 @@ use profivac_wire::prm::{PrmStatus, SetPrm};
 use profivac_wire::{BROADCAST, DataTelegram, Sap, Telegram};
 use std::fmt;
 
-/// Octets as a person reads a trace: `68 05 05 68`.
+/// Octets as hexadecimal text: `68 05 05 68`.
 #[derive(Clone, Copy, Debug)]
 pub struct Hex<'a>(pub &'a [u8]);
 
@@ -28,14 +28,14 @@ impl fmt::Display for Hex<'_> {
     }
 }
 
-/// The octet that two hexadecimal digits stand for.
+/// Parses two hexadecimal digits.
 #[must_use]
 pub fn octet(digits: &str) -> Option<u8> {
     let two = digits.len() == 2 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
     u8::from_str_radix(digits, 16).ok().filter(|_| two)
 }
 
-/// A telegram in columns: addresses, service, what it says.
+/// A telegram in columns: addresses, service, content.
 #[derive(Clone, Copy, Debug)]
 pub struct Description<'a>(pub &'a Telegram<'a>);
 
@@ -44,18 +44,18 @@ impl fmt::Display for Description<'_> {
         match self.0 {
             Telegram::ShortAck => write!(f, "{:10}  SC", ""),
             Telegram::Token { da, sa } => write!(f, "{}  Token", Route(*sa, *da)),
-            Telegram::Data(frame) => {
-                write!(f, "{}  ", Route(frame.sa, frame.da))?;
-                match frame.control() {
-                    Control::Request { function, count } => request(f, frame, function, count),
-                    Control::Response { station, status } => response(f, frame, station, status),
+            Telegram::Data(telegram) => {
+                write!(f, "{}  ", Route(telegram.sa, telegram.da))?;
+                match telegram.control() {
+                    Control::Request { function, count } => request(f, telegram, function, count),
+                    Control::Response { station, status } => response(f, telegram, station, status),
                 }
             }
         }
     }
 }
 
-/// `  2 -> 8  `, everybody as `all`.
+/// `  2 -> 8  `, with `all` for the broadcast address.
 struct Route(u8, u8);
 
 impl fmt::Display for Route {
@@ -67,18 +67,23 @@ impl fmt::Display for Route {
     }
 }
 
-fn request(f: &mut fmt::Formatter<'_>, frame: &DataTelegram<'_>, function: Function, count: FrameCount) -> fmt::Result {
+fn request(
+    f: &mut fmt::Formatter<'_>,
+    telegram: &DataTelegram<'_>,
+    function: Function,
+    count: FrameCount,
+) -> fmt::Result {
     match function {
         Function::SrdLow | Function::SrdHigh | Function::SdnLow | Function::SdnHigh => {
-            let sap = Sap::from_octet(frame.dsap);
+            let sap = Sap::from_octet(telegram.dsap);
             write!(f, "{:16} {:6}", Service(sap).to_string(), counted(count))?;
-            request_data(f, sap, frame.du)
+            request_data(f, sap, telegram.du)
         }
         Function::FdlStatus => f.write_str("FDL_Status ?"),
         Function::Ident => f.write_str("Ident ?"),
-        Function::LsapStatus => write!(f, "LSAP_Status ?{}", data(frame.du)),
-        Function::SdaLow | Function::SdaHigh => write!(f, "SDA {}{}", counted(count), data(frame.du)),
-        Function::Other(_) => write!(f, "request {:02X}{}", frame.fc, data(frame.du)),
+        Function::LsapStatus => write!(f, "LSAP_Status ?{}", data(telegram.du)),
+        Function::SdaLow | Function::SdaHigh => write!(f, "SDA {}{}", counted(count), data(telegram.du)),
+        Function::Other(_) => write!(f, "request {:02X}{}", telegram.fc, data(telegram.du)),
     }
 }
 
@@ -116,7 +121,7 @@ impl fmt::Display for Service {
     }
 }
 
-/// What a request carries. A data unit its service cannot have is shown as it is.
+/// Describes the data of a request. Data that do not fit the service are shown as octets.
 fn request_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result {
     let words = match sap {
         Sap::SetPrm => SetPrm::parse(du).ok().map(|prm| set_prm(&prm)),
@@ -129,7 +134,7 @@ fn request_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result 
     f.write_str(&words.unwrap_or_else(|| data(du)))
 }
 
-/// What an answer carries.
+/// Describes the data of an answer.
 fn response_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result {
     let words = match sap {
         Sap::SlaveDiag => SlaveDiag::parse(du).ok().map(|diag| slave_diag(&diag)),
@@ -141,12 +146,12 @@ fn response_data(f: &mut fmt::Formatter<'_>, sap: Sap, du: &[u8]) -> fmt::Result
     f.write_str(&words.unwrap_or_else(|| data(du)))
 }
 
-/// Data without a meaning of their own.
+/// Data as octets.
 fn data(du: &[u8]) -> String {
     if du.is_empty() { String::new() } else { format!(" {}", Hex(du)) }
 }
 
-/// What Set_Prm asks for.
+/// Describes the data unit of Set_Prm.
 #[must_use]
 pub fn set_prm(prm: &SetPrm<'_>) -> String {
     let [first, second] = prm.wd_fact;
@@ -176,7 +181,7 @@ fn configuration(octets: &[u8]) -> String {
     }
 }
 
-/// What Global_Control orders, and whom.
+/// Describes the data unit of Global_Control.
 #[must_use]
 pub fn global_control(control: GlobalControl) -> String {
     let words = CONTROL_WORDS.iter().filter(|(bit, _)| control.command.intersects(*bit)).map(|(_, word)| *word);
@@ -198,7 +203,12 @@ fn set_slave_add(wanted: &SetSlaveAdd<'_>) -> String {
     format!(" address {}, ident {:04X}{locked}{}", wanted.address, wanted.ident, data(wanted.rem_slave_data))
 }
 
-fn response(f: &mut fmt::Formatter<'_>, frame: &DataTelegram<'_>, station: StationType, status: Status) -> fmt::Result {
+fn response(
+    f: &mut fmt::Formatter<'_>,
+    telegram: &DataTelegram<'_>,
+    station: StationType,
+    status: Status,
+) -> fmt::Result {
     let name = match status {
         Status::Ok => return f.write_str(answer_of(station)),
         Status::UserError => "UE",
@@ -209,17 +219,17 @@ fn response(f: &mut fmt::Formatter<'_>, frame: &DataTelegram<'_>, station: Stati
         Status::DataHigh => "DH",
         Status::DataLowNotTaken => "RDL",
         Status::DataHighNotTaken => "RDH",
-        Status::Other(_) => return write!(f, "answer {:02X}{}", frame.fc, data(frame.du)),
+        Status::Other(_) => return write!(f, "answer {:02X}{}", telegram.fc, data(telegram.du)),
     };
-    if frame.ssap.is_none() && frame.du.is_empty() {
+    if telegram.ssap.is_none() && telegram.du.is_empty() {
         return f.write_str(name);
     }
-    let sap = Sap::from_octet(frame.ssap);
+    let sap = Sap::from_octet(telegram.ssap);
     write!(f, "{:16} {name:6}", Service(sap).to_string())?;
-    response_data(f, sap, frame.du)
+    response_data(f, sap, telegram.du)
 }
 
-/// The answer to FDL_Status.
+/// Describes the answer to FDL_Status.
 const fn answer_of(station: StationType) -> &'static str {
     match station {
         StationType::Slave => "OK, passive station",
@@ -241,12 +251,12 @@ fn slave_diag(diag: &SlaveDiag<'_>) -> String {
     if diag.ext_diag.is_empty() { words } else { format!("{words}, {}", Hex(diag.ext_diag)) }
 }
 
-/// The names of the bits that are set.
+/// The names of the set bits.
 pub fn station_status(status: StationStatus) -> impl Iterator<Item = &'static str> {
     DIAG_WORDS.iter().filter(move |(bit, _)| status.contains(*bit)).map(|(_, word)| *word)
 }
 
-/// Names as profibus-wire 2.3 has them; the bit that is always one says nothing.
+/// Names according to profibus-wire 2.3, without the bit that is always 1.
 const DIAG_WORDS: [(StationStatus, &str); 15] = [
     (StationStatus::STATION_NON_EXISTENT, "Station_Non_Existent"),
     (StationStatus::STATION_NOT_READY, "Station_Not_Ready"),
@@ -276,7 +286,7 @@ mod tests {
     use crate::scenario::hex;
 
     #[test]
-    fn the_telegrams_of_the_reference_in_words() {
+    fn the_telegrams_of_the_specification_are_described() {
         for (text, words) in [
             ("E5", "            SC"),
             ("DC 02 02", "  2 -> 2    Token"),
@@ -308,21 +318,21 @@ mod tests {
     }
 
     #[test]
-    fn there_are_words_for_every_telegram() {
+    fn every_telegram_has_a_description() {
         let mut random = crate::Random::new(1);
         for fc in 0..=0xFF {
             for sap in (0..=0xFF).map(Some).chain([None]) {
                 let du: Vec<u8> = (0..random.below(20)).map(|_| random.octet()).collect();
-                let frame = DataTelegram { da: 8, sa: 2, dsap: sap, ssap: sap, fc, du: &du };
-                let words = Description(&Telegram::Data(frame)).to_string();
-                assert!(words.starts_with("  2 -> 8    ") && words.len() > 13, "{frame:?}: {words}");
+                let telegram = DataTelegram { da: 8, sa: 2, dsap: sap, ssap: sap, fc, du: &du };
+                let words = Description(&Telegram::Data(telegram)).to_string();
+                assert!(words.starts_with("  2 -> 8    ") && words.len() > 13, "{telegram:?}: {words}");
             }
         }
     }
 
     #[test]
-    fn data_that_do_not_fit_their_service_are_shown_as_they_are() {
-        let frame = DataTelegram { da: 8, sa: 2, dsap: Some(61), ssap: Some(62), fc: 0x5D, du: &[0x80, 1] };
-        assert_eq!(Description(&Telegram::Data(frame)).to_string(), "  2 -> 8    Set_Prm          FCB 0  80 01");
+    fn data_that_do_not_fit_the_service_are_shown_as_octets() {
+        let telegram = DataTelegram { da: 8, sa: 2, dsap: Some(61), ssap: Some(62), fc: 0x5D, du: &[0x80, 1] };
+        assert_eq!(Description(&Telegram::Data(telegram)).to_string(), "  2 -> 8    Set_Prm          FCB 0  80 01");
     }
 }

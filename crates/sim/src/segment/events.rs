@@ -1,18 +1,20 @@
-//! What happens next, and what follows from it.
+//! Events: the next one, and its effects.
 
-use super::{SHOWN, Segment, StationId, connected};
+use super::{SHOWN, Segment, connected};
 use crate::character::Character;
 use crate::driver::{Driver, DriverAction};
-use crate::referee::{Transmission, Violation};
+use crate::referee::Transmission;
+use crate::rule::Violation;
 use crate::scheduler::NEVER;
 use crate::signal::{Signal, TelegramFault};
+use crate::station_id::StationId;
 use crate::trace::{Entry, Line};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received};
 use profivac_wire::Telegram;
 use std::sync::Arc;
 
 impl Segment {
-    /// The next event, if there is one until `end`.
+    /// Runs the next event. Returns false if there is none until `end`.
     pub(super) fn step(&mut self, end: BitTime) -> bool {
         let heard = self.tap_times.earliest_time();
         let other = self.next_other_than_tap();
@@ -31,7 +33,7 @@ impl Segment {
         true
     }
 
-    /// When the next thing happens that is not heard.
+    /// The time of the next event of a driver or fault.
     fn next_other_than_tap(&self) -> BitTime {
         self.next_fault_at().min(self.driver_times.earliest_time())
     }
@@ -40,7 +42,7 @@ impl Segment {
         self.script.front().map_or(NEVER, |(time, _)| *time)
     }
 
-    /// An ear listens to what ends at `now`, and goes on as long as nothing else happens until `end`.
+    /// A tap reads up to `now`, and continues while no other event is due before `end`.
     fn listen(&mut self, place: usize, mut now: BitTime, end: BitTime) {
         self.tap_times.set(place, NEVER);
         loop {
@@ -72,18 +74,18 @@ impl Segment {
         }
     }
 
-    /// A character ended at an ear.
+    /// Handles a character at a tap.
     fn receive_character(&mut self, place: usize, end: BitTime, character: Character) {
-        let ear = &mut self.taps[place];
-        if ear.owner.is_some_and(|owner| end <= self.drivers[owner].sends_until) {
-            // The receiver is off while the station sends.
+        let tap = &mut self.taps[place];
+        if tap.owner.is_some_and(|owner| end <= self.drivers[owner].sends_until) {
+            // The receiver of a station is off while the station sends.
             return;
         }
         if character.error {
-            ear.receiver.character_error(end);
+            tap.receiver.character_error(end);
             return self.activity(place, end);
         }
-        let Received::Telegram(telegram) = ear.receiver.octet(end, character.octet) else {
+        let Received::Telegram(telegram) = tap.receiver.octet(end, character.octet) else {
             return self.activity(place, end);
         };
         let mut moved = Vec::new();
@@ -91,32 +93,32 @@ impl Segment {
             moved.extend(self.drivers[driver].telegram(end, &telegram).map(|left| (driver, left)));
             self.driver_times.set(driver, self.drivers[driver].next());
         };
-        match ear.owner {
+        match tap.owner {
             Some(owner) => give(owner),
-            None => ear.audience.of(&telegram).for_each(give),
+            None => tap.audience.of(&telegram).for_each(give),
         }
         moved.into_iter().for_each(|(driver, left)| self.readdress(driver, left));
     }
 
-    /// A station that listened to the address `left` has another one.
+    /// Moves a station from its former address `left` to its present one.
     fn readdress(&mut self, driver: usize, left: u8) {
         let Driver { position, address, .. } = self.drivers[driver];
-        let shared = self.taps.iter_mut().find(|ear| ear.owner.is_none() && ear.position == position);
-        if let (Some(ear), Some(address)) = (shared, address) {
-            ear.audience.leave(driver, left);
-            ear.audience.join(driver, address);
+        let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);
+        if let (Some(tap), Some(address)) = (shared, address) {
+            tap.audience.leave(driver, left);
+            tap.audience.join(driver, address);
         }
     }
 
-    /// A character that completed nothing: only who listens to everything wants to know.
-    fn activity(&mut self, ear: usize, end: BitTime) {
-        if let Some(owner) = self.taps[ear].owner {
+    /// Reports a character that completed no telegram to the station of the tap, if the station receives everything.
+    fn activity(&mut self, tap: usize, end: BitTime) {
+        if let Some(owner) = self.taps[tap].owner {
             self.drivers[owner].activity(end);
             self.plan(owner);
         }
     }
 
-    /// A station does what it wanted to do now.
+    /// Runs the action of a driver.
     fn run_driver(&mut self, driver: usize) {
         if let DriverAction::Send(octets) = self.drivers[driver].run(self.now) {
             self.send(driver, octets);
@@ -124,7 +126,7 @@ impl Segment {
         self.plan(driver);
     }
 
-    /// Somebody may have changed a station while time stood still.
+    /// Reads the state of a station again: the caller may have changed it between two runs.
     pub(super) fn refresh(&mut self, driver: usize) {
         if let Some(left) = self.drivers[driver].changed_address() {
             self.readdress(driver, left);
@@ -136,43 +138,43 @@ impl Segment {
         self.driver_times.set(driver, self.drivers[driver].next());
     }
 
-    /// A telegram begins.
+    /// Begins a transmission.
     fn send(&mut self, sender: usize, octets: Arc<[u8]>) {
         let driver = &mut self.drivers[sender];
-        let mut tampers = std::mem::take(&mut driver.telegram_faults);
-        let paused = tampers.iter().any(|tamper| matches!(tamper, TelegramFault::Pause(..)));
-        if let Some(mangle) = &self.octet_errors {
-            mangle.draw(self.now, &octets, &mut tampers);
+        let mut faults = std::mem::take(&mut driver.telegram_faults);
+        let paused = faults.iter().any(|fault| matches!(fault, TelegramFault::Pause(..)));
+        if let Some(octet_errors) = &self.octet_errors {
+            octet_errors.draw(self.now, &octets, &mut faults);
         }
         let telegram = Telegram::parse(&octets).ok();
-        let signal = match tampers.as_slice() {
+        let signal = match faults.as_slice() {
             [] => Signal::plain(octets.clone(), telegram.is_some()),
-            tampers => Signal::faulty(&octets, tampers),
+            faults => Signal::faulty(&octets, faults),
         };
         let end = self.now + signal.duration_tbit();
         driver.begin_sending(end);
-        let speech =
+        let transmission =
             Transmission { station: StationId(sender), position: driver.position, begin: self.now, end, paused };
         let disturbed = self.add_to_trace(&signal, end);
-        self.check_transmission(speech, telegram.as_ref(), disturbed);
-        self.spread(&signal, Some(sender), speech.position, 0);
+        self.check_transmission(transmission, telegram.as_ref(), disturbed);
+        self.spread(&signal, Some(sender), transmission.position, 0);
         if let Some(delay) = self.echo {
-            self.spread(&signal, None, speech.position, delay);
+            self.spread(&signal, None, transmission.position, delay);
         }
     }
 
-    /// A signal reaches all who are connected.
+    /// Sends a signal to all connected taps.
     fn spread(&mut self, signal: &Signal, sender: Option<usize>, position: u64, delay: u64) {
-        for (place, ear) in self.taps.iter_mut().enumerate() {
-            let itself = sender.is_some() && ear.owner == sender;
-            if !itself && connected(self.cut, position, ear.position) {
-                ear.announce(signal.clone(), sender, self.now + delay + position.abs_diff(ear.position));
-                self.tap_times.set(place, ear.next());
+        for (place, tap) in self.taps.iter_mut().enumerate() {
+            let itself = sender.is_some() && tap.owner == sender;
+            if !itself && connected(self.cut, position, tap.position) {
+                tap.announce(signal.clone(), sender, self.now + delay + position.abs_diff(tap.position));
+                self.tap_times.set(place, tap.next());
             }
         }
     }
 
-    /// Puts a telegram into the trace as noise and faults leave it. Returns whether they changed it.
+    /// Adds a telegram to the trace as noise and faults leave it. Returns whether they changed it.
     fn add_to_trace(&mut self, signal: &Signal, end: BitTime) -> bool {
         let flips = self.flips(end);
         let entry = match signal.clean() {
@@ -187,7 +189,7 @@ impl Segment {
         changed
     }
 
-    /// Which of the bits from now to `end` the noise of the line inverts.
+    /// The bits from now to `end` that the noise of the line inverts.
     fn flips(&self, end: BitTime) -> Vec<u64> {
         let Some(noise) = &self.noise else { return Vec::new() };
         let next = |from: &BitTime| Some(noise.next(*from + 1));
@@ -195,14 +197,14 @@ impl Segment {
         all.take_while(|flip| *flip < end).map(|flip| flip - self.now).collect()
     }
 
-    fn check_transmission(&mut self, speech: Transmission, telegram: Option<&Telegram<'_>>, disturbed: bool) {
-        let side = usize::from(self.cut.is_some_and(|cut| speech.position >= cut));
-        let verdict = self.referees[side].check(speech, telegram);
+    fn check_transmission(&mut self, transmission: Transmission, telegram: Option<&Telegram<'_>>, disturbed: bool) {
+        let side = usize::from(self.cut.is_some_and(|cut| transmission.position >= cut));
+        let verdict = self.referees[side].check(transmission, telegram);
         if disturbed || self.noisy {
             self.referees[side].disturb();
         }
         if let Err((rule, measured_tbit, limit_tbit)) = verdict {
-            let (station, at) = (speech.station, speech.begin);
+            let (station, at) = (transmission.station, transmission.begin);
             self.violation =
                 Some(Box::new(Violation { rule, station, at, measured_tbit, limit_tbit, trace: self.last_lines() }));
         }

@@ -1,41 +1,42 @@
-//! Faults come and go.
+//! Faults of the segment.
 
-use super::{Segment, StationId, connected};
+use super::{Segment, connected};
 use crate::driver::Driver;
 use crate::fault::Fault;
 use crate::noise::Noise;
 use crate::referee::Referee;
+use crate::station_id::StationId;
 use profivac_dp::link::Receiver;
 
 impl Segment {
-    /// The next fault of the script comes.
+    /// Applies the next fault of the script.
     pub(super) fn next_fault(&mut self) {
         if let Some((_, fault)) = self.script.pop_front() {
             self.inject(fault);
         }
     }
 
-    /// A fault, now.
+    /// Applies a fault now.
     pub fn inject(&mut self, fault: Fault) {
         match fault {
             Fault::Power(station, on) => self.power(station, on),
             Fault::Noise(noise) => self.set_noise(noise),
             Fault::NoiseAt(station, noise) => self.set_noise_at(station, noise),
-            Fault::Telegram(station, tamper) => self.drivers[station.0].telegram_faults.push(tamper),
-            Fault::OctetErrors(mangle) => self.octet_errors = mangle,
+            Fault::Telegram(station, fault) => self.drivers[station.0].telegram_faults.push(fault),
+            Fault::OctetErrors(octet_errors) => self.octet_errors = octet_errors,
             Fault::Echo(delay) => self.set_echo(delay),
             Fault::Cut(position) => self.set_cut(position),
         }
     }
 
-    /// Whoever gets power listens anew and may hear less than those beside it.
+    /// Switches the power of a station. After power-up its receiver starts anew, so it needs a tap of its own.
     fn power(&mut self, station: StationId, on: bool) {
         let StationId(driver) = station;
         if on {
             let place = self.own_tap(driver);
             self.taps[place].receiver = Receiver::new(self.now);
         } else {
-            self.taps.iter_mut().for_each(|ear| ear.cut_off(driver, self.now));
+            self.taps.iter_mut().for_each(|tap| tap.cut_off(driver, self.now));
         }
         self.drivers[driver].set_power(on);
         self.plan(driver);
@@ -46,8 +47,8 @@ impl Segment {
 
     fn set_noise(&mut self, noise: Option<Noise>) {
         self.noise = noise;
-        for ear in &mut self.taps {
-            ear.set_noise(self.now, self.noise.clone(), ear.own_noise.clone());
+        for tap in &mut self.taps {
+            tap.set_noise(self.now, self.noise.clone(), tap.own_noise.clone());
         }
         self.reschedule_taps();
     }
@@ -58,16 +59,16 @@ impl Segment {
         self.reschedule_taps();
     }
 
-    /// From now on a station decodes for itself.
+    /// The tap of a station alone, separated from a shared one if necessary.
     fn own_tap(&mut self, driver: usize) -> usize {
-        let own = self.taps.iter().position(|ear| ear.owner == Some(driver));
+        let own = self.taps.iter().position(|tap| tap.owner == Some(driver));
         own.unwrap_or_else(|| self.separate_tap(driver))
     }
 
-    /// Gives a station that shares an ear one of its own, which has heard the same so far.
+    /// Gives a station of a shared tap a copy of its own.
     fn separate_tap(&mut self, driver: usize) -> usize {
         let Driver { position, address, .. } = self.drivers[driver];
-        let shared = self.taps.iter_mut().find(|ear| ear.owner.is_none() && ear.position == position);
+        let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);
         if let (Some(shared), Some(address)) = (shared, address) {
             shared.audience.leave(driver, address);
             let mut own = shared.clone();
@@ -85,12 +86,12 @@ impl Segment {
 
     fn set_cut(&mut self, position: Option<u64>) {
         for (sender, driver) in self.drivers.iter().enumerate() {
-            let lost = self.taps.iter_mut().filter(|ear| !connected(position, driver.position, ear.position));
-            lost.for_each(|ear| ear.cut_off(sender, self.now));
+            let lost = self.taps.iter_mut().filter(|tap| !connected(position, driver.position, tap.position));
+            lost.for_each(|tap| tap.cut_off(sender, self.now));
         }
         self.reschedule_taps();
         match (self.cut, position) {
-            // Both sides know the same so far.
+            // Both sides have the same history.
             (None, Some(_)) => self.referees[1] = self.referees[0].clone(),
             (Some(_), _) => self.referees.iter_mut().for_each(Referee::forget),
             (None, None) => {}
@@ -98,9 +99,9 @@ impl Segment {
         self.cut = position;
     }
 
-    /// Other things are heard than was expected.
+    /// Recalculates the times of all taps after a change of the signals.
     fn reschedule_taps(&mut self) {
-        self.noisy = self.noise.is_some() || self.echo.is_some() || self.taps.iter().any(|ear| ear.own_noise.is_some());
-        self.taps.iter().enumerate().for_each(|(place, ear)| self.tap_times.set(place, ear.next()));
+        self.noisy = self.noise.is_some() || self.echo.is_some() || self.taps.iter().any(|tap| tap.own_noise.is_some());
+        self.taps.iter().enumerate().for_each(|(place, tap)| self.tap_times.set(place, tap.next()));
     }
 }

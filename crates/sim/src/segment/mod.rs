@@ -1,8 +1,7 @@
-//! The segment: stations on a cable, and the time they share.
+//! The segment: stations on a cable with a common time.
 //!
-//! Time is an integer count of bit times and jumps from event to event: the end of a character somewhere, the moment a
-//! station wants to be called or begins to speak, a fault of the script. At equal times faults come first, then what is
-//! heard, then what stations do.
+//! Time is an integer count of bit times and advances from event to event: the end of a character at a tap, the wake time or
+//! begin of transmission of a station, a fault of the script. At equal times faults come first, then taps, then stations.
 
 mod events;
 mod faults;
@@ -10,69 +9,37 @@ mod faults;
 use crate::driver::Driver;
 use crate::fault::{Fault, OctetErrors};
 use crate::noise::Noise;
-use crate::referee::{Limits, Referee, Rule, Violation};
+use crate::referee::{Limits, Referee};
+use crate::rule::{Rule, Violation};
 use crate::scheduler::Scheduler;
+use crate::station_id::{StationHandle, StationId};
 use crate::tap::Tap;
 use crate::trace::Trace;
 use profivac_dp::link::{Baud, BitTime, Station};
 use std::collections::VecDeque;
 use std::fmt;
-use std::marker::PhantomData;
 
-/// How many telegrams a broken rule shows unless the whole run is recorded.
+/// The number of telegrams in the trace of a violation.
 const SHOWN: usize = 16;
 
-/// A station of a bus, whatever its type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct StationId(pub(crate) usize);
-
-impl fmt::Display for StationId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "station #{}", self.0)
-    }
-}
-
-/// A station of a bus with its type.
-#[derive(Debug)]
-pub struct StationHandle<S> {
-    id: StationId,
-    kind: PhantomData<fn() -> S>,
-}
-
-impl<S> StationHandle<S> {
-    /// The station, whatever its type.
-    #[must_use]
-    pub const fn id(self) -> StationId {
-        self.id
-    }
-}
-
-impl<S> Clone for StationHandle<S> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S> Copy for StationHandle<S> {}
-
-/// A segment.
+/// A simulated segment.
 pub struct Segment {
     baud: Baud,
     now: BitTime,
     drivers: Vec<Driver>,
-    /// When each driver has something to do.
+    /// The time of the next action of each driver.
     driver_times: Scheduler,
     taps: Vec<Tap>,
-    /// When each ear has something to hear.
+    /// The time of the next event of each tap.
     tap_times: Scheduler,
     script: VecDeque<(BitTime, Fault)>,
     noise: Option<Noise>,
-    /// Somebody may hear what was not sent.
+    /// Whether a station may receive anything else than was sent.
     noisy: bool,
     octet_errors: Option<OctetErrors>,
     echo: Option<u64>,
     cut: Option<u64>,
-    /// One for each side of a cut. As long as there is none, the first judges alone.
+    /// One for each side of a cut. Without a cut the first checks all stations.
     referees: [Referee; 2],
     violation: Option<Box<Violation>>,
     trace: Trace,
@@ -82,12 +49,12 @@ pub struct Segment {
 impl fmt::Debug for Segment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (baud, now, stations) = (self.baud, self.now, self.drivers.len());
-        write!(f, "Bus {{ {baud}, bit time {now}, {stations} stations }}")
+        write!(f, "Segment {{ {baud}, bit time {now}, {stations} stations }}")
     }
 }
 
 impl Segment {
-    /// A cable without stations at bit time 0.
+    /// A segment without stations at bit time 0.
     #[must_use]
     pub fn new(baud: Baud) -> Self {
         Self {
@@ -110,7 +77,7 @@ impl Segment {
         }
     }
 
-    /// The transmission rate.
+    /// The baud rate.
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
@@ -132,13 +99,13 @@ impl Segment {
         let id = self.drivers.len();
         self.drivers.push(Driver::new(Box::new(station), position));
         self.driver_times.grow(self.drivers.len());
-        let shared = self.taps.iter().position(|ear| ear.owner.is_none() && ear.position == position);
+        let shared = self.taps.iter().position(|tap| tap.owner.is_none() && tap.position == position);
         match (self.drivers[id].address, shared) {
-            (Some(address), Some(ear)) => self.taps[ear].audience.join(id, address),
+            (Some(address), Some(tap)) => self.taps[tap].audience.join(id, address),
             (Some(address), None) => self.add_tap(position).audience.join(id, address),
             (None, _) => self.add_tap(position).owner = Some(id),
         }
-        StationHandle { id: StationId(id), kind: PhantomData }
+        StationHandle::new(StationId(id))
     }
 
     fn add_tap(&mut self, position: u64) -> &mut Tap {
@@ -149,78 +116,78 @@ impl Segment {
     /// A station.
     ///
     /// # Panics
-    /// If the handle comes from another bus.
+    /// If the handle belongs to another segment.
     #[must_use]
-    #[expect(clippy::panic, reason = "a handle of another bus is a fault of the caller that no value can express")]
+    #[expect(clippy::panic, reason = "a handle of another segment is an error of the caller that no value can express")]
     pub fn station<S: Station + Send + 'static>(&self, handle: StationHandle<S>) -> &S {
-        let station = self.drivers.get(handle.id.0).and_then(|driver| driver.station.as_any().downcast_ref());
-        station.unwrap_or_else(|| panic!("{} is none of this bus", handle.id))
+        let station = self.drivers.get(handle.id().0).and_then(|driver| driver.station.as_any().downcast_ref());
+        station.unwrap_or_else(|| panic!("{} does not belong to this segment", handle.id()))
     }
 
-    /// A station, to change what is behind it. What it then wants to do is asked when time goes on.
+    /// A station, to change it. The segment reads its new state at the next run.
     ///
     /// # Panics
-    /// If the handle comes from another bus.
-    #[expect(clippy::panic, reason = "a handle of another bus is a fault of the caller that no value can express")]
+    /// If the handle belongs to another segment.
+    #[expect(clippy::panic, reason = "a handle of another segment is an error of the caller that no value can express")]
     pub fn station_mut<S: Station + Send + 'static>(&mut self, handle: StationHandle<S>) -> &mut S {
-        let station = self.drivers.get_mut(handle.id.0).and_then(|driver| driver.station.as_any_mut().downcast_mut());
-        station.unwrap_or_else(|| panic!("{} is none of this bus", handle.id))
+        let station = self.drivers.get_mut(handle.id().0).and_then(|driver| driver.station.as_any_mut().downcast_mut());
+        station.unwrap_or_else(|| panic!("{} does not belong to this segment", handle.id()))
     }
 
-    /// What the referee judges by.
+    /// Sets the limits of the referee.
     pub fn set_limits(&mut self, limits: Limits) {
         self.referees.iter_mut().for_each(|referee| referee.set_limits(limits));
     }
 
-    /// The referee does not stop the run for this rule any more.
+    /// Ignores violations of a rule.
     pub fn allow(&mut self, rule: Rule) {
         self.referees.iter_mut().for_each(|referee| referee.allow(rule));
     }
 
-    /// The referee stops the run for this rule again.
+    /// Reports violations of a rule again.
     pub fn disallow(&mut self, rule: Rule) {
         self.referees.iter_mut().for_each(|referee| referee.disallow(rule));
     }
 
-    /// From `from` on the referee wants the token to go around the stations with these addresses, and around no others. With
-    /// no address it may go where it likes.
+    /// Expects the token to go around exactly the stations with these addresses from `from` on. Without addresses any token
+    /// is accepted.
     pub fn expect_ring(&mut self, addresses: &[u8], from: BitTime) {
         self.referees.iter_mut().for_each(|referee| referee.expect_ring(addresses, from));
     }
 
-    /// The referee lets this station send what and when it likes.
+    /// Ignores violations of a station.
     pub fn exempt(&mut self, station: StationId) {
         self.referees.iter_mut().for_each(|referee| referee.exempt(station));
     }
 
-    /// Keeps the last `telegrams` of the run in [`trace`](Self::trace).
+    /// Sets the number of telegrams that [`trace`](Self::trace) keeps.
     pub const fn set_trace_length(&mut self, telegrams: usize) {
         self.trace_length = telegrams;
     }
 
-    /// What was on the line. Each telegram stands there from its beginning on.
+    /// The last telegrams of the line. A telegram is part of it from its begin on.
     #[must_use]
     pub const fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// A fault at a given time, or now if that has passed.
+    /// Schedules a fault for `time`, or for now if `time` has passed.
     pub fn schedule_fault(&mut self, time: BitTime, fault: Fault) {
         let place = self.script.partition_point(|(other, _)| *other <= time);
         self.script.insert(place, (time, fault));
     }
 
-    /// Lets time pass up to and including `end`.
+    /// Runs up to and including `end`.
     ///
     /// # Errors
-    /// The first [`Foul`]. The run may go on after it.
+    /// The first [`Violation`]. A further call continues the run.
     pub fn run_until(&mut self, end: BitTime) -> Result<(), Box<Violation>> {
         (0..self.drivers.len()).for_each(|driver| self.refresh(driver));
         while self.violation.is_none() && self.step(end) {}
         self.violation.take().map_or(Ok(()), Err)
     }
 
-    /// Lets `tbit` bit times pass.
+    /// Runs for `tbit` bit times.
     ///
     /// # Errors
     /// As [`run_until`](Self::run_until).
@@ -229,7 +196,7 @@ impl Segment {
     }
 }
 
-/// A cable cut at a position has everything from there on behind the cut.
+/// Whether two positions are on the same side of a cut.
 fn connected(cut: Option<u64>, one: u64, other: u64) -> bool {
     cut.is_none_or(|cut| (one < cut) == (other < cut))
 }

@@ -1,4 +1,4 @@
-//! What was on the line, one telegram a line, and back again.
+//! Traces: the telegrams of a line as text, one per line, and back.
 //!
 //! ```text
 //! # 1.5 Mbit/s
@@ -7,14 +7,15 @@
 //!       1180    +37  damaged: character error in octet 2         | 10 08! 02 49 53 16
 //! ```
 //!
-//! The bit time of the first start bit, the idle bit times before it, the telegram in words ([`crate::describe`]) and its
-//! octets. An octet whose parity or stop bit were wrong carries a `!`. Reading needs the first column and the octets.
+//! The columns are the bit time of the first start bit, the idle bit times before it, the description of the telegram
+//! ([`crate::describe`]) and its octets. `!` marks an octet with a wrong parity or stop bit. Reading uses the first column and
+//! the octets only.
 
 pub mod pcapng;
 mod text;
 
 pub(crate) use text::Line;
-pub use text::{Reader, TraceError};
+pub use text::{Expected, Reader, TraceError};
 
 use crate::character::Character;
 use crate::describe::Description;
@@ -24,23 +25,23 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
 
-/// Telegrams and what was left of them, in the order in which they began.
+/// Telegrams, whole and damaged, in the order of their begin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trace {
-    /// The rate of the line.
+    /// The baud rate of the line.
     pub baud: Baud,
-    /// What was on it.
+    /// The telegrams.
     pub entries: VecDeque<Entry>,
 }
 
-/// Characters that followed each other.
+/// Characters without a gap: a telegram or the rest of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// When the first start bit began.
+    /// The begin of the first start bit.
     pub start: BitTime,
-    /// What was read, wrong octets included.
+    /// The octets as received, including wrong ones.
     pub octets: Arc<[u8]>,
-    /// The numbers of those with a wrong parity or stop bit, counted from 0.
+    /// The positions of octets with a wrong parity or stop bit, counted from 0.
     pub errors: Vec<usize>,
 }
 
@@ -54,14 +55,14 @@ impl Entry {
         Self { start, octets: characters.iter().map(|character| character.octet).collect(), errors }
     }
 
-    /// When the last stop bit ended, if there was no gap.
+    /// The end of the last stop bit.
     #[must_use]
     pub fn end(&self) -> BitTime {
         self.start + self.octets.len() as u64 * CHARACTER_TBIT
     }
 }
 
-/// What the characters are, in words.
+/// The description of the characters.
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.errors.is_empty() {
@@ -74,7 +75,7 @@ impl fmt::Display for Entry {
     }
 }
 
-/// `character error in octet 2, 5`, counted from 1 as people do.
+/// `character error in octet 2, 5`, counted from 1.
 struct CharacterErrors<'a>(&'a [usize]);
 
 impl CharacterErrors<'_> {

@@ -1,4 +1,4 @@
-//! A trace as text.
+//! Traces as text.
 
 use super::{Entry, Trace};
 use crate::describe::octet;
@@ -6,10 +6,10 @@ use profivac_dp::link::{Baud, BitTime};
 use std::fmt::{self, Write as _};
 use std::str::FromStr;
 
-/// What the words of a line are filled up to, so that the octets stand below each other.
+/// The width of the column of descriptions, so that the octets are aligned.
 const WORDS_WIDTH: usize = 76;
 
-/// One line, with the end of what came before it.
+/// One line, with the end of the previous telegram.
 pub(crate) struct Line<'a>(pub(crate) Option<BitTime>, pub(crate) &'a Entry);
 
 impl fmt::Display for Line<'_> {
@@ -36,15 +36,40 @@ impl fmt::Display for Trace {
     }
 }
 
-/// A line that is no line of a trace.
+/// Error of a line that is not a line of a trace.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TraceError {
     /// Its number, counted from 1.
     pub number: usize,
-    /// What it should have had.
-    pub expected: &'static str,
-    /// What it has.
+    /// The expected part.
+    pub expected: Expected,
+    /// The text instead.
     pub received: String,
+}
+
+/// A part of a trace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Expected {
+    /// The first line: the baud rate.
+    Baud,
+    /// The first column: a bit time.
+    BitTime,
+    /// The last column: octets after `|`.
+    Octets,
+    /// An octet of two hexadecimal digits.
+    Digits,
+}
+
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Baud => "a transmission rate, as in '# 1.5 Mbit/s'",
+            Self::BitTime => "a bit time",
+            Self::Octets => "octets after '|'",
+            Self::Digits => "two hexadecimal digits",
+        })
+    }
 }
 
 impl fmt::Display for TraceError {
@@ -55,7 +80,7 @@ impl fmt::Display for TraceError {
 
 impl std::error::Error for TraceError {}
 
-/// Reads a trace line by line, while it comes.
+/// Reads a trace line by line.
 #[derive(Clone, Debug)]
 pub struct Reader {
     baud: Baud,
@@ -63,28 +88,28 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Begins with the first line, which says the rate.
+    /// Begins with the first line, which contains the baud rate.
     ///
     /// # Errors
-    /// [`BadLine`] when it does not.
+    /// [`TraceError`] if it does not.
     pub fn begin(first: &str) -> Result<Self, TraceError> {
         let number = 1;
         match first.strip_prefix("# ").and_then(rate) {
             Some(baud) => Ok(Self { baud, number }),
-            None => Err(bad(number, ("a transmission rate, as in '# 1.5 Mbit/s'", first))),
+            None => Err(bad(number, (Expected::Baud, first))),
         }
     }
 
-    /// The rate of the line.
+    /// The baud rate of the line.
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
     }
 
-    /// What the next line holds: nothing if it is empty or a remark.
+    /// Parses the next line. An empty line or a comment gives `None`.
     ///
     /// # Errors
-    /// [`BadLine`] when it is no line of a trace.
+    /// [`TraceError`] if it is not a line of a trace.
     pub fn line(&mut self, line: &str) -> Result<Option<Entry>, TraceError> {
         self.number += 1;
         if line.is_empty() || line.starts_with('#') {
@@ -94,17 +119,17 @@ impl Reader {
     }
 }
 
-/// How much of a line a message shows.
+/// The longest text of a line in a message, in characters.
 const SHOWN: usize = 60;
 
-fn bad(number: usize, (expected, received): (&'static str, &str)) -> TraceError {
+fn bad(number: usize, (expected, received): (Expected, &str)) -> TraceError {
     TraceError { number, expected, received: received.chars().take(SHOWN).collect() }
 }
 
 impl FromStr for Trace {
     type Err = TraceError;
 
-    /// Reads what [`Display`](fmt::Display) wrote. Empty lines and further remarks are skipped.
+    /// Parses the text that [`Display`](fmt::Display) writes. Empty lines and further comments are skipped.
     fn from_str(text: &str) -> Result<Self, TraceError> {
         let mut lines = text.lines();
         let mut reader = Reader::begin(lines.next().unwrap_or_default())?;
@@ -120,18 +145,18 @@ fn rate(text: &str) -> Option<Baud> {
     Baud::ALL.into_iter().find(|baud| baud.to_string() == text.trim())
 }
 
-/// An entry, or what was expected and what came instead.
-fn entry(line: &str) -> Result<Entry, (&'static str, &str)> {
+/// Parses an entry. The error has the expected part and the text instead.
+fn entry(line: &str) -> Result<Entry, (Expected, &str)> {
     let time = line.split_whitespace().next().unwrap_or_default();
-    let start = time.parse().map(BitTime).map_err(|_| ("a bit time", time))?;
-    let Some((_, octets)) = line.rsplit_once('|') else { return Err(("octets after '|'", line)) };
+    let start = time.parse().map(BitTime).map_err(|_| (Expected::BitTime, time))?;
+    let Some((_, octets)) = line.rsplit_once('|') else { return Err((Expected::Octets, line)) };
     let (mut read, mut errors) = (Vec::new(), Vec::new());
     for text in octets.split_whitespace() {
         let digits = text.strip_suffix('!').unwrap_or(text);
         if digits != text {
             errors.push(read.len());
         }
-        read.push(octet(digits).ok_or(("two hexadecimal digits", text))?);
+        read.push(octet(digits).ok_or((Expected::Digits, text))?);
     }
     Ok(Entry { start, octets: read.into(), errors })
 }
@@ -149,7 +174,7 @@ mod tests {
       2000   +634              SC                                                             | E5
 ";
 
-    /// The same without the filling, which is there for the eye.
+    /// The text without the alignment.
     fn squeezed(text: &str) -> String {
         text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect()
     }

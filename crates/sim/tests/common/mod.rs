@@ -1,4 +1,4 @@
-//! A plain device and the requests a master makes, for the tests of this folder.
+//! A plain device and requests to it, for the tests of this folder.
 #![allow(dead_code, reason = "every test file uses its part")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
@@ -14,7 +14,7 @@ use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 pub const IDENT: u16 = 0x1234;
 /// The slave.
 pub const TS: u8 = 8;
-/// The master that owns it.
+/// The owner of the slave.
 pub const OWN: u8 = 2;
 /// Another master.
 pub const OTHER: u8 = 3;
@@ -29,13 +29,13 @@ pub const LOCK: [u8; 7] = [0x80, 0, 0, 11, 0x12, 0x34, 0];
 /// The configuration: two octets in, two out.
 pub const CFG: [u8; 2] = [0x11, 0x21];
 
-/// A device that counts what it is asked for.
+/// A device that stores its outputs and counts its inputs.
 pub struct Plain {
     pub features: Features,
     pub cfg: Vec<u8>,
-    /// Everything it was given, `None` for the safe state.
+    /// All outputs received, `None` for the safe state.
     pub outputs: Vec<Option<Vec<u8>>>,
-    /// Its first input: how often inputs were sampled.
+    /// Its first input: the number of input samples.
     pub samples: u8,
     pub ext_diag: Vec<u8>,
     pub diagnosis_changed: bool,
@@ -65,7 +65,7 @@ impl Device for Plain {
         self.features
     }
 
-    /// No user parameters but the three DPV1_Status octets.
+    /// Accepts no user parameters except the three DPV1_Status octets.
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
         if matches!(user.len(), 0 | 3) { Ok(()) } else { Err(PrmFault) }
     }
@@ -101,7 +101,7 @@ impl Device for Plain {
         std::mem::take(&mut self.diagnosis_changed)
     }
 
-    /// 1/16 is what was sampled last, 200 times.
+    /// Slot 1, index 16: the last sample, 200 times.
     fn read(&mut self, _: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         match (slot, index, record.get_mut(..200)) {
             (1, 16, Some(record)) => {
@@ -141,7 +141,7 @@ pub fn request(sa: u8, fc: u8, dsap: u8, du: &[u8]) -> Vec<u8> {
 
 pub type Talk = Dialogue<Slave<Plain>>;
 
-/// A dialogue with a slave that was just switched on.
+/// A dialogue with a slave after power-up.
 pub fn talk(device: Plain) -> Talk {
     talk_at(Baud::B1500000, device)
 }
@@ -150,7 +150,7 @@ pub fn talk_at(baud: Baud, device: Plain) -> Talk {
     Dialogue::new(baud, Slave::new(device, TS, baud))
 }
 
-/// Asks after T_ID1 and wants an answer.
+/// Sends a request after T_ID1 and returns the answer.
 pub fn ask(talk: &mut Talk, octets: &[u8]) -> Vec<u8> {
     ask_or_silence(talk, octets).expect("an answer")
 }
@@ -174,6 +174,6 @@ pub fn to_data_exch(talk: &mut Talk) {
 /// The first four octets of the diagnosis, as `00 0C 00 02`.
 pub fn diagnosis(talk: &mut Talk) -> String {
     let answer = ask(talk, &request(OTHER, FIRST, 60, &[]));
-    let Ok(Telegram::Data(frame)) = Telegram::parse(&answer) else { panic!("a diagnosis") };
-    profivac_sim::describe::Hex(&frame.du[..4]).to_string()
+    let Ok(Telegram::Data(telegram)) = Telegram::parse(&answer) else { panic!("expected a diagnosis") };
+    profivac_sim::describe::Hex(&telegram.du[..4]).to_string()
 }

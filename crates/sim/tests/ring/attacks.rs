@@ -1,4 +1,4 @@
-//! Stations that are hostile or broken, and a ring that bears with them.
+//! Hostile and broken stations in a ring.
 
 use crate::common::{CFG, IDENT, Plain};
 use crate::line::{BAUD, Bounds, CONFUSION, Line, parameters};
@@ -9,23 +9,23 @@ use profivac_sim::{Fault, Random, Segment};
 use profivac_wire::control::{Control, StationType, Status};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 
-/// Says to everybody who asks that it is a master, and never takes the token.
-struct Liar {
+/// A station that reports itself as a master ready for the ring and never uses the token.
+struct FalseMaster {
     address: u8,
     station: StationType,
     asked: u32,
     octets: [u8; MAX_TELEGRAM],
 }
 
-impl Station for Liar {
+impl Station for FalseMaster {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        let Telegram::Data(frame) = telegram else { return None };
-        if frame.da != self.address {
+        let Telegram::Data(data) = telegram else { return None };
+        if data.da != self.address {
             return None;
         }
         self.asked += 1;
         let control = Control::Response { station: self.station, status: Status::Ok };
-        let answer = Telegram::Data(DataTelegram::short(frame.sa, self.address, control));
+        let answer = Telegram::Data(DataTelegram::short(data.sa, self.address, control));
         let length = answer.emit(&mut self.octets).ok()?;
         Some(Transmit { not_before: end + 11, octets: self.octets.get(..length)? })
     }
@@ -43,22 +43,22 @@ impl Station for Liar {
     }
 }
 
-/// It costs the token three times and T_SL each, once in a scan of the GAP and not in every visit.
+/// The false master costs three tokens with T_SL each, once per scan of the GAP and not at every token visit.
 #[test]
-fn who_only_says_that_it_is_a_master_costs_little() {
+fn a_station_that_only_claims_to_be_a_master_costs_little_time() {
     for station in [StationType::MasterReady, StationType::MasterInRing] {
         for address in [3, 5, 12] {
             let mut line = Line::whole(&[2, 9]);
-            let liar = line.bus.attach(Liar { address, station, asked: 0, octets: [0; MAX_TELEGRAM] });
-            CONFUSION.into_iter().for_each(|rule| line.bus.allow(rule));
+            let liar = line.segment.attach(FalseMaster { address, station, asked: 0, octets: [0; MAX_TELEGRAM] });
+            CONFUSION.into_iter().for_each(|rule| line.segment.allow(rule));
             let before = line.answers(&[2, 9]);
-            let begin = line.bus.now();
-            line.bus.run_for(300_000).unwrap();
-            let asked = u64::from(line.bus.station(liar).asked);
-            // From one scan to the next the pause G x T_TR passes at least.
+            let begin = line.segment.now();
+            line.segment.run_for(300_000).unwrap();
+            let asked = u64::from(line.segment.station(liar).asked);
+            // Between two scans there is at least the pause G x T_TR.
             assert!((3..=300_000 / 5_000 + 1).contains(&asked), "{address}: asked {asked} times");
             let after = line.answers(&[2, 9]);
-            let spent = line.bus.now() - begin - asked * 3 * (33 + 300);
+            let spent = line.segment.now() - begin - asked * 3 * (33 + 300);
             for (before, after) in before.iter().zip(&after) {
                 assert!(u64::from(after - before) > spent / Bounds::of(&[2, 9]).rotation(), "{before} {after}");
             }
@@ -70,46 +70,49 @@ fn who_only_says_that_it_is_a_master_costs_little() {
 
 type Class1 = Master<8, 8>;
 
-/// Slaves that lose power and get it again every few exchanges, under two masters; when it is over all are there.
+/// Slaves of two masters lose power and regain it every few exchanges; afterwards all exchange data.
 #[test]
-fn slaves_that_come_and_go_leave_the_books_right() {
+fn counters_stay_consistent_when_slaves_lose_and_regain_power() {
     for seed in 0..6 {
         let mut random = Random::new(seed);
-        let mut bus = Segment::new(BAUD);
+        let mut segment = Segment::new(BAUD);
         let addresses: [[u8; 4]; 2] = [[30, 31, 32, 33], [40, 41, 42, 43]];
-        let slaves: Vec<_> =
-            addresses.iter().flatten().map(|address| bus.attach(Slave::new(Plain::new(), *address, BAUD))).collect();
+        let slaves: Vec<_> = addresses
+            .iter()
+            .flatten()
+            .map(|address| segment.attach(Slave::new(Plain::new(), *address, BAUD)))
+            .collect();
         let masters = [(2, addresses[0]), (5, addresses[1])].map(|(address, slaves)| {
             let mut master = Class1::on(parameters(address), Settings::new(BAUD), BitTime(0));
             for slave in slaves {
                 master.user.add(&SlaveParameters::new(slave, IDENT, &CFG)).unwrap();
             }
             master.user.set_mode(Mode::Operate);
-            bus.attach(master)
+            segment.attach(master)
         });
-        // A slave that loses power while it answers leaves half a telegram.
-        CONFUSION.into_iter().for_each(|rule| bus.allow(rule));
+        // A slave that loses power during an answer leaves an incomplete telegram.
+        CONFUSION.into_iter().for_each(|rule| segment.allow(rule));
         for _ in 0..1_000 {
             let slave = slaves[random.below(8) as usize];
             let on = random.below(3) > 0;
             if on {
-                let address = bus.station(slave).address();
-                bus.station_mut(slave).power_up(address);
+                let address = segment.station(slave).address();
+                segment.station_mut(slave).power_up(address);
             }
-            bus.inject(Fault::Power(slave.id(), on));
-            bus.run_for(random.below(3_000)).unwrap();
+            segment.inject(Fault::Power(slave.id(), on));
+            segment.run_for(random.below(3_000)).unwrap();
             for (master, addresses) in masters.iter().zip(addresses) {
-                let master = &mut bus.station_mut(*master).user;
+                let master = &mut segment.station_mut(*master).user;
                 let with_inputs = addresses.iter().filter(|slave| master.exchanged_at(**slave).is_some()).count();
                 assert!(with_inputs <= master.exchanging() && master.exchanging() <= 4, "seed {seed}");
                 while master.next_event().is_some() {}
                 assert!(!master.take_overflow(), "seed {seed}");
             }
         }
-        slaves.iter().for_each(|slave| bus.inject(Fault::Power(slave.id(), true)));
-        bus.run_for(BAUD.tbit_of_ms(1_500)).unwrap();
+        slaves.iter().for_each(|slave| segment.inject(Fault::Power(slave.id(), true)));
+        segment.run_for(BAUD.tbit_of_ms(1_500)).unwrap();
         for master in masters {
-            assert_eq!(bus.station(master).user.exchanging(), 4, "seed {seed}");
+            assert_eq!(segment.station(master).user.exchanging(), 4, "seed {seed}");
         }
     }
 }

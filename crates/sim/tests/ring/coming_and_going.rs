@@ -1,4 +1,4 @@
-//! Masters that come, go and return, as they should.
+//! Masters that join, leave and return in the regular way.
 
 use crate::common::Plain;
 use crate::line::{BAUD, Bounds, HSA, Line};
@@ -10,16 +10,16 @@ use profivac_wire::control::StationType;
 fn one_two_three_and_five_masters_make_a_ring() {
     for addresses in [&[2][..], &[2, 3], &[0, 15], &[9, 2, 5], &[1, 4, 7, 10, 13], &[11, 12, 13, 14, 15]] {
         let mut line = Line::whole(addresses);
-        line.bus.run_for(200_000).unwrap();
+        line.segment.run_for(200_000).unwrap();
         line.stays_whole(addresses).unwrap();
         for (_, master) in &line.masters {
-            assert_eq!(line.bus.station(*master).user.failed, 0, "{addresses:?}");
+            assert_eq!(line.segment.station(*master).user.failed, 0, "{addresses:?}");
         }
     }
 }
 
 #[test]
-fn a_newcomer_joins_wherever_its_address_is() {
+fn a_new_master_joins_at_any_address() {
     for newcomer in [0, 1, 3, 7, 12, HSA] {
         let mut line = Line::whole(&[2, 5, 9]);
         line.add(newcomer);
@@ -27,14 +27,14 @@ fn a_newcomer_joins_wherever_its_address_is() {
         line.becomes_whole(&all, Bounds::of(&all).join()).unwrap();
         for (address, _) in &line.masters {
             let counters = line.master(*address).ring_counters();
-            // Nobody had to be asked twice to take the token, not even from somebody new.
+            // No master needed a repeated token, not even from the new one.
             assert_eq!((counters.repeated, counters.left_out, counters.given_up), (0, 0, 0), "{newcomer} at {address}");
         }
     }
 }
 
 #[test]
-fn a_newcomer_says_what_it_is_before_it_is_let_in() {
+fn a_new_master_reports_its_state_before_it_joins() {
     let mut line = Line::whole(&[2, 9]);
     line.add(5);
     let mut seen = Vec::new();
@@ -43,47 +43,47 @@ fn a_newcomer_says_what_it_is_before_it_is_let_in() {
         if seen.last() != Some(&standing) {
             seen.push(standing);
         }
-        line.bus.run_for(10).unwrap();
+        line.segment.run_for(10).unwrap();
     }
     assert_eq!(seen, [RingState::Listening, RingState::Ready, RingState::InRing]);
 }
 
 #[test]
-fn a_master_that_leaves_passes_the_token_on_and_falls_silent() {
+fn a_master_that_leaves_passes_the_token_and_is_silent() {
     let length = 2000;
     for after in (0..length).step_by(7) {
         let mut line = Line::soon_whole(&[2, 5, 9]);
-        line.bus.run_for(after).unwrap();
+        line.segment.run_for(after).unwrap();
         let leaver = line.handle(5);
-        line.bus.station_mut(leaver).leave();
+        line.segment.station_mut(leaver).leave();
         line.becomes_whole(&[2, 9], Bounds::of(&[2, 9]).token_lost(1)).unwrap();
         let master = line.master(5);
         assert_eq!((master.ring_state(), master.user.failed), (RingState::Offline, 0), "after {after}");
         assert_eq!(master.masters().collect::<Vec<_>>(), [2, 9]);
-        // The token was never lost, so nobody had to claim it.
+        // The token was not lost, so no master claimed it.
         for address in [5, 9] {
             assert_eq!(line.master(address).ring_counters().claimed, 0, "{address}, after {after}");
         }
-        assert_eq!(line.master(2).ring_counters().claimed, 1, "the first of all, after {after}");
+        assert_eq!(line.master(2).ring_counters().claimed, 1, "the first claim, after {after}");
     }
 }
 
 #[test]
-fn the_last_one_leaves_and_the_line_is_silent_until_it_returns() {
+fn the_line_is_silent_after_the_last_master_leaves_until_it_returns() {
     let mut line = Line::whole(&[2]);
     let only = line.handle(2);
-    line.bus.station_mut(only).leave();
-    line.bus.run_for(5_000).unwrap();
-    let last = line.bus.trace().entries.back().unwrap().end();
-    line.bus.run_for(100_000).unwrap();
-    assert_eq!(line.bus.trace().entries.back().unwrap().end(), last);
-    let now = line.bus.now();
-    line.bus.station_mut(only).listen(now);
+    line.segment.station_mut(only).leave();
+    line.segment.run_for(5_000).unwrap();
+    let last = line.segment.trace().entries.back().unwrap().end();
+    line.segment.run_for(100_000).unwrap();
+    assert_eq!(line.segment.trace().entries.back().unwrap().end(), last);
+    let now = line.segment.now();
+    line.segment.station_mut(only).listen(now);
     line.becomes_whole(&[2], Bounds::of(&[2]).begin(1)).unwrap();
 }
 
 #[test]
-fn masters_that_leave_and_return_leave_the_others_whole() {
+fn the_other_masters_stay_in_the_ring_when_masters_leave_and_return() {
     let mut line = Line::whole(&[1, 4, 7, 10, 13]);
     for gone in [&[4][..], &[1], &[13], &[4, 7], &[1, 13]] {
         let rest: Vec<u8> = [1, 4, 7, 10, 13].into_iter().filter(|address| !gone.contains(address)).collect();
@@ -100,12 +100,12 @@ fn masters_that_leave_and_return_leave_the_others_whole() {
 }
 
 #[test]
-fn slaves_between_the_masters_are_found_and_disturb_nobody() {
+fn slaves_between_the_masters_are_found_and_disturb_no_master() {
     let mut line = Line::whole(&[2, 9]);
     for address in [3, 4, 12] {
-        line.bus.attach(Slave::<_>::new(Plain::new(), address, BAUD));
+        line.segment.attach(Slave::<_>::new(Plain::new(), address, BAUD));
     }
-    line.bus.run_for(Bounds::of(&[2, 9]).join()).unwrap();
+    line.segment.run_for(Bounds::of(&[2, 9]).join()).unwrap();
     line.stays_whole(&[2, 9]).unwrap();
     let slaves = |master| {
         let live = line.master(master).live_list().filter(|(_, kind)| *kind == StationType::Slave);
@@ -120,21 +120,21 @@ fn slaves_between_the_masters_are_found_and_disturb_nobody() {
 fn a_master_above_hsa_joins_when_hsa_is_raised() {
     let mut line = Line::whole(&[2, 5]);
     line.add(HSA + 3);
-    line.bus.run_for(Bounds::of(&[2, 5]).join()).unwrap();
+    line.segment.run_for(Bounds::of(&[2, 5]).join()).unwrap();
     assert_eq!(line.master(HSA + 3).ring_state(), RingState::Ready);
     line.stays_whole(&[2, 5]).unwrap();
     for address in [2, 5] {
         let master = line.handle(address);
-        line.bus.station_mut(master).set_hsa(HSA + 5);
+        line.segment.station_mut(master).set_hsa(HSA + 5);
     }
     let all = [2, 5, HSA + 3];
-    // Five addresses more to ask.
+    // Five more addresses to poll.
     line.becomes_whole(&all, 2 * Bounds::of(&all).join()).unwrap();
-    // A lower one again does not put anybody out who is in.
+    // Lowering HSA again removes no master from the ring.
     for address in [2, 5] {
         let master = line.handle(address);
-        line.bus.station_mut(master).set_hsa(HSA);
+        line.segment.station_mut(master).set_hsa(HSA);
     }
-    line.bus.run_for(Bounds::of(&all).join()).unwrap();
+    line.segment.run_for(Bounds::of(&all).join()).unwrap();
     line.stays_whole(&all).unwrap();
 }

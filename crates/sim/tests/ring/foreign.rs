@@ -1,7 +1,7 @@
-//! profirust 0.6.0 in a ring with ours: a master that nobody here wrote, on a virtual port with a virtual clock.
+//! profirust 0.6.0, an independent master, in a ring with masters of this project, on a virtual port with a virtual clock.
 //!
-//! It counts time in microseconds, so the rate is 500 kbit/s: 2 us for a bit, without rounding. It is polled every few bit
-//! times. The referee does not judge what it sends; it judges what ours do about it.
+//! profirust counts microseconds, so the rate is 500 kbit/s: 2 us per bit, without rounding. It is polled every few bit times.
+//! The referee ignores its violations and checks the masters of this project.
 
 use crate::common::{CFG, IDENT, Plain};
 use crate::line::{Asker, Bounds, HSA, Master, slave_of};
@@ -17,18 +17,18 @@ use profivac_wire::{MAX_TELEGRAM, Telegram};
 
 const BAUD: Baud = Baud::B500000;
 const BIT_US: u64 = 2;
-/// How often it is polled.
+/// The interval of polling, in bit times.
 const TICK_TBIT: u64 = 4;
 /// The slave that profirust exchanges data with.
 const SLAVE: u8 = 60;
-/// Where profirust is in the ring.
+/// The address of profirust.
 const ADDRESS: u8 = 5;
 
-/// What stands between profirust and the line.
+/// The port between profirust and the line.
 #[derive(Default)]
 struct Port {
     heard: Vec<u8>,
-    /// Characters of a telegram that is not complete.
+    /// The characters of an incomplete telegram.
     partial: usize,
     sending: bool,
     given: Option<Vec<u8>>,
@@ -82,7 +82,7 @@ impl Foreign {
         let mut master = DpMaster::new(Vec::new());
         master.add(Peripheral::new(SLAVE, options, vec![0; 2], vec![0; 2]));
         let mut parameters = ParametersBuilder::new(ADDRESS, Baudrate::B500000);
-        // Its HSA is the address after the last.
+        // The HSA of profirust is the address after the last one.
         parameters.slot_bits(200).highest_station_address(HSA + 1).gap_wait_rotations(1);
         let mut station = FdlActiveStation::new(parameters.build_verified(&master));
         station.set_online();
@@ -125,94 +125,96 @@ impl Station for Foreign {
 }
 
 fn ours(address: u8, now: BitTime) -> Master {
-    let bus = BusParameters { hsa: HSA, gap_factor: 1, rotation_tbit: 5000, ..BusParameters::new(address, BAUD) };
-    Active::new(bus, Asker::new(slave_of(address)), now)
+    let segment = BusParameters { hsa: HSA, gap_factor: 1, rotation_tbit: 5000, ..BusParameters::new(address, BAUD) };
+    Active::new(segment, Asker::new(slave_of(address)), now)
 }
 
-/// Ours at these addresses and profirust, all switched on at once, and their slaves.
+/// Masters of this project at these addresses and profirust, all switched on at once, and their slaves.
 fn line(addresses: &[u8]) -> (Segment, Vec<StationHandle<Master>>, StationHandle<Foreign>) {
-    let mut bus = Segment::new(BAUD);
-    bus.attach(Slave::<_>::new(Plain::new(), SLAVE, BAUD));
+    let mut segment = Segment::new(BAUD);
+    segment.attach(Slave::<_>::new(Plain::new(), SLAVE, BAUD));
     let mut masters = Vec::new();
     for address in addresses {
-        bus.attach(Slave::<_>::new(Plain::new(), slave_of(*address), BAUD));
-        masters.push(bus.attach(ours(*address, BitTime(0))));
+        segment.attach(Slave::<_>::new(Plain::new(), slave_of(*address), BAUD));
+        masters.push(segment.attach(ours(*address, BitTime(0))));
     }
-    let foreign = bus.attach(Foreign::new(BitTime(0)));
-    bus.exempt(foreign.id());
-    (bus, masters, foreign)
+    let foreign = segment.attach(Foreign::new(BitTime(0)));
+    segment.exempt(foreign.id());
+    (segment, masters, foreign)
 }
 
 #[test]
-fn profirust_and_ours_are_one_ring_and_each_exchanges_with_its_slave() {
+fn profirust_and_our_masters_form_one_ring_and_exchange_data_with_their_slaves() {
     for addresses in [&[2][..], &[9], &[2, 9], &[3, 4], &[6, 12]] {
-        let (mut bus, masters, foreign) = line(addresses);
+        let (mut segment, masters, foreign) = line(addresses);
         let mut all = addresses.to_vec();
         all.push(ADDRESS);
-        bus.run_for(Bounds::of(&all).begin(all.len())).unwrap_or_else(|foul| panic!("{addresses:?}: {foul}"));
+        segment
+            .run_for(Bounds::of(&all).begin(all.len()))
+            .unwrap_or_else(|violation| panic!("{addresses:?}: {violation}"));
         let answered =
-            |bus: &Segment| masters.iter().map(|master| bus.station(*master).user.answered).collect::<Vec<_>>();
-        let (before, theirs) = (answered(&bus), exchanges(&bus, foreign));
-        bus.expect_ring(&all, bus.now());
-        bus.run_for(500_000).unwrap_or_else(|foul| panic!("{addresses:?}: {foul}"));
-        let foreign = bus.station(foreign);
+            |segment: &Segment| masters.iter().map(|master| segment.station(*master).user.answered).collect::<Vec<_>>();
+        let (before, theirs) = (answered(&segment), exchanges(&segment, foreign));
+        segment.expect_ring(&all, segment.now());
+        segment.run_for(500_000).unwrap_or_else(|violation| panic!("{addresses:?}: {violation}"));
+        let foreign = segment.station(foreign);
         assert!(
             foreign.station.is_in_ring() && foreign.master.iter().all(|(_, gauge)| gauge.is_running()),
             "{addresses:?}"
         );
         assert!(foreign.exchanges > theirs + 100, "{addresses:?}: {} exchanges", foreign.exchanges - theirs);
-        for ((master, before), after) in masters.iter().zip(before).zip(answered(&bus)) {
+        for ((master, before), after) in masters.iter().zip(before).zip(answered(&segment)) {
             assert!(after > before + 100, "{addresses:?}: {} answers", after - before);
-            assert_eq!(bus.station(*master).ring_state(), RingState::InRing);
-            assert_eq!(bus.station(*master).user.failed, 0);
+            assert_eq!(segment.station(*master).ring_state(), RingState::InRing);
+            assert_eq!(segment.station(*master).user.failed, 0);
         }
     }
 }
 
-fn exchanges(bus: &Segment, foreign: StationHandle<Foreign>) -> u32 {
-    bus.station(foreign).exchanges
+fn exchanges(segment: &Segment, foreign: StationHandle<Foreign>) -> u32 {
+    segment.station(foreign).exchanges
 }
 
-/// The ring of ours at 2 and 9, and profirust, whole since a while.
+/// A complete ring of our masters at 2 and 9 and profirust.
 fn ring_of_three() -> (Segment, Vec<StationHandle<Master>>, StationHandle<Foreign>) {
-    let (mut bus, masters, foreign) = line(&[2, 9]);
-    bus.run_for(Bounds::of(&[2, ADDRESS, 9]).begin(3)).unwrap();
-    (bus, masters, foreign)
+    let (mut segment, masters, foreign) = line(&[2, 9]);
+    segment.run_for(Bounds::of(&[2, ADDRESS, 9]).begin(3)).unwrap();
+    (segment, masters, foreign)
 }
 
 #[test]
-fn ours_go_on_when_profirust_loses_power_and_take_it_in_again() {
+fn our_masters_continue_when_profirust_loses_power_and_admit_it_again() {
     for after in (0..3_000).step_by(61) {
-        let (mut bus, masters, foreign) = ring_of_three();
-        bus.run_for(after).unwrap();
-        bus.inject(Fault::Power(foreign.id(), false));
-        bus.run_for(Bounds::of(&[2, 9]).token_lost(1)).unwrap();
-        bus.expect_ring(&[2, 9], bus.now());
-        bus.run_for(30_000).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        bus.expect_ring(&[], bus.now());
-        *bus.station_mut(foreign) = Foreign::new(bus.now());
-        bus.inject(Fault::Power(foreign.id(), true));
-        bus.run_for(Bounds::of(&[2, ADDRESS, 9]).join()).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        bus.expect_ring(&[2, ADDRESS, 9], bus.now());
-        bus.run_for(30_000).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        assert!(masters.iter().all(|master| bus.station(*master).masters().eq([2, ADDRESS, 9])), "{after}");
+        let (mut segment, masters, foreign) = ring_of_three();
+        segment.run_for(after).unwrap();
+        segment.inject(Fault::Power(foreign.id(), false));
+        segment.run_for(Bounds::of(&[2, 9]).token_lost(1)).unwrap();
+        segment.expect_ring(&[2, 9], segment.now());
+        segment.run_for(30_000).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        segment.expect_ring(&[], segment.now());
+        *segment.station_mut(foreign) = Foreign::new(segment.now());
+        segment.inject(Fault::Power(foreign.id(), true));
+        segment.run_for(Bounds::of(&[2, ADDRESS, 9]).join()).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        segment.expect_ring(&[2, ADDRESS, 9], segment.now());
+        segment.run_for(30_000).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        assert!(masters.iter().all(|master| segment.station(*master).masters().eq([2, ADDRESS, 9])), "{after}");
     }
 }
 
 #[test]
-fn profirust_takes_ours_in_again() {
+fn profirust_admits_our_master_again() {
     for after in (0..3_000).step_by(61) {
-        let (mut bus, masters, foreign) = ring_of_three();
-        bus.run_for(after).unwrap();
-        bus.inject(Fault::Power(masters[1].id(), false));
-        bus.run_for(40_000).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        *bus.station_mut(masters[1]) = ours(9, bus.now());
-        bus.inject(Fault::Power(masters[1].id(), true));
-        let before = exchanges(&bus, foreign);
-        bus.run_for(Bounds::of(&[2, ADDRESS, 9]).join()).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        bus.expect_ring(&[2, ADDRESS, 9], bus.now());
-        bus.run_for(30_000).unwrap_or_else(|foul| panic!("{after}: {foul}"));
-        assert_eq!(bus.station(masters[1]).ring_state(), RingState::InRing, "{after}");
-        assert!(exchanges(&bus, foreign) > before + 20, "{after}");
+        let (mut segment, masters, foreign) = ring_of_three();
+        segment.run_for(after).unwrap();
+        segment.inject(Fault::Power(masters[1].id(), false));
+        segment.run_for(40_000).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        *segment.station_mut(masters[1]) = ours(9, segment.now());
+        segment.inject(Fault::Power(masters[1].id(), true));
+        let before = exchanges(&segment, foreign);
+        segment.run_for(Bounds::of(&[2, ADDRESS, 9]).join()).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        segment.expect_ring(&[2, ADDRESS, 9], segment.now());
+        segment.run_for(30_000).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        assert_eq!(segment.station(masters[1]).ring_state(), RingState::InRing, "{after}");
+        assert!(exchanges(&segment, foreign) > before + 20, "{after}");
     }
 }

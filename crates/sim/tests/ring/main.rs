@@ -1,4 +1,4 @@
-//! Rings of several masters in bit times, watched by the referee. profibus-wire 1.13.
+//! Rings of several masters in bit times, checked by the referee. profibus-wire 1.13.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test")]
 
 mod attacks;

@@ -9,7 +9,8 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::records::{RecordError, Records};
 use profivac_devices::model::AccessPath;
 use profivac_dp::link::Baud;
-use profivac_dp::master::{Handle, Ms2Parameters, Outcome, SubmitError};
+use profivac_dp::master::ms2::{self, Connect};
+use profivac_dp::master::{ConnectionEnd, Handle, Ms2Parameters, Operation, SubmitError};
 use profivac_host::session::BusMaster;
 use profivac_vacuum::Gas;
 use profivac_virtual::memory_segment::MemorySegment;
@@ -123,21 +124,18 @@ impl DemoSegment {
 struct SceneRecords<'a> {
     scene: &'a mut MemorySegment,
     address: u8,
-    connection: Option<Handle>,
+    connection: Option<Handle<Connect>>,
 }
 
 impl SceneRecords<'_> {
-    fn connection(&mut self) -> Result<Handle, RecordError> {
+    fn connection(&mut self) -> Result<Handle<Connect>, RecordError> {
         if let Some(connection) = self.connection {
             return Ok(connection);
         }
         let parameters = Ms2Parameters::new(self.baud());
         let address = self.address;
         let connection = self.ask(|master| master.ms2_open(address, &parameters))?;
-        self.outcome(connection, |outcome| match outcome {
-            Outcome::Opened(_) => Ok(()),
-            other => Err(lost(&other)),
-        })?;
+        self.outcome(connection, |opened| opened)?.map_err(lost)?;
         self.connection = Some(connection);
         Ok(connection)
     }
@@ -153,23 +151,33 @@ impl SceneRecords<'_> {
     }
 
     /// Time passes on the line until something has become of a request.
-    fn outcome<T>(
+    fn outcome<O: Operation, T>(
         &mut self,
-        handle: Handle,
-        take: impl Fn(Outcome<'_>) -> Result<T, RecordError>,
+        handle: Handle<O>,
+        take: impl Fn(O::Outcome<'_>) -> T,
     ) -> Result<T, RecordError> {
         let end = self.scene.seconds() + TIMEOUT_S;
         while self.scene.seconds() < end {
-            let outcome = self.scene.master_mut().and_then(|master| master.outcome(handle));
+            let outcome = self.scene.master_mut().and_then(|master| master.outcome(handle).map(&take));
             if let Some(outcome) = outcome {
-                if matches!(outcome, Outcome::Ended(_)) {
-                    self.connection = None;
-                }
-                return take(outcome);
+                return Ok(outcome);
             }
             self.scene.run_until(self.scene.seconds() + 1e-3);
         }
         Err(RecordError::Interrupted("no answer".to_owned()))
+    }
+}
+
+impl SceneRecords<'_> {
+    /// The error of a request. A connection that has ended is opened again by the next request.
+    fn failed(&mut self, error: ms2::RequestError) -> RecordError {
+        match error {
+            ms2::RequestError::Refused(negative) => RecordError::Refused(negative.into()),
+            ms2::RequestError::Ended(end) => {
+                self.connection = None;
+                lost(end)
+            }
+        }
     }
 }
 
@@ -180,22 +188,16 @@ impl Records for SceneRecords<'_> {
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
         let connection = self.connection()?;
-        self.ask(|master| master.ms2_read(connection, slot, index, 240))?;
-        self.outcome(connection, |outcome| match outcome {
-            Outcome::Read(record) => Ok(record.to_vec()),
-            Outcome::Refused(negative) => Err(RecordError::Refused(negative.into())),
-            other => Err(lost(&other)),
-        })
+        let read = self.ask(|master| master.ms2_read(connection, slot, index, 240))?;
+        let record = self.outcome(read, |record| record.map(<[u8]>::to_vec))?;
+        record.map_err(|error| self.failed(error))
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
         let connection = self.connection()?;
-        self.ask(|master| master.ms2_write(connection, slot, index, octets))?;
-        self.outcome(connection, |outcome| match outcome {
-            Outcome::Written => Ok(()),
-            Outcome::Refused(negative) => Err(RecordError::Refused(negative.into())),
-            other => Err(lost(&other)),
-        })
+        let write = self.ask(|master| master.ms2_write(connection, slot, index, octets))?;
+        let written = self.outcome(write, |written| written)?;
+        written.map_err(|error| self.failed(error))
     }
 }
 
@@ -204,14 +206,11 @@ impl Drop for SceneRecords<'_> {
     fn drop(&mut self) {
         if let Some(connection) = self.connection.take() {
             self.ask(|master| master.ms2_close(connection)).ok();
-            self.outcome(connection, |_| Ok(())).ok();
+            self.outcome(connection, drop).ok();
         }
     }
 }
 
-fn lost(outcome: &Outcome<'_>) -> RecordError {
-    RecordError::Interrupted(match outcome {
-        Outcome::Ended(end) => end.to_string(),
-        _ => "the answer belongs to something else".to_owned(),
-    })
+fn lost(end: ConnectionEnd) -> RecordError {
+    RecordError::Interrupted(end.to_string())
 }

@@ -1,8 +1,8 @@
-// Alarms as people meet them: raised, acknowledged, over; and what they may not do.
+// Alarms in a browser: raised, acknowledged, cleared; and what each role may do.
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { openContext, openPage, startBrowser, startPlant } from './desk.mjs'
+import { openContext, startBrowser, startPlant } from './setup.mjs'
 
 const PASSWORD = 'tin whisker plateau'
 
@@ -18,7 +18,7 @@ after(async () => {
   await plant?.stop()
 })
 
-/** The alarms page as somebody who has logged in sees it. */
+/** Shows a user the alarms page after the login. */
 async function as(name, look, options = {}) {
   const { page, complaints, close } = await openContext(browser, options)
   try {
@@ -28,94 +28,117 @@ async function as(name, look, options = {}) {
     await page.getByLabel('Password', { exact: true }).press('Enter')
     await page.locator('.alarm-item').first().waitFor()
     await look(page)
-    // What is refused is an error for the console of Chromium.
-    assert.deepEqual(complaints.filter((complaint) => !/status of (401|403)/.test(complaint)), [])
+    // Chromium reports a refused request as an error on the console.
+    assert.deepEqual(
+      complaints.filter((complaint) => !/status of (401|403)/.test(complaint)),
+      [],
+    )
   } finally {
     await close()
   }
 }
 
-const item = (page, name) => page.locator(`[data-alarm="${name}"]`)
+const item = (page, name) => page.locator(`[data-alarm="${name}"]:not(.out-of-service)`)
 const text = (locator) => locator.innerText()
 
-test('an alarm is raised, acknowledged and over', async () => {
+test('an alarm is raised, acknowledged and cleared', async () => {
   await as('olga', async (page) => {
     const vented = item(page, 'vessel vented')
     assert.equal(await vented.count(), 0)
     plant.tell('vessel=5e4')
     await vented.waitFor()
     assert.match(await text(vented), /▲ high\s+new/)
-    assert.match(await text(vented), /vessel above 10\.0 mbar.*: 500 mbar when it was raised/)
+    assert.match(await text(vented), /vessel above 10\.0 mbar.*: 500 mbar when raised/)
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
-    await page.waitForFunction(() => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged')
+    await page.waitForFunction(
+      () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged',
+    )
     assert.match(await text(vented), /acknowledged by olga/)
     plant.tell('vessel=1')
     await vented.waitFor({ state: 'detached' })
     const history = page.getByRole('region', { name: 'History' })
     await history.getByRole('searchbox').fill('vessel vented')
     const rows = history.locator('tbody tr')
-    await page.waitForFunction(() => document.querySelectorAll('.panel.events tbody tr').length === 3)
+    await page.waitForFunction(() => document.querySelectorAll('.alarm-history tbody tr').length === 3)
     const told = await rows.evaluateAll((rows) => rows.map((row) => [row.cells[2].innerText, row.cells[4].innerText]))
     assert.deepEqual(told, [
-      ['over', ''],
+      ['cleared', ''],
       ['acknowledged', 'olga'],
       ['raised', ''],
     ])
-    await history.getByLabel('What happened').selectOption('raised')
+    await history.getByLabel('Change').selectOption('raised')
     assert.equal(await rows.count(), 1)
   })
 })
 
-test('what was over before anybody knew stays until somebody knows', async () => {
+test('an alarm that clears before it is acknowledged stays in the list until then', async () => {
   await as('olga', async (page) => {
     plant.tell('vessel=5e4')
     const vented = item(page, 'vessel vented')
     await vented.waitFor()
     plant.tell('vessel=1')
-    await page.waitForFunction(() => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'over, new')
+    await page.waitForFunction(
+      () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'cleared, new',
+    )
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
     await vented.waitFor({ state: 'detached' })
   })
 })
 
-test('what stands comes before what is over, the most urgent first', async () => {
+test('the most urgent alarm comes first', async () => {
   await as('vera', async (page) => {
-    const marks = await page.locator('.alarm-list').first().locator('.alarm-item').evaluateAll((items) => items.map((item) => item.className.split(' ')[1]))
+    const marks = await page
+      .locator('.alarm-list')
+      .first()
+      .locator('.alarm-item')
+      .evaluateAll((items) => items.map((item) => item.dataset.priority))
     const rank = ['high', 'medium', 'low']
-    assert.deepEqual(marks, [...marks].sort((one, other) => rank.indexOf(one) - rank.indexOf(other)))
+    assert.deepEqual(
+      marks,
+      [...marks].sort((one, other) => rank.indexOf(one) - rank.indexOf(other)),
+    )
     assert.ok(marks.includes('high') && marks.includes('low'), marks.join())
   })
 })
 
-test('a viewer sees everything and can do nothing', async () => {
+test('a viewer sees all alarms and has no buttons', async () => {
   await as('vera', async (page) => {
     assert.match(await text(item(page, 'gate 2 not evacuated')), /Keep the gate valve closed/)
     assert.equal(await page.getByRole('button', { name: /Acknowledge|Out of service|Return to service/ }).count(), 0)
     const status = await page.evaluate(async () => {
       const { token } = await (await fetch('/api/session')).json()
       const headers = { 'content-type': 'application/json', 'x-csrf-token': token }
-      const answer = await fetch('/api/alarms/gate%202%20not%20evacuated/acknowledge', { method: 'POST', headers, body: '{"occurrence":1}' })
+      const answer = await fetch('/api/alarms/gate%202%20not%20evacuated/acknowledge', {
+        method: 'POST',
+        headers,
+        body: '{"occurrence":1}',
+      })
       return [answer.status, (await answer.json()).problem]
     })
     assert.deepEqual(status, [403, 'acknowledging an alarm needs the role operator, vera has viewer'])
   })
 })
 
-test('an operator cannot take an alarm away, an engineer can, with a reason', async () => {
+test('an engineer takes an alarm out of service with a reason, an operator cannot', async () => {
   await as('olga', async (page) => {
-    assert.equal(await item(page, 'gate 2 not evacuated').getByRole('button', { name: /Out of service/ }).count(), 0)
+    assert.equal(
+      await item(page, 'gate 2 not evacuated')
+        .getByRole('button', { name: /Out of service/ })
+        .count(),
+      0,
+    )
   })
   await as('ada', async (page) => {
     const gate = item(page, 'gate 2 not evacuated')
     await gate.getByRole('button', { name: 'Out of service …' }).click()
     const dialog = page.getByRole('dialog')
     await dialog.getByRole('button', { name: 'Take out of service' }).click()
-    assert.ok(await dialog.isVisible(), 'nothing goes without a reason')
-    await dialog.getByLabel('Why').fill('The gauge is being calibrated.')
-    await dialog.getByLabel('For how long').selectOption({ label: '8 hours' })
+    assert.ok(await dialog.isVisible(), 'the form is sent without a reason')
+    await dialog.getByLabel('Reason').fill('The gauge is being calibrated.')
+    await dialog.getByLabel('Duration').selectOption({ label: '8 hours' })
     await dialog.getByRole('button', { name: 'Take out of service' }).click()
     await gate.waitFor({ state: 'detached' })
-    const out = page.locator('[data-out="gate 2 not evacuated"]')
+    const out = page.locator('.alarm-item.out-of-service[data-alarm="gate 2 not evacuated"]')
     assert.match(await text(out), /The gauge is being calibrated\.\s+ada, .*, until /)
     await out.getByRole('button', { name: 'Return to service' }).click()
     await gate.waitFor()
@@ -123,7 +146,7 @@ test('an operator cannot take an alarm away, an engineer can, with a reason', as
   })
 })
 
-test('every page says how many alarms there are, and how urgent', async () => {
+test('the header of every page has the number of alarms and the highest priority', async () => {
   await as('vera', async (page) => {
     for (const path of ['/', '/trends', '/bus', '/events']) {
       await page.goto(plant.url + path)
@@ -140,15 +163,15 @@ test('every page says how many alarms there are, and how urgent', async () => {
   })
 })
 
-test('several are acknowledged together', async () => {
+test('several alarms are acknowledged together', async () => {
   await as('olga', async (page) => {
-    await page.getByRole('button', { name: /^Acknowledge these \d+$/ }).click()
+    await page.getByRole('button', { name: /^Acknowledge all \d+$/ }).click()
     await page.waitForFunction(() => !document.querySelector('.alarm-item .alarm-state.unacknowledged'))
     assert.equal(await page.locator('[role=alert]').count(), 0)
   })
 })
 
-test('a narrow screen shows everything without scrolling sideways', async () => {
+test('a narrow screen shows all alarms without scrolling sideways', async () => {
   await as(
     'ada',
     async (page) => {
@@ -159,12 +182,12 @@ test('a narrow screen shows everything without scrolling sideways', async () => 
   )
 })
 
-test('the limits of alarms are lines in trends, coloured by priority and named', async () => {
+test('alarm limits are lines in trends, in the colours of their priorities', async () => {
   await as('vera', async (page) => {
     await page.goto(`${plant.url}/trends?s=transfer&s=gate+2&s=chamber`)
     const limits = page.getByRole('list', { name: 'Alarm limits' })
     await limits.waitFor()
-    // What rises has no line, and the highest priority comes first.
+    // A rise limit has no line; the highest priority comes first.
     const told = (await limits.locator('li').allInnerTexts()).map((line) => line.replace(/\s+/g, ' '))
     assert.equal(told.length, 2, `${told}`)
     assert.match(told[0], /^▲ high gate 2 not evacuated above .*mbar$/)
@@ -174,9 +197,10 @@ test('the limits of alarms are lines in trends, coloured by priority and named',
       const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height)
       const style = getComputedStyle(document.documentElement)
       const found = ['bad', 'accent'].map((name) => {
-        const colour = parseInt(style.getPropertyValue(`--${name}`).trim().slice(1), 16)
+        const [r, g, b] = style.getPropertyValue(`--${name}`).match(/\d+/g).map(Number)
         let count = 0
-        for (let place = 0; place < data.length; place += 4) if (((data[place] << 16) | (data[place + 1] << 8) | data[place + 2]) === colour) count += 1
+        for (let place = 0; place < data.length; place += 4)
+          if (data[place] === r && data[place + 1] === g && data[place + 2] === b) count += 1
         return count
       })
       return found.every((count) => count > canvas.width / 3)

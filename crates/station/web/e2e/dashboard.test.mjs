@@ -1,9 +1,9 @@
-// The dashboard as a person meets it: a real browser, a real server, scenery instead of a bus. Nothing waits for a time,
-// everything for a condition.
+// The dashboard in a browser, with a station that has made-up data instead of a bus. Tests wait for conditions, never for a
+// time.
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { drawn, openPage, startBrowser, startPlant } from './desk.mjs'
+import { drawn, openPage, startBrowser, startPlant } from './setup.mjs'
 
 let browser
 let plant
@@ -17,9 +17,18 @@ after(async () => {
   await plant?.stop()
 })
 
-const PAGES = { '/': 'Overview', '/trends': 'Trends', '/bus': 'Bus map', '/gauge': 'Gauge', '/rise': 'Rate of rise', '/events': 'Events', '/alarms': 'Alarms', '/audit': 'Audit' }
+const PAGES = {
+  '/': 'Overview',
+  '/trends': 'Trends',
+  '/bus': 'Bus map',
+  '/gauge': 'Gauge',
+  '/rise': 'Rate of rise',
+  '/events': 'Events',
+  '/alarms': 'Alarms',
+  '/audit': 'Audit',
+}
 
-/** Opens a page of the plant, and afterwards holds it to have complained of nothing. */
+/** Opens a page of the station. The console may show no error. */
 async function visit(path, look, options = {}) {
   const { page, complaints, close } = await openPage(browser, plant.url + path, options)
   try {
@@ -34,7 +43,7 @@ const text = (locator) => locator.innerText()
 const big = (page, series) => page.locator(`.big[data-series="${series}"]`)
 const windowOf = (page) => page.locator('.chart').evaluate(({ dataset }) => [Number(dataset.from), Number(dataset.to)])
 
-test('every page loads and says which it is', async () => {
+test('every page loads and has its name in navigation, heading and title', async () => {
   for (const [path, name] of Object.entries(PAGES)) {
     await visit(path, async (page) => {
       assert.equal(await text(page.locator('nav [aria-current]')), name)
@@ -44,10 +53,16 @@ test('every page loads and says which it is', async () => {
   }
 })
 
-test('numbers are those of the API, in every unit', async () => {
+test('pressures are those of the API, in every unit', async () => {
   const { readings } = (await plant.json('/api/gauges')).find(({ name }) => name === 'turbo outlet')
   assert.deepEqual([readings[0].pa, readings[0].corrected_pa.toFixed(3)], [2.34, '3.978'])
-  const shown = { mbar: '2.34 × 10⁻² mbar', hPa: '2.34 × 10⁻² hPa', Torr: '1.76 × 10⁻² Torr', micron: '17.6 micron', Pa: '2.34 Pa' }
+  const shown = {
+    mbar: '2.34 × 10⁻² mbar',
+    hPa: '2.34 × 10⁻² hPa',
+    Torr: '1.76 × 10⁻² Torr',
+    micron: '17.6 micron',
+    Pa: '2.34 Pa',
+  }
   await visit('/', async (page) => {
     const card = page.locator('[data-gauge="turbo outlet"]')
     assert.match(await text(card), /Ar: 3\.98 × 10⁻² mbar/)
@@ -60,7 +75,7 @@ test('numbers are those of the API, in every unit', async () => {
   })
 })
 
-test('what is no pressure is a word and never a number', async () => {
+test('without a valid pressure a card has words and no number', async () => {
   await visit('/', async (page) => {
     assert.equal(await text(big(page, 'gate 2')), 'over range')
     assert.match(await text(page.locator('[data-gauge="gate 2"]')), /above 1\.00 × 10⁻² mbar/)
@@ -68,11 +83,11 @@ test('what is no pressure is a word and never a number', async () => {
     assert.match(await text(page.locator('[data-gauge="cryostat"]')), /filament broken/)
     assert.equal(await text(big(page, 'oven')), 'no data')
     assert.match(await text(page.locator('[data-gauge="oven"]')), /no data since \d\d:\d\d:\d\d \(5 min/)
-    assert.match(await text(page.locator('[data-gauge="spare"]')), /never heard/)
+    assert.match(await text(page.locator('[data-gauge="spare"]')), /no data yet/)
   })
 })
 
-test('what changes is shown as it changes', async () => {
+test('pressures change on the page as they arrive', async () => {
   await visit('/', async (page) => {
     const cards = ['gate 1', 'transfer'].map((name) => big(page, name))
     for (const card of cards) {
@@ -82,7 +97,7 @@ test('what changes is shown as it changes', async () => {
   })
 })
 
-test('a zoom is fetched again for the pixels there are', async () => {
+test('a zoom is fetched again for the pixels of the chart', async () => {
   await visit('/trends?s=chamber&range=1d', async (page) => {
     await drawn(page)
     const box = await page.locator('.chart .u-over').boundingBox()
@@ -94,14 +109,22 @@ test('a zoom is fetched again for the pixels there are', async () => {
     const after = await windowOf(page)
     assert.ok(Math.abs((after[1] - after[0]) / (before[1] - before[0]) - 0.5) < 0.01, `${before} ${after}`)
     const bins = Number(new URL(request.url()).searchParams.get('pixels'))
-    assert.ok(Math.abs((bins * (after[1] - after[0])) / span(request) - box.width) < 3, `${bins} pixels for ${box.width}`)
+    assert.ok(
+      Math.abs((bins * (after[1] - after[0])) / span(request) - box.width) < 3,
+      `${bins} pixels for ${box.width}`,
+    )
     await Promise.all([
       page.waitForRequest((request) => request.url().includes('/api/trend') && span(request) < 8 * 3_600_000),
       wheel(page, box, -150),
     ])
     assert.match(page.url(), /from=\d+&to=\d+/)
     await page.getByRole('button', { name: '10 min' }).click()
-    await page.waitForFunction(() => Math.round((document.querySelector('.chart').dataset.to - document.querySelector('.chart').dataset.from) / 1000) === 600)
+    await page.waitForFunction(
+      () =>
+        Math.round(
+          (document.querySelector('.chart').dataset.to - document.querySelector('.chart').dataset.from) / 1000,
+        ) === 600,
+    )
   })
 })
 
@@ -122,7 +145,7 @@ async function wheel(page, box, by) {
   await page.mouse.wheel(0, by)
 }
 
-/** Which columns of a chart have the colour of its first curve: [time, whether] for each pixel. */
+/** The columns of a chart that have the colour of its first curve: [time, whether] for each pixel. */
 const COLUMNS = () => {
   const canvas = document.querySelector('.chart canvas')
   const box = canvas.getBoundingClientRect()
@@ -132,7 +155,7 @@ const COLUMNS = () => {
   const [left, top] = [Math.round((over.left - box.left) * scale), Math.round((over.top - box.top) * scale)]
   const [width, height] = [Math.round(over.width * scale), Math.round(over.height * scale)]
   const { data } = canvas.getContext('2d').getImageData(left, top, width, height)
-  const swatch = document.querySelector('.readout li:not(.off) .swatch')
+  const swatch = document.querySelector('.series-list li:not(.off) .swatch')
   const [r, g, b] = getComputedStyle(swatch).backgroundColor.match(/\d+/g).map(Number)
   const isColour = (at) => Math.abs(data[at] - r) + Math.abs(data[at + 1] - g) + Math.abs(data[at + 2] - b) < 40
   return Array.from({ length: width }, (_, x) => {
@@ -156,38 +179,47 @@ test('a gap is drawn as a gap', async () => {
   })
 })
 
-test('the cursor reads all curves at once, and says when there is nothing', async () => {
+test('the cursor shows the values of all curves, and `no data` in a gap', async () => {
   const { started_ms } = await plant.json('/api/station')
   await visit(`/trends?s=gate+1&s=turbo+outlet&from=${started_ms - 900_000}&to=${started_ms}`, async (page) => {
     await drawn(page)
     const box = await page.locator('.chart .u-over').boundingBox()
-    const value = (name) => text(page.locator('.readout li', { hasText: name }).locator('.value'))
+    const value = (name) => text(page.locator('.series-list li', { hasText: name }).locator('.value'))
     await page.mouse.move(box.x + box.width * (450 / 900), box.y + 50)
-    await page.locator('.readout-time strong', { hasText: ':' }).waitFor()
+    await page.locator('.cursor-time strong', { hasText: ':' }).waitFor()
     assert.deepEqual([await value('gate 1'), await value('turbo outlet')], ['no data', '2.34 × 10⁻² mbar'])
     await page.mouse.move(box.x + box.width * (800 / 900), box.y + 50)
-    await page.locator('.readout li', { hasText: 'gate 1' }).locator('.value', { hasText: 'mbar' }).waitFor()
+    await page.locator('.series-list li', { hasText: 'gate 1' }).locator('.value', { hasText: 'mbar' }).waitFor()
   })
 })
 
-test('nothing of the header is cut off, whatever the window', async () => {
-  for (const [width, height] of [[1280, 800], [768, 1024], [360, 740]]) {
+test('the header fits into wide and narrow windows', async () => {
+  for (const [width, height] of [
+    [1280, 800],
+    [768, 1024],
+    [360, 740],
+  ]) {
     const look = async (page) => {
-      const boxes = await page.locator('header :is(a, button, select)').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+      const boxes = await page
+        .locator('header :is(a, button, select)')
+        .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
       assert.ok(boxes.length >= 12)
-      for (const { left, right, top, bottom } of boxes) assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= 260, `${width}: ${left} to ${right}`)
+      for (const { left, right, top, bottom } of boxes)
+        assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= 260, `${width}: ${left} to ${right}`)
       const hides = await page.locator('nav').evaluate((nav) => nav.scrollWidth - nav.clientWidth)
-      assert.equal(hides, 0, `${width}: pages are hidden`)
+      assert.equal(hides, 0, `${width}: the navigation scrolls`)
     }
     await visit('/alarms', look, { viewport: { width, height } })
   }
 })
 
-test('what an alarm says has a line of its own, and no page is wider than its window', async () => {
+test('the text of an alarm has a line of its own, and the page is no wider than its window', async () => {
   const look = async (page) => {
     const item = page.locator('.alarm-item').first()
     await item.waitFor()
-    const [name, words] = await item.locator('.what > *').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+    const [name, words] = await item
+      .locator('.description > *')
+      .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
     assert.equal(words.left, name.left)
     assert.ok(words.top >= name.bottom)
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0)
@@ -196,7 +228,7 @@ test('what an alarm says has a line of its own, and no page is wider than its wi
   await visit('/alarms', look, { viewport: { width: 390, height: 844 } })
 })
 
-test('every page is reached by keys', async () => {
+test('every page has a shortcut', async () => {
   await visit('/', async (page) => {
     for (const [path, name] of Object.entries(PAGES)) {
       await page.keyboard.press(await page.locator(`nav a[href="${path}"]`).getAttribute('aria-keyshortcuts'))
@@ -205,20 +237,80 @@ test('every page is reached by keys', async () => {
     }
     await page.keyboard.press('?')
     await page.getByRole('dialog').waitFor()
-    for (const words of ['Alarms', 'Audit', 'over, new', 'kept on request']) await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
+    for (const words of ['Audit', 'cleared, new', 'kept on request'])
+      await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
     await page.keyboard.press('Escape')
     await page.getByRole('dialog').waitFor({ state: 'hidden' })
     await page.keyboard.press('1')
     await page.keyboard.press('u')
     await page.locator('.big', { hasText: 'hPa' }).first().waitFor()
-    // Whoever writes means letters.
+    // In a field the keys are text.
     await page.keyboard.press('6')
     await page.getByLabel('Search events').fill('1')
     assert.equal(new URL(page.url()).pathname, '/events')
   })
 })
 
-test('a key that is pressed while a page is being drawn counts', async () => {
+test('the single-key shortcuts can be switched off', async () => {
+  await visit('/events', async (page) => {
+    await page.getByRole('button', { name: 'Help' }).click()
+    const shortcuts = page.getByLabel('Single-key shortcuts')
+    await shortcuts.uncheck()
+    await page.getByRole('button', { name: 'Close' }).click()
+    assert.equal(await page.locator('nav [aria-keyshortcuts]').count(), 0)
+    for (const key of ['1', '?', 'u']) await page.keyboard.press(key)
+    await page.reload()
+    await page.locator('.connection.good').waitFor()
+    await page.keyboard.press('1')
+    assert.equal(new URL(page.url()).pathname, '/events')
+    assert.equal(await page.getByLabel('Unit of pressure').inputValue(), 'mbar')
+    await page.getByRole('button', { name: 'Help' }).click()
+    await shortcuts.check()
+    await page.keyboard.press('Escape')
+    await page.keyboard.press('1')
+    await page.locator('.big').first().waitFor()
+  })
+})
+
+test('a chart has its data as a table', async () => {
+  const { started_ms } = await plant.json('/api/station')
+  await visit(`/trends?s=gate+1&s=turbo+outlet&from=${started_ms - 900_000}&to=${started_ms}`, async (page) => {
+    await drawn(page)
+    await page.getByText('Data table').click()
+    const table = page.getByRole('table', { name: /^Pressures/ })
+    assert.deepEqual(await table.locator('thead th').allInnerTexts(), ['Time', 'gate 1', 'turbo outlet'])
+    const rows = await table
+      .locator('tbody tr')
+      .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.innerText)))
+    assert.ok(rows.length > 10 && rows.length <= 30, `${rows.length} rows`)
+    assert.ok(
+      rows.every(([, , outlet]) => outlet === '2.34 × 10⁻² mbar'),
+      rows.join('; '),
+    )
+    assert.ok(
+      rows.some(([, gate]) => gate === 'no data') && rows.some(([, gate]) => gate.endsWith('mbar')),
+      rows.join('; '),
+    )
+  })
+})
+
+test('every table has a caption, and every heading a scope', async () => {
+  for (const path of ['/events', '/alarms', '/audit', '/gauge/chamber']) {
+    await visit(path, async (page) => {
+      await page.locator('table').first().waitFor({ state: 'attached' })
+      const bad = await page
+        .locator('table')
+        .evaluateAll((tables) =>
+          tables
+            .filter((table) => !table.caption || [...table.querySelectorAll('th')].some((heading) => !heading.scope))
+            .map((table) => table.className),
+        )
+      assert.deepEqual(bad, [], path)
+    })
+  }
+})
+
+test('a key that is pressed while a page is being drawn works', async () => {
   await visit('/events', async (page) => {
     await page.evaluate(async () => {
       const press = (key) => document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }))
@@ -230,9 +322,11 @@ test('a key that is pressed while a page is being drawn counts', async () => {
   })
 })
 
-test('everything that can be pressed is reached by Tab, and shows it', async () => {
+test('Tab reaches every link, button and field, and the focus is visible', async () => {
   await visit('/bus', async (page) => {
-    const wanted = await page.evaluate(() => document.querySelectorAll('a, button, select, input, [tabindex="0"]').length)
+    const wanted = await page.evaluate(
+      () => document.querySelectorAll('a, button, select, input, [tabindex="0"]').length,
+    )
     const seen = new Set()
     for (let step = 0; step < wanted; step += 1) {
       await page.keyboard.press('Tab')
@@ -248,7 +342,7 @@ test('everything that can be pressed is reached by Tab, and shows it', async () 
   })
 })
 
-test('a chart is moved by keys', async () => {
+test('the keys move a chart', async () => {
   await visit('/trends?s=chamber', async (page) => {
     await drawn(page)
     await page.locator('.chart').focus()
@@ -279,7 +373,7 @@ test('a phone shows every page without scrolling sideways', async () => {
   }
 })
 
-test('colours follow the system until somebody chooses', async () => {
+test('the theme follows the system until the user chooses one', async () => {
   const ground = (page) => page.evaluate(() => getComputedStyle(document.body).backgroundColor)
   await visit(
     '/',
@@ -288,8 +382,8 @@ test('colours follow the system until somebody chooses', async () => {
       await page.emulateMedia({ colorScheme: 'light' })
       const light = await ground(page)
       assert.notEqual(dark, light)
-      await page.getByRole('button', { name: 'Colours: auto' }).click()
-      await page.getByRole('button', { name: 'Colours: light' }).click()
+      await page.getByRole('button', { name: 'Theme: auto' }).click()
+      await page.getByRole('button', { name: 'Theme: light' }).click()
       assert.equal(await ground(page), dark)
       await page.reload()
       assert.equal(await ground(page), dark)
@@ -298,18 +392,18 @@ test('colours follow the system until somebody chooses', async () => {
   )
 })
 
-test('the bus map tells who is where', async () => {
+test('the bus map shows every address and its status', async () => {
   await visit('/bus', async (page) => {
     const hall = page.locator('[data-segment="hall"]')
     assert.equal(await hall.locator('.cell').count(), 127)
     assert.equal(await hall.locator('button.cell').count(), 9)
     await hall.getByRole('button', { name: /^2: / }).click()
-    assert.match(await text(hall.locator('.detail')), /another master in the ring/)
+    assert.match(await text(hall.locator('.station-details')), /another master in the ring/)
     await hall.getByRole('button', { name: /^9: cryostat/ }).click()
-    assert.match(await text(hall.locator('.detail')), /filament broken/)
-    assert.match(await text(hall.locator('.facts')), /93\.75 kbit\/s[^]*ms/)
+    assert.match(await text(hall.locator('.station-details')), /filament broken/)
+    assert.match(await text(hall.locator('.facts')), /93\.75 kbit\/s.*ms/s)
     assert.match(await text(page.locator('[data-segment="bench"] .sentence')), /the port is lost/)
-    await hall.locator('.detail a').click()
+    await hall.locator('.station-details a').click()
     assert.equal(new URL(page.url()).pathname, '/gauge/cryostat')
   })
 })
@@ -318,7 +412,10 @@ test('parameters are read, searched, and read again', async () => {
   await visit('/gauge/chamber', async (page) => {
     await page.locator('.progress', { hasText: 'read at' }).waitFor()
     const blocks = await plant.json('/api/gauges/chamber/blocks')
-    assert.equal(await page.locator('.parameters tbody tr').count(), blocks.flatMap(({ parameters }) => parameters).length)
+    assert.equal(
+      await page.locator('.parameters tbody tr').count(),
+      blocks.flatMap(({ parameters }) => parameters).length,
+    )
     await page.getByLabel('Search parameters').fill('trip status')
     assert.deepEqual(await page.locator('.parameters tbody th code').allInnerTexts(), ['trip-point.1/status'])
     await Promise.all([
@@ -330,15 +427,20 @@ test('parameters are read, searched, and read again', async () => {
   })
 })
 
-test('a rise is marked by dragging, and told apart', async () => {
+test('dragging sets start and end of a rise, and the fit separates leak and outgassing', async () => {
   const { started_ms } = await plant.json('/api/station')
   await visit(`/rise?s=vessel&litres=12&begin=${started_ms - 600_000}&end=${started_ms}`, async (page) => {
-    await page.locator('.result h2', { hasText: 'Mostly outgassing, and a leak' }).waitFor()
+    await page.locator('.result h2', { hasText: 'Mostly outgassing, with a leak' }).waitFor()
     const flows = await page.locator('.flows tbody tr').first().locator('td').allInnerTexts()
     // 2.4e-3 Pa/s in 12 L are 2.88e-5 Pa m³/s; the fit finds it within some percent.
-    const [mbarLitres, pascalCubic, sccm] = flows.map((cell) => Number(cell.replace(/ × 10⁻(.)/, (_, power) => `e-${'⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(power)}`)))
+    const [mbarLitres, pascalCubic, sccm] = flows.map((cell) =>
+      Number(cell.replace(/ × 10⁻(.)/, (_, power) => `e-${'⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(power)}`)),
+    )
     assert.ok(Math.abs(pascalCubic / 2.88e-5 - 1) < 0.05, flows.join())
-    assert.ok(Math.abs(mbarLitres / pascalCubic - 10) < 0.05 && Math.abs((mbarLitres / sccm) / 0.01689 - 1) < 0.01, flows.join())
+    assert.ok(
+      Math.abs(mbarLitres / pascalCubic - 10) < 0.05 && Math.abs(mbarLitres / sccm / 0.01689 - 1) < 0.01,
+      flows.join(),
+    )
   })
   await visit('/rise?s=vessel', async (page) => {
     await drawn(page)
@@ -365,8 +467,8 @@ test('a name that is a script is a name', async () => {
   const name = '<img src=x onerror=alert(1)>'
   for (const [path, place] of [
     ['/', '.card h3'],
-    [`/trends?${new URLSearchParams({ s: name })}`, '.readout .name'],
-    [`/gauge/${encodeURIComponent(name)}`, '.now h2'],
+    [`/trends?${new URLSearchParams({ s: name })}`, '.series-list .name'],
+    [`/gauge/${encodeURIComponent(name)}`, '.readings h2'],
   ]) {
     await visit(path, async (page) => {
       await page.locator(place).getByText(name, { exact: true }).waitFor()
@@ -375,7 +477,7 @@ test('a name that is a script is a name', async () => {
   }
 })
 
-test('a station that stops is shown as lost, and found again', async () => {
+test('a station that stops is shown as lost, and the page reconnects', async () => {
   let mortal = await startPlant()
   const { address } = mortal
   const { page, close } = await openPage(browser, mortal.url)
@@ -383,11 +485,11 @@ test('a station that stops is shown as lost, and found again', async () => {
     const card = page.locator('[data-gauge="turbo outlet"]')
     assert.ok(!(await card.getAttribute('class')).includes('stale'))
     await mortal.stop()
-    await page.locator('.link.lost').waitFor()
+    await page.locator('.connection.lost').waitFor()
     await page.getByRole('alert').getByText('The connection to the station is lost').waitFor()
     await page.locator('[data-gauge="turbo outlet"].stale', { hasText: 'no data since' }).waitFor()
     mortal = await startPlant(address)
-    await page.locator('.link.good').waitFor()
+    await page.locator('.connection.good').waitFor()
     await page.locator('[data-gauge="turbo outlet"]:not(.stale)').waitFor()
     assert.equal(await page.getByRole('alert').count(), 0)
   } finally {

@@ -1,8 +1,8 @@
-// The dashboard over the demo plant: every octet behind these numbers went through the codec and both state machines.
+// The dashboard over the demo plant: all data pass the codec and the state machines of master and slaves.
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { drawn, openPage, startBrowser, startDemo } from './desk.mjs'
+import { drawn, openPage, startBrowser, startDemo } from './setup.mjs'
 
 let browser
 let demo
@@ -26,13 +26,16 @@ async function visit(path, look) {
   }
 }
 
-test('all twelve devices measure, and their pressures fall', async () => {
+test('all twelve devices show pressures, and the pressures change', async () => {
   await visit('/', async (page) => {
     await page.waitForFunction(() => document.querySelectorAll('[data-gauge] .big[data-series]').length >= 12)
     const chamber = page.locator('.big[data-series="bcg450 5"]')
     const first = await chamber.innerText()
     assert.match(first, / mbar$/)
-    await page.waitForFunction(([element, first]) => element.innerText !== first, [await chamber.elementHandle(), first])
+    await page.waitForFunction(
+      ([element, first]) => element.innerText !== first,
+      [await chamber.elementHandle(), first],
+    )
   })
 })
 
@@ -44,7 +47,7 @@ test('the bus map shows the master and its slaves', async () => {
   })
 })
 
-test('parameters of a gauge are read over the bus', async () => {
+test('the parameters of a gauge are read over the bus', async () => {
   const blocks = await demo.json(`/api/gauges/${encodeURIComponent('bcg450 5')}/blocks`)
   const values = blocks.flatMap(({ parameters }) => parameters).filter(({ value }) => value !== null)
   assert.ok(values.length > 50, `${values.length} values`)
@@ -54,7 +57,7 @@ test('the pump-down is drawn', async () => {
   await visit('/trends', drawn)
 })
 
-test('the chamber is full of air at first: that is an alarm, and it is over when it has been pumped down', async () => {
+test('the chamber is vented at first, which is an alarm; it clears when the chamber is pumped down', async () => {
   await visit('/alarms', async (page) => {
     const chamber = page.locator('[data-alarm="chamber above 1e-3 mbar"]')
     await chamber.waitFor()
@@ -66,31 +69,31 @@ test('the chamber is full of air at first: that is an alarm, and it is over when
   })
 })
 
-/** A refusal is an answer that the console calls an error. */
+/** Chromium reports a refused request as an error on the console. */
 const REFUSAL = /the server responded with a status of 409/
 
-/** Arms a degas until the panel shows what is wanted: the plant goes on meanwhile, and so does the gauge. */
-async function degasses(page, wanted) {
-  const panel = page.getByRole('dialog', { name: 'Order' })
+/** Arms a degas again and again until the dialog shows what is expected: the pressure changes meanwhile. */
+async function degas(page, wanted) {
+  const dialog = page.getByRole('dialog', { name: 'Command' })
   for (;;) {
     await page.locator('[data-command="ba.degas-on"] button').click()
-    const fire = panel.getByRole('button', { name: 'Fire' })
-    await fire.or(panel.locator('.alarm')).first().waitFor()
-    if (await wanted(panel, fire)) return
-    await panel.getByRole('button', { name: /Close|Disarm/ }).click()
-    await panel.waitFor({ state: 'hidden' })
+    const send = dialog.getByRole('button', { name: 'Send' })
+    await send.or(dialog.locator('.error')).first().waitFor()
+    if (await wanted(dialog, send)) return
+    await dialog.getByRole('button', { name: /Close|Disarm/ }).click()
+    await dialog.waitFor({ state: 'hidden' })
   }
 }
 
-test('a degas is refused while the pressure is too high and done when it is low; the alarm of the chamber is acknowledged', async () => {
+test('a degas is refused while the pressure is too high and sent when it is low; the alarm of the chamber is acknowledged', async () => {
   const own = await startDemo()
   const { page, complaints, close } = await openPage(browser, `${own.url}/gauge/bcg450%205`)
   try {
-    await page.locator('.mastership').getByRole('button', { name: 'Ask' }).click()
-    await page.locator('.mastership', { hasText: 'You act' }).waitFor()
-    const fails = (panel) => panel.locator('.conditions .fails', { hasText: 'ba.process-value is below 7.2e-6 mbar' })
-    await degasses(page, async (panel, fire) => (await fails(panel).count()) === 1 && (await fire.count()) === 0)
-    await page.getByRole('dialog', { name: 'Order' }).getByRole('button', { name: 'Close' }).click()
+    await page.locator('.control').getByRole('button', { name: 'Request control' }).click()
+    await page.locator('.control', { hasText: 'You have control' }).waitFor()
+    const unmet = (dialog) => dialog.locator('.conditions .unmet', { hasText: 'ba.process-value is below 7.2e-6 mbar' })
+    await degas(page, async (dialog, send) => (await unmet(dialog).count()) === 1 && (await send.count()) === 0)
+    await page.getByRole('dialog', { name: 'Command' }).getByRole('button', { name: 'Close' }).click()
     await page.goto(`${own.url}/alarms`)
     const chamber = page.locator('[data-alarm="chamber above 1e-3 mbar"]')
     await chamber.getByRole('button', { name: 'Acknowledge' }).click()
@@ -98,11 +101,11 @@ test('a degas is refused while the pressure is too high and done when it is low;
     const history = await own.json('/api/alarms/history?from=0&to=9999999999999&alarm=chamber+above+1e-3+mbar')
     assert.equal(history.find(({ what }) => what === 'acknowledged').who, 'demo')
     await page.goto(`${own.url}/gauge/bcg450%205`)
-    await degasses(page, async (panel, fire) => {
-      if ((await fire.count()) === 0) return false
-      await fire.click()
-      const done = panel.getByText('Done: ba.degas-on')
-      await done.or(panel.locator('.alarm')).first().waitFor()
+    await degas(page, async (dialog, send) => {
+      if ((await send.count()) === 0) return false
+      await send.click()
+      const done = dialog.getByText('Done: ba.degas-on')
+      await done.or(dialog.locator('.error')).first().waitFor()
       return (await done.count()) === 1
     })
     const rows = await own.json('/api/audit?gauge=bcg450%205')

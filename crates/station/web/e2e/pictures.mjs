@@ -1,6 +1,6 @@
-// Takes the pictures of docs/dashboard.md: node pictures.mjs FOLDER
+// Takes the pictures of docs/dashboard.md: `node pictures.mjs FOLDER`.
 
-import { drawn, openContext, startActing, startBrowser, startPlant } from './desk.mjs'
+import { drawn, openContext, startActing, startBrowser, startPlant } from './setup.mjs'
 
 const folder = process.argv[2]
 if (!folder) throw new Error('expected the folder for the pictures')
@@ -9,10 +9,10 @@ const LIGHT = { colorScheme: 'light' }
 const DARK = { colorScheme: 'dark' }
 const PHONE = { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true }
 
-/** A long page is shown down to here. */
+/** The height at which a long page is cut. */
 const LONGEST = 1400
 
-const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.spark polyline').length >= 10)
+const sparks = (page) => page.waitForFunction(() => document.querySelectorAll('.sparkline polyline').length >= 10)
 
 /** Puts the cursor into the chart. */
 async function point(page) {
@@ -34,15 +34,18 @@ async function riseMarked(page) {
   await drawn(page)
 }
 
-async function standing(page) {
+async function alarmList(page) {
   await page.locator('.alarm-item').first().waitFor()
-  await page.locator('.panel.events tbody tr').first().waitFor()
+  await page.locator('.alarm-history tbody tr').first().waitFor()
 }
 
-/** The whole page from its top, unless it is very long. */
-async function shown(page) {
+/** The whole page, or the top of a long one. */
+async function pageClip(page) {
   await page.evaluate(() => scrollTo(0, 0))
-  const [width, height] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollHeight])
+  const [width, height] = await page.evaluate(() => [
+    document.documentElement.clientWidth,
+    document.documentElement.scrollHeight,
+  ])
   return { x: 0, y: 0, width, height: Math.min(height, LONGEST) }
 }
 
@@ -60,53 +63,58 @@ function pictures(start) {
     ['bus', '/bus', LIGHT, press],
     ['gauge', '/gauge/chamber', LIGHT, read],
     ['rise', rise, LIGHT, riseMarked],
-    ['alarms', '/alarms', LIGHT, standing],
-    ['alarms-dark', '/alarms', DARK, standing],
-    ['alarms-phone', '/alarms', { ...DARK, ...PHONE }, standing],
+    ['alarms', '/alarms', LIGHT, alarmList],
+    ['alarms-dark', '/alarms', DARK, alarmList],
+    ['alarms-phone', '/alarms', { ...DARK, ...PHONE }, alarmList],
     ['events', '/events', LIGHT, (page) => page.locator('.events tbody tr').first().waitFor()],
   ]
 }
 
-/** A degas that is armed; pressed before, it was fired. */
+/** Arms a degas. */
 async function armed(page) {
-  await page.locator('.mastership', { hasText: 'You act' }).waitFor()
+  await page.locator('.control', { hasText: 'You have control' }).waitFor()
   await page.locator('[data-command="ba.degas-on"] button').click()
-  await page.getByRole('button', { name: 'Fire' }).waitFor()
+  await page.getByRole('button', { name: 'Send' }).waitFor()
 }
 
-async function fired(page) {
-  await page.locator('.commands').getByRole('button', { name: 'Ask for it' }).click()
+/** Sends a degas, and shows the audit trail. */
+async function sent(page) {
+  await page.locator('.commands').getByRole('button', { name: 'Request control' }).click()
   await armed(page)
-  await page.getByRole('button', { name: 'Fire' }).click()
+  await page.getByRole('button', { name: 'Send' }).click()
   await page.getByText('Done: ').waitFor()
   await page.goto(new URL('/audit', page.url()).href)
-  await page.locator('.audit [data-what="outcome"]').waitFor()
+  await page.locator('.audit [data-kind="outcome"]').waitFor()
 }
 
 const ACTING = [
-  ['audit', '/gauge/chamber', LIGHT, fired],
-  ['order', '/gauge/chamber', LIGHT, armed],
+  ['audit', '/gauge/chamber', LIGHT, sent],
+  ['command', '/gauge/chamber', LIGHT, armed],
 ]
 
 const browser = await startBrowser()
 
-/** Whoever acts has logged in. */
-async function login(page, person) {
-  await page.getByLabel('Name').fill(person)
+async function login(page, user) {
+  await page.getByLabel('Name').fill(user)
   await page.getByLabel('Password', { exact: true }).fill('tin whisker plateau')
   await page.getByRole('button', { name: 'Log in' }).click()
 }
 
-async function take(plant, all, person = null) {
+/** Takes pictures of a station; as a user if one is given. */
+async function take(plant, all, user = null) {
   for (const [name, path, options, ready] of all) {
     const { page, complaints, close } = await openContext(browser, options)
     await page.goto(plant.url + path)
-    if (person) await login(page, person)
-    await page.locator('header .link.good').waitFor()
+    if (user) await login(page, user)
+    await page.locator('header .connection.good').waitFor()
     await ready(page)
     if (complaints.length) throw new Error(`${name}: ${complaints.join('; ')}`)
-    const clip = name === 'order' ? undefined : await shown(page)
-    await page.screenshot({ path: `${folder}/dashboard-${name}.png`, fullPage: clip !== undefined, ...(clip ? { clip } : {}) })
+    const clip = name === 'command' ? undefined : await pageClip(page)
+    await page.screenshot({
+      path: `${folder}/dashboard-${name}.png`,
+      fullPage: clip !== undefined,
+      ...(clip ? { clip } : {}),
+    })
     await close()
   }
   await plant.stop()

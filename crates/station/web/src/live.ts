@@ -1,127 +1,129 @@
-// What the station shows now: one stream for all pages, with a memory of the last minutes.
+// The live data of the station: one stream of server-sent events for all pages, and the samples of the last minutes.
 
-import { useEffect, useReducer } from 'preact/hooks'
-import type { Moment } from './api.ts'
-import { bits } from './pure/series.ts'
-import { SILENCE_MS, worth } from './pure/stale.ts'
-import { isIn, onChange, whoami } from './session.ts'
+import type { Moment } from './api/types.ts'
+import { bits } from './lib/series.ts'
+import { currentQuality, SILENCE_MS } from './lib/stale.ts'
+import { canView, onSessionChange, refreshSession } from './session.ts'
+import { createStore, useStore } from './store.ts'
 
-export interface Seen {
+export interface RecentSample {
   at: number
   pa: number | null
   bits: number
 }
 
-/** So long is remembered, at most one reading a second: what the record's dead band may hold back, and some more. */
-const REMEMBERED_MS = 15 * 60_000
+/** Recent samples are kept for this long, at most one a second: the recorder writes with a delay, and not every sample. */
+const KEPT_MS = 15 * 60_000
 const STEP_MS = 1_000
 
-/** How often ages are drawn again while nothing comes. */
+/** Ages on the page are drawn this often while no moment arrives. */
 const TICK_MS = 250
 
 let moment: Moment | null = null
-let heardAt = 0
+let receivedAt = 0
 let openedAt = performance.now()
 let stream: EventSource | null = null
-const tails = new Map<string, Seen[]>()
-const listeners = new Set<() => void>()
+const samples = new Map<string, RecentSample[]>()
+/** Changes with every moment, and every tick without one. */
+const changes = createStore(0)
 
 export interface Live {
-  /** The last moment that came; nothing before the first. */
+  /** The last moment that was received; `null` before the first. */
   moment: Moment | null
-  /** Milliseconds since it came, or since the page was opened. */
+  /** Milliseconds since it was received, or since the stream was opened. */
   since: number
-  /** Whether the station is heard. */
   connected: boolean
-  /** What the clock of the station shows. */
+  /** The clock of the station. */
   now: number
 }
 
 export function live(): Live {
-  const since = performance.now() - (moment ? heardAt : openedAt)
+  const since = performance.now() - (moment ? receivedAt : openedAt)
   const now = moment ? Math.round(moment.station.now_ms + since) : Date.now()
   return { moment, since, connected: moment !== null && since < SILENCE_MS, now }
 }
 
-/** What was seen of a series since the page was opened. */
-export function tail(series: string): Seen[] {
-  return tails.get(series) ?? []
+/** The samples of a series that were received since the page was opened. */
+export function recentSamples(series: string): RecentSample[] {
+  return samples.get(series) ?? []
 }
 
-/** Listens as long as the station lets us look. */
-export function start(): void {
-  onChange(() => {
-    if (!isIn()) hangUp()
+/** Receives live data while the session allows it. */
+export function startLive(): void {
+  onSessionChange(() => {
+    if (!canView()) disconnect()
     else if (!stream) connect()
   })
-  if (isIn()) connect()
+  if (canView()) connect()
   setInterval(() => {
     if (!stream) return
-    const silent = performance.now() - Math.max(heardAt, openedAt) > 2 * SILENCE_MS
-    // The browser tries again by itself, but not after an answer that is no stream, and not on a line that is only quiet.
-    if (stream.readyState === EventSource.CLOSED || silent) void again()
-    if (live().since > TICK_MS) tell()
+    const silent = performance.now() - Math.max(receivedAt, openedAt) > 2 * SILENCE_MS
+    // The browser reconnects by itself, except after an HTTP error and on a connection that is only silent.
+    if (stream.readyState === EventSource.CLOSED || silent) void reconnect()
+    if (live().since > TICK_MS) notify()
   }, TICK_MS)
 }
 
-/** It may be that we may not look any more. */
-async function again(): Promise<void> {
+/** The stream may have ended because the session has. */
+async function reconnect(): Promise<void> {
   connect()
-  await whoami()
+  await refreshSession()
 }
 
 function connect(): void {
   stream?.close()
   openedAt = performance.now()
   stream = new EventSource('/api/live')
-  stream.addEventListener('moment', (event: MessageEvent<string>) => take(JSON.parse(event.data) as Moment))
-  // Asked at once: whoever has no session any more sees that before anything else.
-  stream.addEventListener('error', () => void whoami())
+  stream.addEventListener('moment', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as Moment))
+  stream.addEventListener('error', () => void refreshSession())
 }
 
-/** What somebody saw is not for whoever comes next. */
-function hangUp(): void {
+/** Ends the stream and forgets its data: the next user may be another one. */
+function disconnect(): void {
   stream?.close()
   stream = null
   moment = null
-  tails.clear()
-  tell()
+  samples.clear()
+  notify()
 }
 
-function take(next: Moment): void {
-  // A gap in what we saw is a gap in what we draw.
-  if (moment && next.station.now_ms - moment.station.now_ms > 2 * SILENCE_MS) tails.clear()
+function receive(next: Moment): void {
+  // Without moments in between, the recent samples would show a line over the gap.
+  if (moment && next.station.now_ms - moment.station.now_ms > 2 * SILENCE_MS) samples.clear()
   moment = next
-  heardAt = performance.now()
+  receivedAt = performance.now()
   for (const gauge of next.gauges) {
     for (const reading of gauge.readings) {
-      const quality = worth(gauge, reading, 0)
-      remember(reading.series, { at: next.station.now_ms, pa: quality === 'gap' ? null : reading.pa, bits: bits(quality) })
+      const quality = currentQuality(gauge, reading, 0)
+      const pa = quality === 'gap' ? null : reading.pa
+      keep(reading.series, { at: next.station.now_ms, pa, bits: bits(quality) })
     }
   }
-  tell()
+  notify()
 }
 
-function remember(series: string, seen: Seen): void {
-  const kept = tails.get(series) ?? []
-  const last = kept[kept.length - 1]
-  if (last && seen.at - last.at < STEP_MS && last.bits === seen.bits) return
-  kept.push(seen)
-  while (kept[0] && seen.at - kept[0].at > REMEMBERED_MS) kept.shift()
-  tails.set(series, kept)
+function keep(series: string, sample: RecentSample): void {
+  const kept = samples.get(series) ?? []
+  const last = kept.at(-1)
+  if (last && sample.at - last.at < STEP_MS && last.bits === sample.bits) return
+  kept.push(sample)
+  while (kept[0] && sample.at - kept[0].at > KEPT_MS) kept.shift()
+  samples.set(series, kept)
 }
 
-function tell(): void {
-  listeners.forEach((listener) => listener())
+function notify(): void {
+  changes.set(changes.get() + 1)
 }
 
-/** Draws the component again with every moment, and while none comes. */
+/** The last moment. Only for pages: they are drawn after the first moment has been received. */
+export function useMoment(): Moment {
+  const { moment } = useLive()
+  if (!moment) throw new Error('expected a moment, got none: pages are drawn after the first one')
+  return moment
+}
+
+/** Live data; the component is drawn again with every change. */
 export function useLive(): Live {
-  const [, again] = useReducer((count: number) => count + 1, 0)
-  useEffect(() => {
-    const listener = (): void => again(undefined)
-    listeners.add(listener)
-    return () => void listeners.delete(listener)
-  }, [])
+  useStore(changes)
   return live()
 }

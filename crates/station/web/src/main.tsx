@@ -1,13 +1,16 @@
+import './styles/tokens.css'
+import './styles/base.css'
+import './styles/controls.css'
+import './styles/tables.css'
+
 import { render } from 'preact'
 import { App } from './app.tsx'
-import { start } from './live.ts'
-import { whoami } from './session.ts'
+import { startLive } from './live.ts'
+import { refreshSession } from './session.ts'
 import { applyTheme } from './settings.ts'
-import './styles/base.css'
-import './styles/pages.css'
-import './styles/alarms.css'
 
 applyTheme()
-start()
-void whoami()
-render(<App />, document.getElementById('app')!)
+startLive()
+void refreshSession()
+const root = document.getElementById('app')
+if (root) render(<App />, root)

@@ -1,96 +1,91 @@
-// Who sits here, and what they may do.
+// The user who is logged in, and their role.
 
-import { useEffect, useState } from 'preact/hooks'
-import * as api from './api.ts'
-import type { Role, Session } from './api.ts'
+import {
+  fetchSession,
+  login as requestLogin,
+  logout as requestLogout,
+  changePassword as requestNewPassword,
+} from './api/calls.ts'
+import { csrf, RequestError } from './api/request.ts'
+import type { Role, Session } from './api/types.ts'
+import { createStore, useStore } from './store.ts'
 
 const ROLES: Role[] = ['viewer', 'operator', 'engineer']
 
-/** Nobody is known to be more than a viewer before the station says so. */
-const NOBODY: Session = { name: '', role: 'viewer', token: '', door: 'out' }
+const LOGGED_OUT: Session = { name: '', role: 'viewer', token: '', door: 'out' }
 
-const AGAIN_MS = 1_000
+const RETRY_MS = 1_000
 
-export interface Here {
-  /** Nothing before the station has answered for the first time. */
+export interface SessionState {
+  /** `null` before the first answer of the station. */
   session: Session | null
-  /** Whose session has ended without their doing. */
-  lost: string | null
+  /** The user whose session has ended without a logout. */
+  expiredUser: string | null
 }
 
-let here: Here = { session: null, lost: null }
-const listeners = new Set<() => void>()
+const store = createStore<SessionState>({ session: null, expiredUser: null })
 
-function become(session: Session | null, lost: string | null = null): void {
-  here = { session, lost }
-  api.proof.token = session?.token ?? ''
-  listeners.forEach((listener) => listener())
+function update(session: Session, expiredUser: string | null = null): void {
+  csrf.token = session.token
+  store.set({ session, expiredUser })
 }
 
-/** Takes what the station says about who sits here. */
-function take(session: Session): void {
-  const before = here.session
-  const lost = session.door === 'out' && before && before.door !== 'out' ? before.name : here.lost
-  become(session, session.door === 'out' ? lost : null)
+/** Takes over what the station says about the session. */
+function receive(session: Session): void {
+  const { session: before, expiredUser } = store.get()
+  const hasEnded = before !== null && before.door !== 'out'
+  if (session.door === 'out') update(session, hasEnded ? before.name : expiredUser)
+  else update(session)
 }
 
-/** Asks the station who sits here, until it answers for the first time. */
-export async function whoami(): Promise<void> {
+/** Asks the station for the session; again and again until its first answer. */
+export async function refreshSession(): Promise<void> {
   try {
-    take(await api.session())
+    receive(await fetchSession())
   } catch {
-    if (!here.session) setTimeout(() => void whoami(), AGAIN_MS)
+    if (!store.get().session) setTimeout(() => void refreshSession(), RETRY_MS)
   }
 }
 
 export async function login(name: string, password: string): Promise<void> {
-  take(await api.login(name, password))
+  receive(await requestLogin(name, password))
 }
 
 export async function changePassword(current: string, next: string): Promise<void> {
-  take(await api.changePassword(current, next))
+  receive(await requestNewPassword(current, next))
 }
 
-/** Whatever the station says: here nobody sits any more. */
 export async function logout(): Promise<void> {
   try {
-    await api.logout()
+    await requestLogout()
   } catch (error) {
-    if (!(error instanceof api.Refused && error.status === 401)) throw error
+    // 401: the session had ended before.
+    if (!(error instanceof RequestError && error.status === 401)) throw error
   }
-  become(NOBODY)
+  update(LOGGED_OUT)
 }
 
-api.proof.ended = () => {
-  if (here.session && here.session.door !== 'out') become(NOBODY, here.session.name)
+csrf.onSessionEnd = () => {
+  const { session } = store.get()
+  if (session && session.door !== 'out') update(LOGGED_OUT, session.name)
 }
 
-api.proof.renewed = async () => {
-  const before = here.session
-  await whoami()
-  return here.session?.name === before?.name && here.session?.token !== before?.token
+csrf.refresh = async () => {
+  const before = store.get().session
+  await refreshSession()
+  const { session } = store.get()
+  return session?.name === before?.name && session?.token !== before?.token
 }
 
-/** Whether the station lets us look. */
-export const isIn = (): boolean => here.session !== null && here.session.door !== 'out'
-
-export function onChange(listener: () => void): () => void {
-  listeners.add(listener)
-  return () => void listeners.delete(listener)
+/** Whether the station shows its data: a user is logged in, or the station has no users. */
+export function canView(): boolean {
+  const { session } = store.get()
+  return session !== null && session.door !== 'out'
 }
 
-export function useHere(): Here {
-  const [shown, setShown] = useState(here)
-  useEffect(() => {
-    const changed = (): void => setShown(here)
-    // It may have changed between the first drawing and here.
-    changed()
-    return onChange(changed)
-  }, [])
-  return shown
-}
+export const onSessionChange = store.subscribe
+export const useSessionState = (): SessionState => useStore(store)
+export const useSession = (): Session => useSessionState().session ?? LOGGED_OUT
 
-export const useSession = (): Session => useHere().session ?? NOBODY
-
-/** Whether somebody with this role may do what `needed` is needed for. */
-export const may = ({ role }: Session, needed: Role): boolean => ROLES.indexOf(role) >= ROLES.indexOf(needed)
+/** Whether the role of the user includes `needed`. */
+export const hasRole = ({ role }: Session, needed: Role): boolean => ROLES.indexOf(role) >= ROLES.indexOf(needed)

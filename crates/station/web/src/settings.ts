@@ -1,83 +1,75 @@
-// What this browser remembers: the unit and the colours.
+// Settings that the browser keeps: unit, theme, single-key shortcuts.
 
-import { useEffect, useState } from 'preact/hooks'
-import { isUnit, type Unit } from './pure/units.ts'
+import { isUnit, type Unit } from './lib/units.ts'
+import { createStore, useStore } from './store.ts'
 
 export type Theme = 'auto' | 'light' | 'dark'
 const THEMES: Theme[] = ['auto', 'light', 'dark']
 
-const listeners = new Set<() => void>()
+interface Settings {
+  unit: Unit
+  theme: Theme
+  /** Whether single keys change pages, unit and theme. */
+  shortcuts: boolean
+  /** Whether the system asks for dark colours. */
+  systemDark: boolean
+}
 
-/** A browser may refuse to remember; then the choice holds until the page is closed. */
-const memory = new Map<string, string>()
-
-function recall(name: string): string | null {
+function read(name: string): string | null {
   try {
-    return localStorage.getItem(name) ?? memory.get(name) ?? null
+    return localStorage.getItem(name)
   } catch {
-    return memory.get(name) ?? null
+    return null
   }
 }
 
-function remember(name: string, value: string): void {
-  memory.set(name, value)
-  try {
-    localStorage.setItem(name, value)
-  } catch {
-    // Told above.
+const isTheme = (text: string | null): text is Theme => THEMES.some((theme) => theme === text)
+
+const systemTheme = matchMedia('(prefers-color-scheme: dark)')
+
+function load(): Settings {
+  const [unit, theme] = [read('unit'), read('theme')]
+  return {
+    unit: isUnit(unit) ? unit : 'mbar',
+    theme: isTheme(theme) ? theme : 'auto',
+    shortcuts: read('shortcuts') !== 'off',
+    systemDark: systemTheme.matches,
   }
-  listeners.forEach((listener) => listener())
 }
 
-export function unit(): Unit {
-  const kept = recall('unit')
-  return isUnit(kept) ? kept : 'mbar'
+const store = createStore(load())
+
+systemTheme.addEventListener('change', ({ matches }) => store.set({ ...store.get(), systemDark: matches }))
+
+/** If the browser refuses to store it, the setting holds until the page is closed. */
+function save(name: string, text: string, change: Partial<Settings>): void {
+  try {
+    localStorage.setItem(name, text)
+  } catch {
+    // See above.
+  }
+  store.set({ ...store.get(), ...change })
 }
 
-export function setUnit(unit: Unit): void {
-  remember('unit', unit)
-}
+export const unit = (): Unit => store.get().unit
+export const setUnit = (unit: Unit): void => save('unit', unit, { unit })
 
-export function theme(): Theme {
-  const kept = recall('theme') as Theme | null
-  return kept && THEMES.includes(kept) ? kept : 'auto'
-}
-
-export function setTheme(theme: Theme): void {
-  remember('theme', theme)
+export function nextTheme(): void {
+  const theme = THEMES[(THEMES.indexOf(store.get().theme) + 1) % THEMES.length] ?? 'auto'
+  save('theme', theme, { theme })
   applyTheme()
 }
 
-export function nextTheme(): void {
-  setTheme(THEMES[(THEMES.indexOf(theme()) + 1) % THEMES.length]!)
-}
-
+/** Chooses the colours in styles/tokens.css. */
 export function applyTheme(): void {
-  document.documentElement.dataset['theme'] = theme()
+  document.documentElement.dataset.theme = store.get().theme
 }
 
-const dark = matchMedia('(prefers-color-scheme: dark)')
+export const areShortcutsOn = (): boolean => store.get().shortcuts
+export const setShortcuts = (shortcuts: boolean): void => save('shortcuts', shortcuts ? 'on' : 'off', { shortcuts })
 
-export function isDark(): boolean {
-  return theme() === 'dark' || (theme() === 'auto' && dark.matches)
-}
-
-function useSetting<T>(read: () => T): T {
-  const [value, setValue] = useState(read)
-  useEffect(() => {
-    const changed = (): void => setValue(read)
-    listeners.add(changed)
-    dark.addEventListener('change', changed)
-    // It may have changed between the first drawing and here.
-    changed()
-    return () => {
-      listeners.delete(changed)
-      dark.removeEventListener('change', changed)
-    }
-  }, [])
-  return value
-}
-
-export const useUnit = (): Unit => useSetting(unit)
-export const useTheme = (): Theme => useSetting(theme)
-export const useDark = (): boolean => useSetting(isDark)
+export const useUnit = (): Unit => useStore(store, ({ unit }) => unit)
+export const useTheme = (): Theme => useStore(store, ({ theme }) => theme)
+export const useShortcuts = (): boolean => useStore(store, ({ shortcuts }) => shortcuts)
+export const useDark = (): boolean =>
+  useStore(store, ({ theme, systemDark }) => theme === 'dark' || (theme === 'auto' && systemDark))

@@ -1,6 +1,17 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { bits, decades, GAP, join, OVER, placeAt, stretches, valueAt, withTail } from '../dist/test/pure/series.js'
+import {
+  bits,
+  decades,
+  GAP,
+  indexAt,
+  join,
+  OVER,
+  qualityOf,
+  sampleAt,
+  stretches,
+  withRecent,
+} from '../dist/test/lib/series.js'
 
 const VALID = 1
 
@@ -43,60 +54,70 @@ test('a gap that ended within its pixel does not break the line', () => {
   assert.deepEqual([...curves[0].mean], [1, 1, 2])
 })
 
-test('silence of the record is a gap without a mark', () => {
+test('a long time without samples is a gap without a mark', () => {
   assert.deepEqual([...join([trend([0, 1], [100, 2])], 1000).curves[0].mean], [1, 2])
   assert.deepEqual([...join([trend([0, 1], [200, 2])], 1000).curves[0].mean], [1, null, 2])
   // Pixels that are themselves longer are neighbours.
   assert.deepEqual([...join([trend([0, 1], [200, 2])], 200_000).curves[0].mean], [1, 2])
 })
 
-test('beyond range is marked from the first to the last that says so', () => {
+test('a stretch outside the range reaches from its first to its last sample', () => {
   const over = trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER], [30, 1], [40, null, 8])
   assert.deepEqual(stretches(over, 1000), [
-    { from: 10_000, to: 30_000, what: 'over', limit: 10 },
-    { from: 40_000, to: 41_000, what: 'invalid', limit: null },
+    { from: 10_000, to: 30_000, kind: 'over', limit: 10 },
+    { from: 40_000, to: 41_000, kind: 'invalid', limit: null },
   ])
 })
 
-test('the end of a range is no line', () => {
+test('no line is drawn outside the range', () => {
   const { curves } = join([trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER])], 1000)
   assert.deepEqual([...curves[0].mean], [1, null, 5])
 })
 
-test('a mark does not reach over silence', () => {
-  assert.deepEqual(stretches(trend([0, 1, 4], [1000, 1]), 1000), [{ from: 0, to: 1000, what: 'under', limit: 0.5 }])
+test('a stretch does not reach over a long time without samples', () => {
+  assert.deepEqual(stretches(trend([0, 1, 4], [1000, 1]), 1000), [{ from: 0, to: 1000, kind: 'under', limit: 0.5 }])
 })
 
-test('what was seen since is added, and nothing twice', () => {
-  const tail = [
+test('recent samples are added, and none twice', () => {
+  const recent = [
     { at: 1000, pa: 9, bits: VALID },
     { at: 2000, pa: 3, bits: VALID },
     { at: 3000, pa: null, bits: GAP },
   ]
-  const added = withTail(trend([0, 1], [1, 2]), tail)
+  const added = withRecent(trend([0, 1], [1, 2]), recent)
   assert.deepEqual(added.start_ms, [0, 1000, 2000, 3000])
   assert.deepEqual(added.mean, [1, 2, 3, null])
-  assert.deepEqual(withTail(trend(), tail).mean, [9, 3, null])
+  assert.deepEqual(withRecent(trend(), recent).mean, [9, 3, null])
 })
 
-test('a value is read where it holds, and nothing in a gap', () => {
+test('a sample holds until the next one, and not in a gap', () => {
   const one = trend([0, 1], [60, 2, VALID | GAP], [120, 3])
-  assert.deepEqual(valueAt(one, 59_000, 1000), { mean: 1, bits: VALID })
-  assert.deepEqual(valueAt(one, 60_500, 1000), { mean: 2, bits: VALID | GAP })
-  assert.deepEqual(valueAt(one, 90_000, 1000), { mean: null, bits: GAP })
-  assert.equal(valueAt(one, -1, 1000), null)
-  assert.equal(valueAt(one, 1_000_000, 1000), null)
+  assert.deepEqual(sampleAt(one, 59_000, 1000), { mean: 1, bits: VALID })
+  assert.deepEqual(sampleAt(one, 60_500, 1000), { mean: 2, bits: VALID | GAP })
+  assert.deepEqual(sampleAt(one, 90_000, 1000), { mean: null, bits: GAP })
+  assert.equal(sampleAt(one, -1, 1000), null)
+  assert.equal(sampleAt(one, 1_000_000, 1000), null)
 })
 
-test('places are found', () => {
-  assert.deepEqual([-1, 0, 5, 10, 99].map((at) => placeAt([0, 10, 20], at)), [-1, 0, 0, 1, 2])
-  assert.equal(placeAt([], 5), -1)
+test('the index of a time is found', () => {
+  assert.deepEqual(
+    [-1, 0, 5, 10, 99].map((at) => indexAt([0, 10, 20], at)),
+    [-1, 0, 0, 1, 2],
+  )
+  assert.equal(indexAt([], 5), -1)
 })
 
-test('an axis has whole decades, two at least', () => {
+test('an axis has whole decades, at least two', () => {
   assert.deepEqual(decades(3e-7, 2e-3), [1e-7, 1e-2])
   assert.deepEqual(decades(2, 3), [0.1, 10])
   assert.deepEqual(decades(Infinity, -Infinity), [1e-3, 1e3])
+})
+
+test('the quality of a sample is the worst that applies to its mean', () => {
+  assert.equal(qualityOf({ mean: 1, bits: VALID | GAP }), 'valid')
+  assert.equal(qualityOf({ mean: 1, bits: VALID | OVER }), 'overrange')
+  assert.equal(qualityOf({ mean: null, bits: 8 }), 'invalid')
+  assert.equal(qualityOf({ mean: null, bits: GAP }), 'gap')
 })
 
 test('qualities are the bits of the API', () => {

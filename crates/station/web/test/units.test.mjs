@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { FLOWS, inUnit, isUnit, nextUnit, UNIT_NAMES } from '../dist/test/pure/units.js'
-import { age, clock, decade, inputMoment, number, parts } from '../dist/test/pure/format.js'
+import { age, clock, decade, inputMoment, number, parts } from '../dist/test/lib/format.js'
+import { FLOWS, inUnit, isUnit, nextUnit, UNIT_NAMES } from '../dist/test/lib/units.js'
 
 test('one pascal in every unit', () => {
   const pascals = { mbar: 100, hPa: 100, Torr: 133.322368, micron: 0.133322368, Pa: 1 }
@@ -16,14 +16,14 @@ test('the next unit after the last is the first', () => {
   assert.ok(isUnit('Torr') && !isUnit('psi') && !isUnit(null))
 })
 
-test('flows in the units people ask for', () => {
+test('flows in the usual units', () => {
   const flows = Object.fromEntries(FLOWS.map(({ name, factor }) => [name, factor]))
   assert.equal(flows['mbar L/s'], 10)
   // 1 sccm is 0.01689 mbar L/s, which is 0.001689 Pa m³/s.
   assert.ok(Math.abs(flows.sccm * 0.001689 - 1) < 1e-12)
 })
 
-test('pressures are read at a glance', () => {
+test('pressures have three digits', () => {
   for (const [value, text] of [
     [1.234e-6, '1.23 × 10⁻⁶'],
     [9.996e-11, '1.00 × 10⁻¹⁰'],
@@ -47,7 +47,7 @@ test('axes have powers of ten, plain ones where they are short', () => {
   assert.deepEqual([1e-10, 0.1, 1, 10, 1000, 1e4].map(decade), ['10⁻¹⁰', '10⁻¹', '1', '10', '1000', '10⁴'])
 })
 
-test('ages are told in two units at most', () => {
+test('ages have at most two units', () => {
   for (const [ms, text] of [
     [12, 'less than 1 s'],
     [3_140, '3.1 s'],
@@ -60,7 +60,7 @@ test('ages are told in two units at most', () => {
     assert.equal(age(ms), text)
 })
 
-test('times are those of whoever looks', () => {
+test('times are in the time zone of the browser', () => {
   const at = new Date(2026, 0, 31, 4, 5, 6).getTime()
   assert.equal(clock(at), '04:05:06')
   assert.equal(inputMoment(at), '2026-01-31T04:05:06')

@@ -1,4 +1,4 @@
-//! A plant: volumes, what joins them, what fills and what empties them.
+//! A plant: volumes with tubes, valves, pumps, leaks, inlets and walls.
 
 mod step;
 
@@ -38,46 +38,46 @@ pub struct TurboPump(usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wall(usize);
 
-/// What is behind a leak or a vent.
+/// The gas outside a leak or a vent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outside {
-    /// The air around the plant, whatever it is at the time.
+    /// The present air around the plant.
     Air,
-    /// A bottle.
+    /// A gas from a bottle.
     Gas(Mixture),
 }
 
-/// What a gas inlet lets in.
+/// The state of a gas inlet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Supply {
-    /// Nothing.
+    /// Closed.
     Closed,
-    /// A flow, in Pa m^3/s.
+    /// A constant flow, in Pa m^3/s.
     Flow(f64),
-    /// As much as keeps the pressure.
+    /// A regulator that keeps the pressure.
     Pressure {
-        /// The total pressure to keep, in Pa.
+        /// The set point of the total pressure, in Pa.
         pa: f64,
-        /// What the valve lets in when it is open, in Pa m^3/s.
-        most: f64,
+        /// The flow of the open valve, in Pa m^3/s.
+        max_flow: f64,
     },
 }
 
-/// What came, what left, and what is there, by gas in Pa m^3. What came is the sum of the other two.
+/// The balance of each gas, in Pa m^3. The entered gas is the sum of the other two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
-    /// What was there at the beginning and all that came in since.
+    /// The initial gas and all gas that has entered since.
     pub entered: Mixture,
-    /// What the pumps took, and what flowed out of openings.
+    /// The gas that has left through pumps and openings.
     pub left: Mixture,
-    /// What is in all volumes.
+    /// The gas in all volumes.
     pub present: Mixture,
 }
 
 #[derive(Clone, Debug)]
 struct JointState {
     conductance: Conductance,
-    /// 0 closed, 1 open.
+    /// 0 is closed, 1 is open.
     opening: f64,
 }
 
@@ -102,133 +102,133 @@ pub struct Network {
     atmosphere: Atmosphere,
     /// In m^3.
     volumes: Vec<f64>,
-    joins: Vec<JointState>,
-    turbos: Vec<Turbo>,
-    roughings: Vec<(usize, Roughing)>,
-    holes: Vec<OpeningState>,
-    feeds: Vec<InletState>,
+    joints: Vec<JointState>,
+    turbo_pumps: Vec<Turbo>,
+    roughing_pumps: Vec<(usize, Roughing)>,
+    openings: Vec<OpeningState>,
+    inlets: Vec<InletState>,
     surfaces: Vec<(usize, Surface)>,
-    /// What gauges and the like give off into each volume, in Pa m^3/s.
+    /// Further gas sources of each volume, such as gauges, in Pa m^3/s.
     loads: Vec<PerGas>,
-    /// What each volume has, in Pa m^3.
+    /// The gas in each volume, in Pa m^3.
     amounts: Vec<PerGas>,
-    came: PerGas,
+    entered: PerGas,
     left: PerGas,
-    /// The ends of the joints, then those of the turbos.
-    ends: Vec<(usize, usize)>,
+    /// The two volumes of each joint, then those of each turbomolecular pump.
+    connections: Vec<(usize, usize)>,
     step: Step,
 }
 
 impl Network {
-    /// A plant of nothing in this air.
+    /// An empty plant in this air.
     #[must_use]
     pub fn new(atmosphere: Atmosphere) -> Self {
         Self { atmosphere, ..Self::default() }
     }
 
-    /// A volume in m^3, filled with `gas`.
+    /// Adds a volume in m^3, filled with `gas`.
     pub fn add_volume(&mut self, m3: f64, gas: Mixture) -> Volume {
         let mut amount = [0.0; GAS_COUNT];
         add(&mut amount, gas.as_array(), m3);
-        add(&mut self.came, &amount, 1.0);
+        add(&mut self.entered, &amount, 1.0);
         self.volumes.push(m3);
         self.amounts.push(amount);
         self.loads.push([0.0; GAS_COUNT]);
-        self.changed();
+        self.invalidate();
         Volume(self.volumes.len() - 1)
     }
 
-    /// Joins two volumes by an open tube or valve.
+    /// Connects two volumes by an open tube or valve.
     pub fn add_joint(&mut self, one: Volume, other: Volume, conductance: Conductance) -> Joint {
-        self.ends.insert(self.joins.len(), (one.0, other.0));
-        self.joins.push(JointState { conductance, opening: 1.0 });
-        self.changed();
-        Joint(self.joins.len() - 1)
+        self.connections.insert(self.joints.len(), (one.0, other.0));
+        self.joints.push(JointState { conductance, opening: 1.0 });
+        self.invalidate();
+        Joint(self.joints.len() - 1)
     }
 
-    /// Puts a turbomolecular pump between two volumes.
+    /// Adds a turbomolecular pump between two volumes.
     pub fn add_turbo_pump(&mut self, inlet: Volume, fore: Volume, turbo: Turbo) -> TurboPump {
-        self.ends.push((inlet.0, fore.0));
-        self.turbos.push(turbo);
-        self.changed();
-        TurboPump(self.turbos.len() - 1)
+        self.connections.push((inlet.0, fore.0));
+        self.turbo_pumps.push(turbo);
+        self.invalidate();
+        TurboPump(self.turbo_pumps.len() - 1)
     }
 
-    /// Puts a roughing pump at a volume.
+    /// Adds a roughing pump to a volume.
     pub fn add_roughing_pump(&mut self, at: Volume, pump: Roughing) -> RoughingPump {
-        self.roughings.push((at.0, pump));
-        self.changed();
-        RoughingPump(self.roughings.len() - 1)
+        self.roughing_pumps.push((at.0, pump));
+        self.invalidate();
+        RoughingPump(self.roughing_pumps.len() - 1)
     }
 
-    /// A closed leak or vent: a way to what is outside.
+    /// Adds a closed leak or vent to a volume.
     pub fn add_opening(&mut self, at: Volume, conductance: Conductance, outside: Outside) -> Opening {
-        self.holes.push(OpeningState { at: at.0, conductance, outside, opening: 0.0 });
-        self.changed();
-        Opening(self.holes.len() - 1)
+        self.openings.push(OpeningState { at: at.0, conductance, outside, opening: 0.0 });
+        self.invalidate();
+        Opening(self.openings.len() - 1)
     }
 
-    /// A closed gas inlet.
+    /// Adds a closed gas inlet to a volume.
     pub fn add_inlet(&mut self, at: Volume, gas: Gas) -> Inlet {
-        self.feeds.push(InletState { at: at.0, gas, supply: Supply::Closed });
-        self.changed();
-        Inlet(self.feeds.len() - 1)
+        self.inlets.push(InletState { at: at.0, gas, supply: Supply::Closed });
+        self.invalidate();
+        Inlet(self.inlets.len() - 1)
     }
 
-    /// A wall of a volume.
+    /// Adds a wall to a volume.
     pub fn add_wall(&mut self, of: Volume, surface: Surface) -> Wall {
         self.surfaces.push((of.0, surface));
-        self.changed();
+        self.invalidate();
         Wall(self.surfaces.len() - 1)
     }
 
-    /// Opens a joint as far as 0 (closed) to 1.
+    /// Sets the opening of a joint, 0 (closed) to 1 (open).
     pub fn set_joint(&mut self, joint: Joint, opening: f64) {
-        self.joins[joint.0].opening = opening;
+        self.joints[joint.0].opening = opening;
         self.step.current = false;
     }
 
-    /// Opens a leak or vent as far as 0 (closed) to 1.
-    pub fn set_opening(&mut self, opening: Opening, how_far: f64) {
-        self.holes[opening.0].opening = how_far;
+    /// Sets the opening of a leak or vent, 0 (closed) to 1 (open).
+    pub fn set_opening(&mut self, opening: Opening, fraction: f64) {
+        self.openings[opening.0].opening = fraction;
         self.step.current = false;
     }
 
-    /// Replaces what is behind a leak or vent.
+    /// Sets the gas outside a leak or vent, for example the helium of a leak test.
     pub fn set_outside(&mut self, opening: Opening, outside: Outside) {
-        self.holes[opening.0].outside = outside;
+        self.openings[opening.0].outside = outside;
         self.step.current = false;
     }
 
-    /// Sets a gas inlet.
+    /// Sets the state of a gas inlet.
     pub fn set_inlet(&mut self, inlet: Inlet, supply: Supply) {
-        self.feeds[inlet.0].supply = supply;
+        self.inlets[inlet.0].supply = supply;
         self.step.current = false;
     }
 
-    /// Starts or stops a roughing pump. One that stands is closed.
+    /// Starts or stops a roughing pump. A stopped pump is closed.
     pub fn run_roughing(&mut self, pump: RoughingPump, running: bool) {
-        self.roughings[pump.0].1.running = running;
+        self.roughing_pumps[pump.0].1.running = running;
         self.step.current = false;
     }
 
-    /// Switches the motor of a turbomolecular pump.
+    /// Switches the motor of a turbomolecular pump on or off.
     pub fn run_turbo(&mut self, pump: TurboPump, running: bool) {
-        self.turbos[pump.0].running = running;
+        self.turbo_pumps[pump.0].running = running;
         self.step.current = false;
     }
 
-    /// Heats a wall, or lets it cool, to so many kelvin.
+    /// Sets the temperature of a wall, in K.
     pub fn set_wall_temperature(&mut self, wall: Wall, kelvin: f64) {
         self.surfaces[wall.0].1.temperature_k = kelvin;
     }
 
-    /// What gauges and the like give off into a volume from now on, in Pa m^3/s.
+    /// Sets the further gas sources of a volume, such as gauges, in Pa m^3/s.
     pub fn set_load(&mut self, volume: Volume, flow: &Mixture) {
         self.loads[volume.0] = *flow.as_array();
     }
 
-    /// The air around the plant changes.
+    /// Sets the air around the plant.
     pub fn set_atmosphere(&mut self, atmosphere: Atmosphere) {
         self.atmosphere = atmosphere;
         self.step.current = false;
@@ -246,34 +246,34 @@ impl Network {
         Mixture::from(self.amounts[volume.0].map(|amount| amount / self.volumes[volume.0]))
     }
 
-    /// How far a joint is open.
+    /// The opening of a joint, 0 to 1.
     #[must_use]
     pub fn joint_opening(&self, joint: Joint) -> f64 {
-        self.joins[joint.0].opening
+        self.joints[joint.0].opening
     }
 
-    /// How far a leak or a vent is open.
+    /// The opening of a leak or vent, 0 to 1.
     #[must_use]
     pub fn vent_opening(&self, opening: Opening) -> f64 {
-        self.holes[opening.0].opening
+        self.openings[opening.0].opening
     }
 
     /// Whether a roughing pump runs.
     #[must_use]
     pub fn is_roughing_pump_running(&self, pump: RoughingPump) -> bool {
-        self.roughings[pump.0].1.running
+        self.roughing_pumps[pump.0].1.running
     }
 
-    /// Whether a gas inlet lets something in.
+    /// Whether a gas inlet is open.
     #[must_use]
     pub fn is_inlet_open(&self, inlet: Inlet) -> bool {
-        self.feeds[inlet.0].supply != Supply::Closed
+        self.inlets[inlet.0].supply != Supply::Closed
     }
 
-    /// How fast the rotor of a turbomolecular pump turns, 0 to 1.
+    /// The speed of the rotor of a turbomolecular pump, 0 to 1.
     #[must_use]
     pub fn rotor_speed(&self, pump: TurboPump) -> f64 {
-        self.turbos[pump.0].rotor
+        self.turbo_pumps[pump.0].rotor
     }
 
     /// The temperature of a wall, in K.
@@ -282,15 +282,15 @@ impl Network {
         self.surfaces[wall.0].1.temperature_k
     }
 
-    /// What came, left and is there.
+    /// The gas balance.
     #[must_use]
     pub fn balance(&self) -> Balance {
-        let mut there = [0.0; GAS_COUNT];
-        self.amounts.iter().for_each(|amount| add(&mut there, amount, 1.0));
-        Balance { entered: self.came.into(), left: self.left.into(), present: there.into() }
+        let mut present = [0.0; GAS_COUNT];
+        self.amounts.iter().for_each(|amount| add(&mut present, amount, 1.0));
+        Balance { entered: self.entered.into(), left: self.left.into(), present: present.into() }
     }
 
-    fn changed(&mut self) {
+    fn invalidate(&mut self) {
         self.step.ready = false;
     }
 }

@@ -1,10 +1,9 @@
-//! A step of a plant.
+//! A time step of a plant.
 //!
-//! For each gas the plant is linear as long as its rates stand still, and [`Rates::step`] is then exact. But conductances and
-//! pumps depend on the pressure. So each step is tried with the rates of its beginning; the rates of the end that was
-//! reached tell what they would have moved differently. If that is nothing to speak of, the step stands; if it is little, the
-//! step is made again with the mean of both; if it is more, it is halved. The length of the steps a caller takes hence
-//! hardly matters.
+//! With constant rates the plant is linear for each gas, and [`Rates::step`] is exact. But conductances and pumps depend on
+//! the pressure. So each step is tried with the rates at its begin. The rates at its end give an estimate of the error: if it
+//! is negligible, the step is accepted; if it is small, the step is repeated with the mean of both rates; otherwise the step
+//! is halved. The result hence depends little on the step length of the caller.
 
 use super::{InletState, Network, OpeningState, Outside, Supply};
 use crate::conductance::{Conductance, relative_speeds};
@@ -12,60 +11,60 @@ use crate::gas::{GAS_COUNT, Gas};
 use crate::pump::{Turbo, mass_roots};
 use crate::series::{Edge, PerGas, Rates, Work, add, sum};
 
-/// A step stands if other rates would have moved less than this part of the gas of every volume.
-const STANDS: f64 = 1e-6;
+/// A step is accepted if the error is below this fraction of the gas of every volume.
+const ACCEPTED_ERROR: f64 = 1e-6;
 
-/// It is made again with the mean of the rates if it is less than this, else halved.
-const BLENDS: f64 = 0.005;
+/// A step is repeated with the mean of the rates if the error is below this fraction, else halved.
+const BLENDED_ERROR: f64 = 0.005;
 
-/// A step is halved if walls that slacken meanwhile would leave this part less in a volume.
-const SLACKENS: f64 = 2e-3;
+/// A step is halved if the decrease of outgassing during the step is above this fraction of the gas of a volume.
+const OUTGASSING_ERROR: f64 = 2e-3;
 
-/// No step is halved below this, in s, nor below this part of the time that is to pass: so that it always comes to its end.
+/// The shortest step in s, and as a fraction of the requested time, so that every call ends.
 const SHORTEST_S: f64 = 1e-7;
-const SHORTEST_PART: f64 = 1e-5;
+const SHORTEST_FRACTION: f64 = 1e-5;
 
-/// A regulator opens fully when the pressure is this part below what it is set to. free choice
+/// The proportional band of a regulator, as a fraction of its set point. free choice
 const BAND: f64 = 0.02;
 
-/// What a step needs, made once.
+/// Buffers and intermediate values of a step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Step {
-    /// Everything below is made for the plant as it is.
+    /// Whether the values below fit the present plant.
     pub(super) ready: bool,
-    /// `now` holds the rates of the present.
+    /// Whether `now` holds the present rates.
     pub(super) current: bool,
     now: Rates,
     then: Rates,
     used: Rates,
     walls: Vec<PerGas>,
-    /// How much less walls give off at the end of a step than on average, in Pa m^3/s.
+    /// The decrease of outgassing at the end of a step relative to its mean, in Pa m^3/s.
     slack: Vec<f64>,
     tried: Vec<PerGas>,
     tried_left: PerGas,
     turned: Vec<Turbo>,
     net: [Vec<f64>; 2],
     work: Work,
-    quickness: PerGas,
+    relative_speeds: PerGas,
     roots: PerGas,
-    /// The longest step that stood, in s.
+    /// The length of the last accepted step, in s.
     length: f64,
 }
 
 impl Network {
-    /// Time passes.
+    /// Advances the plant by `seconds`.
     pub fn advance(&mut self, seconds: f64) {
         self.prepare();
-        let shortest = SHORTEST_S.max(SHORTEST_PART * seconds);
+        let shortest = SHORTEST_S.max(SHORTEST_FRACTION * seconds);
         let mut rest = seconds;
         while rest > 0.0 {
             let length = rest.min(shortest.max(2.0 * self.step.length));
-            let done = self.go(length, shortest);
+            let done = self.advance_once(length, shortest);
             rest = if done == rest { 0.0 } else { rest - done };
         }
     }
 
-    /// Makes what a step needs, after the plant was altered.
+    /// Prepares the buffers after a change of the plant.
     fn prepare(&mut self) {
         if self.step.ready {
             return;
@@ -73,7 +72,7 @@ impl Network {
         let zero = [0.0; GAS_COUNT];
         let edge = |(from, to): &(usize, usize)| Edge { from: *from, to: *to, forward: zero, back: zero };
         let volumes = self.volumes.len();
-        let rates = Rates::new(volumes, self.ends.iter().map(edge).collect());
+        let rates = Rates::new(volumes, self.connections.iter().map(edge).collect());
         self.step = Step {
             ready: true,
             current: false,
@@ -84,29 +83,29 @@ impl Network {
             slack: vec![0.0; volumes],
             tried: self.amounts.clone(),
             tried_left: zero,
-            turned: self.turbos.clone(),
+            turned: self.turbo_pumps.clone(),
             net: [vec![0.0; volumes], vec![0.0; volumes]],
             work: Work::new(volumes),
-            quickness: relative_speeds(),
+            relative_speeds: relative_speeds(),
             roots: mass_roots(),
             length: 1.0,
         };
     }
 
-    /// Makes a step of at most this length, halved down to `shortest`, and says how long it was.
-    fn go(&mut self, mut seconds: f64, shortest: f64) -> f64 {
+    /// Makes a step of at max_flow `seconds`, halved down to `shortest` if needed, and returns its length.
+    fn advance_once(&mut self, mut seconds: f64, shortest: f64) -> f64 {
         let mut step = std::mem::take(&mut self.step);
         if !step.current {
-            self.rates(&self.amounts, &self.turbos, &mut step.now, &step.quickness, &step.roots);
+            self.rates(&self.amounts, &self.turbo_pumps, &mut step.now, &step.relative_speeds, &step.roots);
         }
         loop {
             self.walls(seconds, &mut step);
             let [rates, slack] = self.attempt(seconds, &mut step);
-            if rates < STANDS && slack < SLACKENS {
+            if rates < ACCEPTED_ERROR && slack < OUTGASSING_ERROR {
                 break;
             }
-            if rates < BLENDS && slack < SLACKENS || seconds <= shortest {
-                self.again(seconds, &mut step);
+            if rates < BLENDED_ERROR && slack < OUTGASSING_ERROR || seconds <= shortest {
+                self.repeat(seconds, &mut step);
                 break;
             }
             seconds /= 2.0;
@@ -116,22 +115,22 @@ impl Network {
         seconds
     }
 
-    /// Tries a step with the rates of its beginning. Returns which part of the gas of a volume the rates of its end would have
-    /// moved differently, at most, and which part comes from walls giving off the same all the time.
+    /// Tries a step with the rates at its begin. Returns two errors as the largest fraction of the gas of a volume: from the
+    /// change of the rates, and from the change of outgassing.
     fn attempt(&self, seconds: f64, step: &mut Step) -> [f64; 2] {
         self.apply(seconds, step, false);
         for (number, turned) in step.turned.iter_mut().enumerate() {
-            let (inlet, fore) = self.ends[self.joins.len() + number];
+            let (inlet, fore) = self.connections[self.joints.len() + number];
             let [inlet, fore] = [inlet, fore].map(|volume| self.pa(&step.tried, volume));
-            *turned = self.turbos[number].turned(inlet, fore, seconds);
+            *turned = self.turbo_pumps[number].turned(inlet, fore, seconds);
         }
-        self.rates(&step.tried, &step.turned, &mut step.then, &step.quickness, &step.roots);
+        self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &step.roots);
         let [now, then] = &mut step.net;
         step.now.net(&step.tried, now);
         step.then.net(&step.tried, then);
         let mut worst = [0.0; 2];
         for (volume, amount) in step.tried.iter().enumerate() {
-            // A gas that leaves its volume within the step has forgotten most of it.
+            // Gas that leaves its volume within the step keeps little of the error.
             let passed = |(amount, leaving): (&f64, &f64)| amount * (1.0 + leaving * seconds);
             let amount: f64 = amount.iter().zip(&step.work.emptying[volume]).map(passed).sum();
             let differences = [(now[volume] - then[volume]).abs(), step.slack[volume]];
@@ -142,10 +141,10 @@ impl Network {
         worst
     }
 
-    /// Makes the tried step once more, with the mean of the rates of its beginning and its end.
-    fn again(&self, seconds: f64, step: &mut Step) {
+    /// Repeats the tried step with the mean of the rates at begin and end.
+    fn repeat(&self, seconds: f64, step: &mut Step) {
         self.apply(seconds, step, true);
-        self.rates(&step.tried, &step.turned, &mut step.then, &step.quickness, &step.roots);
+        self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &step.roots);
     }
 
     fn apply(&self, seconds: f64, step: &mut Step, blended: bool) {
@@ -161,23 +160,23 @@ impl Network {
         step.used.step(&mut step.tried, &mut step.tried_left, seconds, &mut step.work);
     }
 
-    /// The tried step stands.
+    /// Accepts the tried step.
     fn accept(&mut self, seconds: f64, step: &mut Step) {
         for source in &step.used.source {
-            add(&mut self.came, source, seconds);
+            add(&mut self.entered, source, seconds);
         }
         add(&mut self.left, &step.tried_left, 1.0);
         for (volume, surface) in &mut self.surfaces {
             surface.advance(seconds, self.amounts[*volume][Gas::H2o as usize] / self.volumes[*volume]);
         }
         self.amounts.copy_from_slice(&step.tried);
-        self.turbos.copy_from_slice(&step.turned);
+        self.turbo_pumps.copy_from_slice(&step.turned);
         std::mem::swap(&mut step.now, &mut step.then);
         step.current = true;
         step.length = seconds;
     }
 
-    /// What walls and loads give off in the next seconds.
+    /// Sets the sources of walls and loads for the next `seconds`.
     fn walls(&self, seconds: f64, step: &mut Step) {
         step.walls.copy_from_slice(&self.loads);
         step.slack.fill(0.0);
@@ -186,19 +185,19 @@ impl Network {
         }
     }
 
-    /// The total pressure in a volume that has `amounts`.
+    /// The total pressure of a volume with `amounts`, in Pa.
     fn pa(&self, amounts: &[PerGas], volume: usize) -> f64 {
         sum(&amounts[volume]) / self.volumes[volume]
     }
 
-    /// All rates at these amounts, without the walls.
-    fn rates(&self, amounts: &[PerGas], turbos: &[Turbo], rates: &mut Rates, quickness: &PerGas, roots: &PerGas) {
+    /// Calculates all rates at `amounts`, without the walls.
+    fn rates(&self, amounts: &[PerGas], turbos: &[Turbo], rates: &mut Rates, relative_speeds: &PerGas, roots: &PerGas) {
         rates.out.fill([0.0; GAS_COUNT]);
         rates.source.fill([0.0; GAS_COUNT]);
-        let (joints, rotors) = rates.edges.split_at_mut(self.joins.len());
-        for (join, edge) in self.joins.iter().zip(joints) {
+        let (joints, rotors) = rates.edges.split_at_mut(self.joints.len());
+        for (join, edge) in self.joints.iter().zip(joints) {
             let mean = f64::midpoint(self.pa(amounts, edge.from), self.pa(amounts, edge.to));
-            let passed = passes(&join.conductance, mean, join.opening, quickness);
+            let passed = passes(&join.conductance, mean, join.opening, relative_speeds);
             self.between(edge, &passed, &passed);
         }
         for (turbo, edge) in turbos.iter().zip(rotors) {
@@ -207,11 +206,11 @@ impl Network {
             self.between(edge, &forward, &back);
         }
         self.pumped(rates);
-        self.holes.iter().for_each(|hole| self.through(hole, amounts, rates, quickness));
-        self.feeds.iter().for_each(|feed| self.fed(feed, amounts, rates));
+        self.openings.iter().for_each(|hole| self.through(hole, amounts, rates, relative_speeds));
+        self.inlets.iter().for_each(|feed| self.fed(feed, amounts, rates));
     }
 
-    /// Conductances in m^3/s make rates in 1/s.
+    /// Converts conductances in m^3/s to rates in 1/s.
     fn between(&self, edge: &mut Edge, forward: &PerGas, back: &PerGas) {
         let (from, to) = (self.volumes[edge.from].recip(), self.volumes[edge.to].recip());
         edge.forward = forward.map(|conductance| conductance * from);
@@ -219,14 +218,14 @@ impl Network {
     }
 
     fn pumped(&self, rates: &mut Rates) {
-        for (at, pump) in self.roughings.iter().filter(|(_, pump)| pump.running) {
+        for (at, pump) in self.roughing_pumps.iter().filter(|(_, pump)| pump.running) {
             let rate = pump.speed / self.volumes[*at];
             rates.out[*at].iter_mut().for_each(|out| *out += rate);
             add(&mut rates.source[*at], pump.ultimate.as_array(), pump.speed);
         }
     }
 
-    fn through(&self, hole: &OpeningState, amounts: &[PerGas], rates: &mut Rates, quickness: &PerGas) {
+    fn through(&self, hole: &OpeningState, amounts: &[PerGas], rates: &mut Rates, relative_speeds: &PerGas) {
         if hole.opening == 0.0 {
             return;
         }
@@ -235,7 +234,7 @@ impl Network {
             Outside::Gas(mixture) => mixture,
         };
         let mean = f64::midpoint(outside.total(), self.pa(amounts, hole.at));
-        let passed = passes(&hole.conductance, mean, hole.opening, quickness);
+        let passed = passes(&hole.conductance, mean, hole.opening, relative_speeds);
         add(&mut rates.out[hole.at], &passed, self.volumes[hole.at].recip());
         for ((source, passed), pa) in rates.source[hole.at].iter_mut().zip(passed).zip(outside.as_array()) {
             *source += passed * pa;
@@ -248,13 +247,13 @@ impl Network {
         match feed.supply {
             Supply::Closed => {}
             Supply::Flow(flow) => *source += flow,
-            Supply::Pressure { pa, most } => {
+            Supply::Pressure { pa, max_flow } => {
                 let total = self.pa(amounts, feed.at);
-                // At the pressure itself rounding must not shut the valve and open it again.
+                // At the set point, rounding must not close and open the valve alternately.
                 if total < pa * (1.0 + 1e-9) {
-                    // slope (pa - total), which is `most` below the band, with the pressure of this gas on the side of what flows
+                    // slope (pa - total), which is `max_flow` below the band, with the pressure of this gas on the side of what flows
                     // out: no step is too long for it, and none leads beyond the pressure.
-                    let slope = most / (BAND * pa).max(pa - total);
+                    let slope = max_flow / (BAND * pa).max(pa - total);
                     let others = total - amounts[feed.at][gas] / self.volumes[feed.at];
                     *source += slope * (pa - others).max(0.0);
                     rates.out[feed.at][gas] += slope / self.volumes[feed.at];
@@ -264,11 +263,11 @@ impl Network {
     }
 }
 
-/// What passes a conductance that is open so far, gas by gas in m^3/s.
-fn passes(conductance: &Conductance, mean_pa: f64, opening: f64, quickness: &PerGas) -> PerGas {
+/// The conductance of each gas through an element with the given opening, in m^3/s.
+fn passes(conductance: &Conductance, mean_pa: f64, opening: f64, relative_speeds: &PerGas) -> PerGas {
     if opening == 0.0 {
         return [0.0; GAS_COUNT];
     }
-    let (molecules, wind) = conductance.parts_at(mean_pa);
-    quickness.map(|quick| opening * (molecules * quick + wind))
+    let (molecular, viscous) = conductance.parts_at(mean_pa);
+    relative_speeds.map(|speed| opening * (molecular * speed + viscous))
 }

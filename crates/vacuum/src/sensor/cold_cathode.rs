@@ -1,30 +1,30 @@
-//! Cold cathode: a discharge in a magnetic field, which has to begin by itself.
+//! Cold cathode: a discharge in a magnetic field, which ignites after a delay.
 
 use super::imperfections::Tolerance;
 use super::{Drive, Range};
 use fastrand::Rng;
 
-/// `I = k p^n`. Inverted magnetrons in the literature have n from 1.0 to 1.2 above 1e-9 Torr ("The influence of the magnetic
+/// The exponent n of `I = k p^n`. Inverted magnetrons have n from 1.0 to 1.2 above 1e-9 Torr ("The influence of the magnetic
 /// field strength upon the characteristic curve of a cold cathode ionization gauge").
 const EXPONENT: f64 = 1.1;
 
-/// How much pressure for how long makes a discharge probable, in Pa s. General knowledge: the delay goes as 1/p, seconds at
-/// 1e-6 mbar and many minutes at 1e-9.
+/// The mean ignition dose: pressure times delay, in Pa s. General knowledge: the delay is proportional to 1/p, seconds at
+/// 1e-6 mbar and many minutes at 1e-9 mbar.
 const IGNITION_PA_S: f64 = 2e-4;
 
 /// A cold cathode.
 #[derive(Clone, Debug)]
 pub struct ColdCathode {
     range: Range,
-    /// What it has waited for the discharge, in Pa s.
+    /// The dose since the high voltage was switched on, in Pa s.
     dose_pa_s: f64,
-    /// How often it has been lit.
+    /// The number of ignitions.
     ignitions: u64,
     burns: bool,
 }
 
 impl ColdCathode {
-    /// General knowledge: 15 % and more from gauge to gauge, and a restless discharge.
+    /// General knowledge: a spread of 15 % and more between gauges, and an unsteady discharge.
     pub const TOLERANCE: Tolerance = Tolerance {
         gain: 0.15,
         zero_pa: 0.0,
@@ -39,7 +39,7 @@ impl ColdCathode {
         Self { range, dose_pa_s: 0.0, ignitions: 0, burns: false }
     }
 
-    /// The current of the discharge, as `p^n`; none until it burns.
+    /// The discharge current as `p^n`; 0 before ignition.
     pub fn signal(&mut self, pa: f64, drive: Drive, seconds: f64, seed: u64) -> f64 {
         self.burn(pa, drive, seconds, seed);
         if !self.burns {
@@ -49,7 +49,7 @@ impl ColdCathode {
         current / (1.0 + current / self.saturation())
     }
 
-    /// free choice: a discharge goes out two decades below the range.
+    /// Ignites or extinguishes the discharge. free choice: it extinguishes two decades below the range.
     fn burn(&mut self, pa: f64, drive: Drive, seconds: f64, seed: u64) {
         if drive == Drive::Off || pa < self.range.lowest_pa / 100.0 {
             self.burns = false;
@@ -61,18 +61,18 @@ impl ColdCathode {
         }
     }
 
-    /// Chance decides about a discharge: half as long, or half as long again.
+    /// The dose of the next ignition in Pa s, random from half to one and a half of the mean.
     fn ignition_dose_pa_s(&self, seed: u64) -> f64 {
         IGNITION_PA_S * (0.5 + Rng::with_seed(seed.wrapping_add(self.ignitions)).f64())
     }
 
-    /// The pressure of nitrogen that makes this current. In saturation nothing more is to be seen.
+    /// The pressure of nitrogen for a discharge current, limited at saturation.
     pub fn nitrogen_pa(&self, signal: f64) -> f64 {
         let share = (signal / self.saturation()).clamp(0.0, 0.95);
         (share * self.saturation() / (1.0 - share)).powf(1.0 / EXPONENT)
     }
 
-    /// The current saturates: general knowledge, near the end of the range.
+    /// The saturation current. General knowledge: near the end of the range.
     fn saturation(&self) -> f64 {
         (3.0 * self.range.highest_pa).powf(EXPONENT)
     }
@@ -84,7 +84,7 @@ mod tests {
 
     const RANGE: Range = Range { lowest_pa: 1e-7, highest_pa: 1.0 };
 
-    /// How long it takes to light, in steps of a hundredth of the time it should take.
+    /// The delay of ignition in s, in steps of a hundredth of the expected delay.
     fn delay(pa: f64, seed: u64) -> f64 {
         let mut cathode = ColdCathode::new(RANGE);
         let step = IGNITION_PA_S / pa / 100.0;
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn it_takes_seconds_at_1e_6_mbar_and_a_thousand_times_that_at_1e_9() {
+    fn ignition_takes_seconds_at_1e_6_mbar_and_a_thousand_times_that_at_1e_9() {
         for seed in 0..20 {
             let (short, long) = (delay(1e-4, seed), delay(1e-7, seed));
             assert!((0.9..3.2).contains(&short), "{short}");
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn without_high_voltage_nothing_burns_and_it_has_to_begin_again() {
+    fn the_discharge_ends_without_high_voltage_and_ignites_anew() {
         let mut cathode = ColdCathode::new(RANGE);
         assert_eq!(cathode.signal(1e-4, Drive::Off, 1e6, 1), 0.0);
         assert!(cathode.signal(1e-4, Drive::On, 10.0, 1) > 0.0);
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn nitrogen_reads_what_it_is_within_the_range_and_stops_beyond() {
+    fn nitrogen_is_indicated_correctly_within_the_range_and_limited_above() {
         let mut cathode = ColdCathode::new(RANGE);
         for pa in [1e-7, 1e-5, 1e-3, 0.1, 1.0] {
             let signal = cathode.signal(pa, Drive::On, 1e6, 1);

@@ -1,4 +1,4 @@
-//! Capacitance diaphragm: the force of the gas bends a membrane. Linear, and the same for every gas.
+//! Capacitance diaphragm: the gas bends a membrane. Linear and independent of the gas.
 
 use super::imperfections::Tolerance;
 use super::{Environment, Range};
@@ -7,12 +7,12 @@ use super::{Environment, Range};
 #[derive(Clone, Debug)]
 pub struct Diaphragm {
     range: Range,
-    /// The temperature its head is kept at, in K. As far as their manuals say none of the gauges here heats it, and without
-    /// that there is no transpiration.
+    /// The temperature of a heated head, in K. According to their manuals no gauge of this project heats its head; without
+    /// heating there is no transpiration.
     pub head_k: Option<f64>,
 }
 
-/// The diameter of the tube to a heated head, in m.
+/// The diameter of the tube to the head, in m.
 const TUBE_M: f64 = 4e-3;
 
 impl Diaphragm {
@@ -20,14 +20,14 @@ impl Diaphragm {
         Self { range, head_k: None }
     }
 
-    /// The pressure in the head.
-    pub fn signal(&self, around: &Environment) -> f64 {
-        let pa = around.gas.total();
-        self.head_k.map_or(pa, |head_k| pa * transpiration(pa, head_k, around.temperature_k))
+    /// The pressure in the head, in Pa.
+    pub fn signal(&self, environment: &Environment) -> f64 {
+        let pa = environment.gas.total();
+        self.head_k.map_or(pa, |head_k| pa * transpiration(pa, head_k, environment.temperature_k))
     }
 
-    /// Field manual: noise 3e-5 of full scale. General knowledge: zero 5e-5 of full scale for each K, gain 0.2 %. free choice:
-    /// a zero that may be 1e-4 of full scale off as delivered.
+    /// Field manual: noise 3e-5 of full scale. General knowledge: zero 5e-5 of full scale per K, gain 0.2 %. free choice: a
+    /// zero error of 1e-4 of full scale as delivered.
     pub const fn tolerance(&self) -> Tolerance {
         let full_scale_pa = self.range.highest_pa;
         Tolerance {
@@ -42,16 +42,18 @@ impl Diaphragm {
     }
 }
 
-/// Pressure in a head at `head_k` per pressure `pa` in a chamber at `chamber_k`: Takaishi and Sensui, Trans. Faraday Soc. 59
-/// (1963) 2503, with their constants for nitrogen, which every gas gets here: by Daudé, Elandaloussi and Janssen
-/// (arXiv:1308.6794) viscosity and speed of the molecules decide, and the constants of other gases lead astray. 1 in dense gas,
-/// the root of the temperatures where molecules fly freely.
+/// Thermal transpiration: the pressure in a head at `head_k` divided by the pressure `pa` in a chamber at `chamber_k`.
+///
+/// Takaishi and Sensui, Trans. Faraday Soc. 59 (1963) 2503, with their constants of nitrogen for every gas: according to
+/// Daudé, Elandaloussi and Janssen (arXiv:1308.6794) viscosity and molecular speed determine the effect, and the published
+/// constants of other gases are unreliable. The result is 1 at high pressure and the root of the temperature ratio in
+/// molecular flow.
 fn transpiration(pa: f64, head_k: f64, chamber_k: f64) -> f64 {
     const A: f64 = 1.2e6;
     const B: f64 = 1.0e3;
     const C: f64 = 14.0;
     const PA_PER_TORR: f64 = 133.322;
-    // In Torr mm / K, with the pressure in the warm head, which is the chamber's but for a tenth.
+    // In Torr mm / K, with the pressure of the chamber, which differs from that of the head by less than a tenth.
     let x = pa / PA_PER_TORR * (TUBE_M * 1e3) * 2.0 / (head_k + chamber_k);
     let dense = A * x * x + B * x + C * x.sqrt();
     (dense + 1.0) / (dense + (chamber_k / head_k).sqrt())
@@ -65,31 +67,31 @@ mod tests {
 
     const RANGE: Range = Range { lowest_pa: 10.0, highest_pa: 1e5 };
 
-    fn around(gas: Gas, pa: f64) -> Environment {
+    fn environment(gas: Gas, pa: f64) -> Environment {
         Environment { gas: Mixture::pure(gas, pa), atmosphere_pa: 1e5, temperature_k: REFERENCE_K }
     }
 
     #[test]
-    fn every_gas_has_its_own_weight_and_the_same_pressure() {
+    fn every_gas_gives_the_same_indication() {
         for gas in Gas::all() {
             for pa in [1e-3, 1.0, 1e5] {
-                assert_eq!(Diaphragm::new(RANGE).signal(&around(gas, pa)), pa, "{gas}");
+                assert_eq!(Diaphragm::new(RANGE).signal(&environment(gas, pa)), pa, "{gas}");
             }
         }
     }
 
     #[test]
-    fn a_heated_head_reads_high_where_molecules_fly_freely() {
+    fn a_heated_head_indicates_too_high_in_molecular_flow() {
         let heated = Diaphragm { head_k: Some(318.15), ..Diaphragm::new(RANGE) };
-        let ratio = |pa: f64| heated.signal(&around(Gas::N2, pa)) / pa;
+        let ratio = |pa: f64| heated.signal(&environment(Gas::N2, pa)) / pa;
         assert!((ratio(1e-4) / (318.15f64 / REFERENCE_K).sqrt() - 1.0).abs() < 5e-3, "{}", ratio(1e-4));
         assert!(ratio(1.0) < ratio(1e-2) && ratio(1.0) > 1.005, "{}", ratio(1.0));
         assert!((ratio(1000.0) - 1.0).abs() < 1e-3, "{}", ratio(1000.0));
     }
 
-    /// arXiv:1308.6794: half of it is left at 2 x viscosity x mean speed / diameter.
+    /// arXiv:1308.6794: the effect is halved at 2 x viscosity x mean speed / diameter.
     #[test]
-    fn half_of_the_transpiration_is_left_where_the_viscosity_says() {
+    fn transpiration_is_halved_at_the_pressure_given_by_viscosity() {
         let pa = 2.0 * 17.6e-6 * 471.0 / TUBE_M;
         let whole = (318.15f64 / REFERENCE_K).sqrt() - 1.0;
         let share = (transpiration(pa, 318.15, REFERENCE_K) - 1.0) / whole;

@@ -1,7 +1,7 @@
-//! The five principles under one roof: each turns gas into a signal, and its signal into the pressure of nitrogen.
+//! The elements of the five principles: each converts gas to a signal, and a signal to a pressure of nitrogen.
 //!
-//! Signals are in Pa of nitrogen where the sensor is linear; where it rolls off, the signal does and the gauge straightens
-//! it out again with the curve of nitrogen.
+//! Signals are in Pa of nitrogen where the element is linear. Elsewhere the gauge linearises the signal with the curve of
+//! nitrogen.
 
 use super::cold_cathode::ColdCathode;
 use super::diaphragm::Diaphragm;
@@ -10,7 +10,7 @@ use super::imperfections::Tolerance;
 use super::pirani::Pirani;
 use super::{Drive, Environment, Principle, Range};
 
-/// What senses.
+/// The element of a sensor.
 #[derive(Clone, Debug)]
 pub enum Element {
     Pirani(Pirani),
@@ -31,28 +31,28 @@ impl Element {
         }
     }
 
-    /// What one without a flaw indicates.
-    pub fn ideal_pa(&self, around: &Environment) -> f64 {
+    /// The indication without imperfections, in Pa.
+    pub fn ideal_pa(&self, environment: &Environment) -> f64 {
         match self {
-            Self::Pirani(_) => Pirani::ideal_pa(&around.gas),
-            Self::Diaphragm(_) => around.gas.total(),
-            Self::HotCathode(_) | Self::ColdCathode(_) => ionised_pa(around),
-            Self::Atmosphere => around.atmosphere_pa,
+            Self::Pirani(_) => Pirani::ideal_pa(&environment.gas),
+            Self::Diaphragm(_) => environment.gas.total(),
+            Self::HotCathode(_) | Self::ColdCathode(_) => environment.ionised_pa(),
+            Self::Atmosphere => environment.atmosphere_pa,
         }
     }
 
-    /// Time passes, and this is the signal.
-    pub fn signal(&mut self, around: &Environment, drive: Drive, seconds: f64, seed: u64) -> f64 {
+    /// Advances by `seconds` and returns the signal.
+    pub fn signal(&mut self, environment: &Environment, drive: Drive, seconds: f64, seed: u64) -> f64 {
         match self {
-            Self::Pirani(pirani) => pirani.signal(&around.gas),
-            Self::Diaphragm(diaphragm) => diaphragm.signal(around),
-            Self::HotCathode(cathode) => cathode.signal(around, drive, seconds),
-            Self::ColdCathode(cathode) => cathode.signal(ionised_pa(around), drive, seconds, seed),
-            Self::Atmosphere => around.atmosphere_pa,
+            Self::Pirani(pirani) => pirani.signal(&environment.gas),
+            Self::Diaphragm(diaphragm) => diaphragm.signal(environment),
+            Self::HotCathode(cathode) => cathode.signal(environment, drive, seconds),
+            Self::ColdCathode(cathode) => cathode.signal(environment.ionised_pa(), drive, seconds, seed),
+            Self::Atmosphere => environment.atmosphere_pa,
         }
     }
 
-    /// What a gauge that was calibrated with nitrogen makes of a signal.
+    /// The indication in Pa of a gauge calibrated with nitrogen, for a signal.
     pub fn indicated_pa(&self, signal: f64, drive: Drive) -> f64 {
         match self {
             Self::Pirani(_) => Pirani::nitrogen_pa(signal),
@@ -62,7 +62,7 @@ impl Element {
         }
     }
 
-    /// How far one that is bought may be from the formula.
+    /// The spread of imperfections.
     pub const fn tolerance(&self) -> Tolerance {
         match self {
             Self::Pirani(pirani) => pirani.tolerance(),
@@ -74,7 +74,7 @@ impl Element {
     }
 }
 
-/// General knowledge, of the order of data sheets: 0.5 %, a few mbar, quick.
+/// The tolerance of a piezo diaphragm. General knowledge, similar to data sheets: 0.5 %, a few mbar, fast.
 const PIEZO: Tolerance = Tolerance {
     gain: 2e-3,
     zero_pa: 100.0,
@@ -84,8 +84,3 @@ const PIEZO: Tolerance = Tolerance {
     drift_pa: 20.0,
     lag_s: 0.03,
 };
-
-/// What an ionisation gauge for nitrogen sees: each gas by its sensitivity.
-pub fn ionised_pa(around: &Environment) -> f64 {
-    around.gas.iter().map(|(gas, pa)| pa / gas.ion_factor()).sum()
-}

@@ -1,34 +1,33 @@
-//! Hot cathode: electrons from a filament ionise the gas, and the ions are counted.
+//! Hot cathode: electrons from a filament ionise the gas, and the ion current is measured.
 //!
-//! `I_ion = S I_e p + I_x`, by the sensitivity for each gas. Electrons that strike the grid make x-rays, and these a current
-//! that no gas is behind; much gas makes so many ions that S falls, and the sooner the more electrons there are, which is why
-//! gauges emit little there. Filament and grid give off gas, most of all in a degas, and much oxygen burns the filament.
+//! `I_ion = S I_e p + I_x`, with a sensitivity S for each gas. Electrons that strike the grid cause x-rays, and these the
+//! current I_x, which does not depend on the gas. At high pressure S falls, the sooner the higher the emission, which is why
+//! gauges reduce the emission there. Filament and grid outgas, most of all during degas, and oxygen burns the filament.
 
-use super::element::ionised_pa;
 use super::imperfections::Tolerance;
 use super::{Drive, Environment, Range};
 use crate::gas::Gas;
 
-/// A hot cathode gauge: one for the range of a Bayard-Alpert, of an extractor, or of a high pressure gauge.
+/// A hot cathode, with the range of a Bayard-Alpert, an extractor or a high pressure gauge.
 #[derive(Clone, Debug)]
 pub struct HotCathode {
     range: Range,
     pub filament: Filament,
-    /// How much gas filament and grid hold, from 0 to 1.
+    /// The adsorbed gas of filament and grid, 0 to 1.
     adsorbed: f64,
 }
 
-/// The pressure in the gauge by gas from filament and grid that are full of it, in Pa.
+/// The pressure in the gauge from outgassing of saturated filament and grid, in Pa: during degas, and in operation.
 ///
-/// free choice: a degas leads up to the limit below which gauges allow it, and what operation gives off is gone in hours.
+/// free choice: during degas it reaches the limit below which gauges permit degas; in operation it vanishes within hours.
 const DEGAS_PA: f64 = 5e-4;
 const WARM_PA: f64 = 2e-7;
 
-/// How quickly gas leaves then, in s: a degas of three minutes drives out most of it.
+/// The time constants of outgassing, in s: during degas, and in operation. A degas of three minutes removes most of the gas.
 const DEGAS_S: f64 = 60.0;
 const WARM_S: f64 = 3_600.0;
 
-/// How quickly surfaces fill again in gas of so much pressure, in s and Pa; in less gas it takes longer in proportion.
+/// The time constant of adsorption in s at a pressure in Pa; it is inversely proportional to lower pressures.
 const FILLED_S: f64 = 100.0;
 const FILLED_PA: f64 = 100.0;
 
@@ -37,23 +36,24 @@ impl HotCathode {
         Self { range, filament: Filament { wear: 0.0, reported: false }, adsorbed: 1.0 }
     }
 
-    /// The ion current by S and emission. A gauge without emission is told what it would see: it looks before it switches on.
-    pub fn signal(&mut self, around: &Environment, drive: Drive, seconds: f64) -> f64 {
-        let given_off_pa = self.outgas_pa(around.gas.total(), drive, seconds);
-        let pa = ionised_pa(around) + given_off_pa + self.x_ray_pa(drive);
+    /// The ion current divided by S and emission, in Pa of nitrogen. Without emission it is the value that the gauge would
+    /// measure, because gauges check the pressure before they switch on.
+    pub fn signal(&mut self, environment: &Environment, drive: Drive, seconds: f64) -> f64 {
+        let given_off_pa = self.outgas_pa(environment.gas.total(), drive, seconds);
+        let pa = environment.ionised_pa() + given_off_pa + self.x_ray_pa(drive);
         if drive != Drive::Off {
-            self.filament.burn(around, 10.0 * self.range.highest_pa, seconds);
+            self.filament.burn(environment, 10.0 * self.range.highest_pa, seconds);
         }
         if self.filament.is_broken() { 0.0 } else { pa / (1.0 + pa / self.saturation_pa(drive)) }
     }
 
-    /// The pressure of nitrogen that makes this current. Beyond 95 % of what there can be, nothing more is to be seen.
+    /// The pressure of nitrogen for an ion current, limited at 95 % of saturation.
     pub fn nitrogen_pa(&self, signal: f64, drive: Drive) -> f64 {
         let share = (signal / self.saturation_pa(drive)).min(0.95);
         signal.min(0.95 * self.saturation_pa(drive)) / (1.0 - share)
     }
 
-    /// The pressure by gas from the gauge itself. Gas comes and goes exponentially, so any step is exact.
+    /// The pressure from outgassing of the gauge, in Pa. Adsorption and outgassing are exponential, so any step is exact.
     fn outgas_pa(&mut self, pa: f64, drive: Drive, seconds: f64) -> f64 {
         let (leaving, pressure_pa) = match drive {
             Drive::Off => (0.0, 0.0),
@@ -69,10 +69,10 @@ impl HotCathode {
         self.adsorbed * pressure_pa
     }
 
-    /// The pressure that x-rays feign: half of what the gauge is made for, for that is what ends its range.
+    /// The apparent pressure of the x-ray current in Pa: half of the lowest pressure of the range, which it limits.
     ///
-    /// JVST A 10, 2674: 3.7e-10 Torr at 1 mA and 2.8e-10 Torr at 10 mA for a commercial gauge, so the share falls as
-    /// the eighth part of a decade for each decade of emission.
+    /// JVST A 10, 2674: 3.7e-10 Torr at 1 mA and 2.8e-10 Torr at 10 mA for a commercial gauge, so it falls by an eighth of a
+    /// decade for each decade of emission.
     fn x_ray_pa(&self, drive: Drive) -> f64 {
         match drive {
             Drive::Emission { milliamperes, .. } if milliamperes > 0.0 => {
@@ -82,14 +82,15 @@ impl HotCathode {
         }
     }
 
-    /// Where ions hinder each other: general knowledge, linear until they are some 2 % of the electrons and
-    /// hopeless at 20 to 30 %; with much emission sooner.
+    /// The saturation pressure, in Pa. General knowledge: linear until the ion current is about 2 % of the emission, unusable
+    /// at 20 to 30 %; lower with high emission.
     fn saturation_pa(&self, drive: Drive) -> f64 {
         let milliamperes = if let Drive::Emission { milliamperes, .. } = drive { milliamperes } else { 0.0 };
         2.0 * self.range.highest_pa / (1.0 + milliamperes)
     }
 
-    /// free choice: 5 % from tube to tube, 1 % of noise, and an electrometer that sees a tenth of the lowest pressure.
+    /// free choice: a spread of 5 % between tubes, 1 % of noise, and an electrometer that resolves a tenth of the lowest
+    /// pressure.
     pub const fn tolerance(&self) -> Tolerance {
         Tolerance {
             gain: 0.05,
@@ -110,44 +111,44 @@ pub struct Filament {
     reported: bool,
 }
 
-/// How long a filament lasts in ten times the oxygen it can stand, in s. free choice: long enough for a gauge that looks after
-/// itself, short enough for one that does not.
+/// The life of a filament at ten times the permitted oxygen, in s. free choice: long enough for a gauge that switches off,
+/// short enough to break otherwise.
 const BURNS_S: f64 = 10.0;
 
 impl Filament {
-    /// Whether it has come to its end.
+    /// Whether the filament is broken.
     #[must_use]
     pub fn is_broken(&self) -> bool {
         self.wear >= 1.0
     }
 
-    /// What it has lived of its life, from 0 to 1.
+    /// The used part of its life, 0 to 1.
     #[must_use]
     pub const fn wear(&self) -> f64 {
         self.wear
     }
 
-    /// It breaks.
+    /// Breaks the filament.
     pub const fn break_off(&mut self) {
         self.wear = 1.0;
     }
 
-    /// Somebody puts in a new one.
+    /// Replaces the filament by a new one.
     pub const fn replace(&mut self) {
         *self = Self { wear: 0.0, reported: false };
     }
 
-    /// Whether it has broken since somebody asked: true once.
+    /// Whether the filament has broken since the last call.
     pub fn has_just_broken(&mut self) -> bool {
-        let news = self.is_broken() && !self.reported;
+        let has_broken = self.is_broken() && !self.reported;
         self.reported = self.is_broken();
-        news
+        has_broken
     }
 
-    /// A hot filament wears by decades of the gas above what it can stand. General knowledge: oxygen burns it, and
-    /// who vents with nitrogen spares it; free choice: a hundredfold.
-    fn burn(&mut self, around: &Environment, stands_pa: f64, seconds: f64) {
-        let gas = &around.gas;
+    /// Wear of a hot filament: proportional to the decades of the pressure above the permitted one. General knowledge: oxygen
+    /// burns it, nitrogen does little harm. free choice: a factor of 100 between them.
+    fn burn(&mut self, environment: &Environment, stands_pa: f64, seconds: f64) {
+        let gas = &environment.gas;
         let oxidising = gas[Gas::O2] + 0.21 * gas[Gas::Air] + gas[Gas::H2o] + gas[Gas::Co2];
         let harmful_pa = oxidising + 0.01 * gas.total();
         if harmful_pa > stands_pa {
@@ -169,23 +170,23 @@ mod tests {
     const LOW: Drive = Drive::Emission { milliamperes: 0.025, degas: false };
     const DEGAS: Drive = Drive::Emission { milliamperes: 20.0, degas: true };
 
-    fn around(gas: Gas, pa: f64) -> Environment {
+    fn environment(gas: Gas, pa: f64) -> Environment {
         Environment { gas: Mixture::pure(gas, pa), atmosphere_pa: 1e5, temperature_k: REFERENCE_K }
     }
 
-    /// A gauge that has run for weeks.
+    /// A gauge after weeks of operation.
     fn outgassed(range: Range) -> HotCathode {
         HotCathode { adsorbed: 0.0, ..HotCathode::new(range) }
     }
 
     fn indicated(range: Range, gas: Gas, pa: f64, drive: Drive) -> f64 {
         let mut cathode = outgassed(range);
-        let signal = cathode.signal(&around(gas, pa), drive, 0.0);
+        let signal = cathode.signal(&environment(gas, pa), drive, 0.0);
         cathode.nitrogen_pa(signal, drive)
     }
 
     #[test]
-    fn each_gas_reads_by_its_sensitivity() {
+    fn each_gas_is_indicated_by_its_sensitivity() {
         for gas in Gas::all() {
             for (pa, drive) in [(1e-4, HIGH), (1e-2, LOW)] {
                 let factor = pa / indicated(BAYARD_ALPERT, gas, pa, drive);
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn below_the_range_the_x_rays_are_seen() {
+    fn below_the_range_the_x_ray_current_dominates() {
         for range in [BAYARD_ALPERT, EXTRACTOR] {
             let nothing = indicated(range, Gas::N2, 0.0, HIGH);
             assert!((nothing / range.lowest_pa - 0.5).abs() < 1e-6, "{nothing}");
@@ -206,8 +207,8 @@ mod tests {
     }
 
     #[test]
-    fn much_emission_loses_sensitivity_sooner() {
-        let sensitivity = |pa, drive| outgassed(BAYARD_ALPERT).signal(&around(Gas::N2, pa), drive, 0.0) / pa;
+    fn high_emission_saturates_at_lower_pressure() {
+        let sensitivity = |pa, drive| outgassed(BAYARD_ALPERT).signal(&environment(Gas::N2, pa), drive, 0.0) / pa;
         assert!(sensitivity(1e-4, HIGH) > 0.99);
         assert!(sensitivity(0.5, LOW) > 0.85);
         assert!(sensitivity(0.5, HIGH) < 0.6);
@@ -215,9 +216,9 @@ mod tests {
     }
 
     #[test]
-    fn a_degas_is_seen_as_a_burst_and_leaves_a_cleaner_gauge() {
+    fn degas_raises_the_pressure_and_reduces_later_outgassing() {
         let mut cathode = HotCathode::new(BAYARD_ALPERT);
-        let clean = around(Gas::N2, 1e-7);
+        let clean = environment(Gas::N2, 1e-7);
         let before = cathode.signal(&clean, HIGH, 1.0);
         let burst = cathode.signal(&clean, DEGAS, 1.0);
         assert!(burst > 100.0 * before, "{burst} after {before}");
@@ -225,26 +226,29 @@ mod tests {
         assert!(end < burst / 10.0, "{end} after {burst}");
         let after = cathode.signal(&clean, HIGH, 1.0);
         assert!(after < 0.7 * before, "{after} after {before}");
-        // Air fills it again.
-        cathode.signal(&around(Gas::Air, 1e5), Drive::Off, 600.0);
+        // The gauge adsorbs air again.
+        cathode.signal(&environment(Gas::Air, 1e5), Drive::Off, 600.0);
         assert!(cathode.signal(&clean, HIGH, 0.0) > 0.99 * before);
     }
 
     #[test]
-    fn gas_is_given_off_the_same_in_whatever_steps() {
+    fn outgassing_does_not_depend_on_the_steps() {
         let run = |steps: u32| {
             let mut cathode = HotCathode::new(EXTRACTOR);
-            (0..steps).map(|_| cathode.signal(&around(Gas::N2, 1e-3), HIGH, 7200.0 / f64::from(steps))).last().unwrap()
+            (0..steps)
+                .map(|_| cathode.signal(&environment(Gas::N2, 1e-3), HIGH, 7200.0 / f64::from(steps)))
+                .last()
+                .unwrap()
         };
         assert!((run(1) / run(1000) - 1.0).abs() < 1e-9);
     }
 
     #[test]
-    fn a_hot_filament_burns_in_air_and_lasts_longer_in_nitrogen() {
+    fn a_hot_filament_breaks_in_air_and_lasts_longer_in_nitrogen() {
         let life = |gas, pa, drive| {
             let mut cathode = HotCathode::new(BAYARD_ALPERT);
             (0..6000).position(|_| {
-                cathode.signal(&around(gas, pa), drive, 0.01);
+                cathode.signal(&environment(gas, pa), drive, 0.01);
                 cathode.filament.is_broken()
             })
         };
@@ -257,13 +261,13 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_filament_is_told_once_and_can_be_replaced() {
+    fn a_broken_filament_is_reported_once_and_can_be_replaced() {
         let mut cathode = outgassed(BAYARD_ALPERT);
         cathode.filament.break_off();
         assert!(cathode.filament.has_just_broken());
         assert!(!cathode.filament.has_just_broken());
-        assert_eq!(cathode.signal(&around(Gas::N2, 1e-3), HIGH, 1.0), 0.0);
+        assert_eq!(cathode.signal(&environment(Gas::N2, 1e-3), HIGH, 1.0), 0.0);
         cathode.filament.replace();
-        assert!(cathode.signal(&around(Gas::N2, 1e-3), HIGH, 1.0) > 0.0);
+        assert!(cathode.signal(&environment(Gas::N2, 1e-3), HIGH, 1.0) > 0.0);
     }
 }

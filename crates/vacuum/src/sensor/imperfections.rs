@@ -1,60 +1,60 @@
-//! What tells a real sensor from its formula: errors of zero and gain, drift, noise, lag.
+//! Imperfections of real sensors: errors of zero and gain, drift, noise, lag.
 //!
-//! Which errors a sensor has is drawn from its seed once. Noise and drift are functions of seed and time and nothing else,
-//! so a run is the same again whether time passes in steps of a bus cycle or of an hour.
+//! The errors of a sensor are drawn once from its seed. Noise and drift are functions of seed and time only, so a run gives
+//! the same result in steps of a bus cycle and of an hour.
 
 use super::REFERENCE_K;
 use fastrand::Rng;
 use std::f64::consts::TAU;
 
-/// Noise changes this often, in 1/s.
+/// The rate at which noise changes, in 1/s.
 const NOISE_RATE: f64 = 100.0;
 
-/// The periods of slow drift, in s. free choice: an hour, a shift, a day and a bit, so that they never come together.
+/// The periods of slow drift, in s. free choice: about an hour, a shift and a day, without a common multiple.
 const DRIFT_PERIODS_S: [f64; 3] = [3_900.0, 27_000.0, 97_000.0];
 
-/// How far sensors of a kind may be off: standard deviations where nothing else is said.
+/// The spread of the imperfections of one kind of sensor: standard deviations unless stated otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     /// Error of the gain, relative.
     pub gain: f64,
-    /// Error of the zero.
+    /// Error of the zero, in Pa.
     pub zero_pa: f64,
-    /// How the zero moves with the temperature.
+    /// Temperature coefficient of the zero, in Pa/K.
     pub zero_pa_per_k: f64,
     /// Noise of the signal, relative to it.
     pub noise: f64,
-    /// Noise that is there without a signal.
+    /// Noise without a signal, in Pa.
     pub floor_pa: f64,
-    /// How far the zero wanders in days.
+    /// Drift of the zero over days, in Pa.
     pub drift_pa: f64,
     /// Time constant, in s.
     pub lag_s: f64,
 }
 
-/// What is wrong with one sensor. All of it concerns the signal, in Pa of nitrogen where the sensor is linear.
+/// The imperfections of one sensor. They apply to the signal, in Pa of nitrogen where the sensor is linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Imperfections {
-    /// What its noise and its drift are drawn from.
+    /// The seed of noise and drift.
     pub seed: u64,
-    /// What the signal is multiplied by.
+    /// Factor of the signal.
     pub gain: f64,
-    /// What is added, in Pa.
+    /// Offset, in Pa.
     pub zero_pa: f64,
-    /// What is added for each K above 23 °C, in Pa.
+    /// Offset per K above 23 °C, in Pa/K.
     pub zero_pa_per_k: f64,
     /// Standard deviation of the noise, relative to the signal.
     pub noise: f64,
-    /// Standard deviation of the noise that is there without a signal, in Pa.
+    /// Standard deviation of the noise without a signal, in Pa.
     pub floor_pa: f64,
-    /// How far the zero wanders in hours and days, in Pa.
+    /// Drift of the zero over hours and days, in Pa.
     pub drift_pa: f64,
     /// Time constant of the signal, in s.
     pub lag_s: f64,
 }
 
 impl Imperfections {
-    /// Those of a sensor of this kind.
+    /// Draws the imperfections of a sensor with this tolerance.
     pub(super) fn new(tolerance: &Tolerance, seed: u64) -> Self {
         let mut rng = Rng::with_seed(seed);
         Self {
@@ -69,7 +69,7 @@ impl Imperfections {
         }
     }
 
-    /// The signal at a time, in s since the sensor was new, and at a temperature.
+    /// Applies the imperfections to a signal, at a time in s since the first step and a temperature in K.
     pub(super) fn apply(&self, signal: f64, time_s: f64, temperature_k: f64) -> f64 {
         let mut rng = Rng::with_seed(self.seed ^ moment(time_s));
         let [relative, floor] = [normal(&mut rng), normal(&mut rng)];
@@ -77,7 +77,7 @@ impl Imperfections {
         signal * self.gain * (1.0 + self.noise * relative) + zero_pa + self.floor_pa * floor
     }
 
-    /// How far the zero has wandered, in Pa: slow waves, each beginning where the seed says, and nothing at the beginning.
+    /// The drift of the zero in Pa: slow waves with phases from the seed, 0 at time 0.
     fn drift(&self, time_s: f64) -> f64 {
         if self.drift_pa == 0.0 {
             return 0.0;
@@ -91,13 +91,13 @@ impl Imperfections {
     }
 }
 
-/// The number of a moment in which the noise is the same. A little is added: sums of hundredths fall short of whole numbers.
+/// The number of the interval of constant noise. The small offset corrects the rounding of sums of hundredths.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count, and saturating")]
 fn moment(time_s: f64) -> u64 {
     ((time_s * NOISE_RATE + 1e-3) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
 }
 
-/// A number of mean 0 and standard deviation 1, never beyond 3.5: the sum of four even ones is normal enough here.
+/// A random number of mean 0 and standard deviation 1, at most 3.5: the sum of four uniform numbers is sufficiently normal.
 fn normal(rng: &mut Rng) -> f64 {
     const HALF: f64 = 32_767.5;
     let bits = rng.u64(..);
@@ -105,15 +105,15 @@ fn normal(rng: &mut Rng) -> f64 {
     sum * 3f64.sqrt()
 }
 
-/// A first-order lag. A new one is where its input is.
+/// A first-order lag. It begins at its first input.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lag(Option<f64>);
 
 impl Lag {
-    /// The input has been this for so long; exact for any step.
+    /// Advances by `seconds` with a constant input and returns the value; exact for any step.
     pub fn follow(&mut self, input: f64, seconds: f64, lag_s: f64) -> f64 {
         let value = self.0.map_or(input, |value| input + (value - input) * (-seconds / lag_s).exp());
-        // Without a lag and without time nothing is divided by nothing.
+        // Avoids 0 / 0 without lag and without time.
         let value = if lag_s > 0.0 { value } else { input };
         self.0 = Some(value);
         value
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn successive_values_of_the_noise_have_nothing_to_do_with_each_other() {
+    fn successive_values_of_the_noise_are_uncorrelated() {
         let flaws = Imperfections::new(&Tolerance { floor_pa: 1.0, ..QUIET }, 7);
         let values: Vec<f64> = (0..20_000).map(|k| flaws.apply(0.0, f64::from(k) / 100.0, REFERENCE_K)).collect();
         let correlation = values.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / 20_000.0;
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_followed_to_63_percent_in_one_time_constant_whatever_the_steps() {
+    fn a_lag_reaches_63_percent_in_one_time_constant_with_any_steps() {
         for steps in [1u32, 7, 100] {
             let mut lag = Lag::default();
             assert_eq!(lag.follow(1.0, 0.0, 0.08), 1.0);

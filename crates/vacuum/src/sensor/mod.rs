@@ -1,8 +1,8 @@
-//! What sensors make of the vacuum around them.
+//! Sensors of gauges.
 //!
-//! A [`Sensor`] is an `Element` that follows its formula and, unless it is ideal, the [`Flaws`] of a real one:
-//! noise, lag, drift, errors of zero and gain. An ideal one is an exact function of the gas. What a sensor indicates is
-//! what a gauge would show before its own adjustments: calibrated for nitrogen, in Pa, and below zero where its zero is off.
+//! A [`Sensor`] has an `Element`, which follows the formula of its principle, and, unless it is ideal, [`Imperfections`]:
+//! noise, lag, drift, errors of zero and gain. An ideal sensor is an exact function of the gas. The indication is that of a
+//! gauge before its adjustments: calibrated for nitrogen, in Pa, and negative if the zero is too low.
 
 mod cold_cathode;
 mod diaphragm;
@@ -19,56 +19,63 @@ pub use hot_cathode::Filament;
 pub use imperfections::Imperfections;
 use imperfections::Lag;
 
-/// Where sensors are calibrated, in K: 23 °C.
+/// The calibration temperature of sensors, in K: 23 °C.
 pub const REFERENCE_K: f64 = 296.15;
 
-/// What surrounds a gauge.
+/// The environment of a gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
-    /// The gas in front of it.
+    /// The gas at the sensor.
     pub gas: Mixture,
-    /// The pressure outside of the chamber, in Pa.
+    /// The pressure outside the chamber, in Pa.
     pub atmosphere_pa: f64,
     /// The temperature of the gauge, in K.
     pub temperature_k: f64,
 }
 
-/// How a sensor senses.
+impl Environment {
+    /// The pressure of nitrogen in Pa with the same ionisation: the sum of all gases by their sensitivities.
+    fn ionised_pa(&self) -> f64 {
+        self.gas.iter().map(|(gas, pa)| pa / gas.ion_factor()).sum()
+    }
+}
+
+/// The measurement principle of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Principle {
     /// Heat transfer.
     Pirani,
     /// Capacitance diaphragm.
     Diaphragm,
-    /// Ions made by electrons from a hot filament: Bayard-Alpert, extractor, high pressure gauge.
+    /// Ionisation by electrons from a hot filament: Bayard-Alpert, extractor, high pressure gauge.
     HotCathode,
-    /// Ions made in a discharge in a magnetic field.
+    /// Ionisation in a discharge in a magnetic field.
     ColdCathode,
-    /// A piezo diaphragm that measures the pressure outside.
+    /// A piezo diaphragm for the pressure outside the chamber.
     Atmosphere,
 }
 
-/// What a sensor is made for, in Pa.
+/// The measurement range of a sensor, in Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The lowest pressure it is to measure.
+    /// The lowest pressure.
     pub lowest_pa: f64,
-    /// The highest, full scale.
+    /// The highest pressure, full scale.
     pub highest_pa: f64,
 }
 
-/// What a device does to its sensor.
+/// The supply of a sensor by its device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
-    /// Nothing: no heater, no emission, no high voltage.
+    /// No supply: no heater, no emission, no high voltage.
     Off,
-    /// It is supplied.
+    /// Supplied.
     On,
-    /// A hot cathode emits.
+    /// Emission of a hot cathode.
     Emission {
-        /// In mA.
+        /// The emission current, in mA.
         milliamperes: f64,
-        /// The grid is heated to drive the gas out.
+        /// Whether the grid is heated to drive out gas.
         degas: bool,
     },
 }
@@ -80,7 +87,7 @@ pub struct Sensor {
     real: Option<Real>,
 }
 
-/// What a real sensor has beside its formula.
+/// The state of a real sensor beside its element.
 #[derive(Clone, Debug)]
 struct Real {
     imperfections: Imperfections,
@@ -89,13 +96,13 @@ struct Real {
 }
 
 impl Sensor {
-    /// A sensor without a fault of its own: exact, at once, and always the same.
+    /// A sensor without imperfections: exact and without lag.
     #[must_use]
     pub fn ideal(principle: Principle, range: Range) -> Self {
         Self { element: Element::new(principle, range), real: None }
     }
 
-    /// A sensor as it is bought. The seed says which: how far zero and gain are off, how it drifts, how it is noisy.
+    /// A sensor with imperfections. The seed selects its errors of zero and gain, its drift and its noise.
     #[must_use]
     pub fn real(principle: Principle, range: Range, seed: u64) -> Self {
         let element = Element::new(principle, range);
@@ -103,48 +110,48 @@ impl Sensor {
         Self { element, real: Some(Real { imperfections: flaws, lag: Lag::default(), time_s: 0.0 }) }
     }
 
-    /// Time passes, and the sensor indicates this much, in Pa. With 0 s nothing moves that takes time.
+    /// Advances the sensor by `seconds` and returns its indication, in Pa.
     ///
-    /// Noise and drift are functions of seed and time: it does not matter in which steps time passes.
-    pub fn read(&mut self, around: &Environment, drive: Drive, seconds: f64) -> f64 {
+    /// Noise and drift are functions of seed and time, so they do not depend on the length of the steps.
+    pub fn read(&mut self, environment: &Environment, drive: Drive, seconds: f64) -> f64 {
         let Some(Real { imperfections: flaws, lag, time_s }) = &mut self.real else {
-            return self.element.ideal_pa(around);
+            return self.element.ideal_pa(environment);
         };
         *time_s += seconds;
-        let signal = self.element.signal(around, drive, seconds, flaws.seed);
+        let signal = self.element.signal(environment, drive, seconds, flaws.seed);
         let lagged = lag.follow(signal, seconds, flaws.lag_s);
-        self.element.indicated_pa(flaws.apply(lagged, *time_s, around.temperature_k), drive)
+        self.element.indicated_pa(flaws.apply(lagged, *time_s, environment.temperature_k), drive)
     }
 
-    /// The sensor has had all the time that its lag wants.
+    /// Removes the lag: the next indication is the settled one.
     pub fn settle(&mut self) {
         if let Some(real) = &mut self.real {
             real.lag = Lag::default();
         }
     }
 
-    /// What is wrong with it; nothing is with an ideal one.
+    /// The imperfections; `None` for an ideal sensor.
     pub fn imperfections_mut(&mut self) -> Option<&mut Imperfections> {
         self.real.as_mut().map(|real| &mut real.imperfections)
     }
 
-    /// How dirty the wire of a Pirani is, from 0 to 1: heat goes into the layer, and less of it into the gas. An ideal
-    /// sensor and other principles stay as they are.
+    /// Sets the contamination of the wire of a Pirani, 0 to 1: heat flows into the layer and less of it into the gas. No
+    /// effect on an ideal sensor and on other principles.
     pub fn contaminate(&mut self, share: f64) {
         if let (Some(_), Element::Pirani(pirani)) = (&self.real, &mut self.element) {
             pirani.contamination = share.clamp(0.0, 1.0);
         }
     }
 
-    /// The head of a diaphragm is kept at this temperature, in K, and thermal transpiration begins. An ideal sensor and other
-    /// principles stay as they are.
+    /// Heats the head of a diaphragm to a temperature in K, which causes thermal transpiration. No effect on an ideal sensor
+    /// and on other principles.
     pub const fn heat_head(&mut self, kelvin: f64) {
         if let (Some(_), Element::Diaphragm(diaphragm)) = (&self.real, &mut self.element) {
             diaphragm.head_k = Some(kelvin);
         }
     }
 
-    /// The filament of a hot cathode; an ideal one wears out as little as it has gas to give off.
+    /// The filament of a hot cathode. An ideal sensor has none, because it neither wears nor outgasses.
     #[must_use]
     pub const fn filament(&self) -> Option<&Filament> {
         match (&self.real, &self.element) {
@@ -153,7 +160,7 @@ impl Sensor {
         }
     }
 
-    /// The same, to break or replace it.
+    /// The filament of a hot cathode, to break or replace it.
     pub const fn filament_mut(&mut self) -> Option<&mut Filament> {
         match (&self.real, &mut self.element) {
             (Some(_), Element::HotCathode(cathode)) => Some(&mut cathode.filament),

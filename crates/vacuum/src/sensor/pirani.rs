@@ -1,33 +1,34 @@
-//! Heat transfer: a wire is kept hot, and the power for that tells the pressure.
+//! Pirani: a wire is kept at a constant temperature, and its heating power is a measure of the pressure.
 //!
-//! The gas carries heat away in three ways, one after the other as the pressure rises. Molecule by molecule, in proportion to
-//! the pressure and by the factors of the manual's table; as a layer that conducts, which does not care about pressure any
-//! more; and as a current that rises from the wire. Field manual: `P = P_end + eps p / (1 + p / p_c(gas))`, inverted with
-//! the curve of nitrogen, so that other gases diverge where their conductivity comes in.
+//! Three mechanisms of heat transfer follow each other with rising pressure: molecular transfer, proportional to the pressure
+//! and to the factors of the manual's table; conduction, independent of the pressure; and convection. Field manual:
+//! `P = P_end + eps p / (1 + p / p_c(gas))`, inverted with the curve of nitrogen, so the indication of other gases deviates
+//! where their conductivity matters.
 
 use super::Range;
 use super::imperfections::Tolerance;
 use crate::gas::{Gas, Mixture};
 
-/// Up to this signal the power is proportional to the pressure, in Pa of nitrogen.
+/// The signal up to which the power is proportional to the pressure, in Pa of nitrogen.
 ///
-/// free choice: the manual's factors hold up to 1 mbar of any gas, and for the lightest that is the signal of 2 mbar.
+/// free choice: the manual's factors apply up to 1 mbar of any gas; for the lightest gas this is the signal of 2 mbar.
 const MOLECULAR_PA: f64 = 200.0;
 
-/// What conduction through nitrogen comes to in the end. General knowledge: `p_c` is of the order of 10 mbar; from 50 mbar
-/// on a Pirani hardly sees the pressure by conduction.
+/// The limit of conduction through nitrogen, in Pa. General knowledge: `p_c` is about 10 mbar; above 50 mbar conduction
+/// hardly depends on the pressure.
 const CONDUCTION_PA: f64 = 3_000.0;
 
-/// Convection begins here, in Pa of nitrogen. General knowledge: above some 50 mbar.
+/// The pressure at which convection begins, in Pa of nitrogen. General knowledge: above about 50 mbar.
 const CONVECTION_FROM_PA: f64 = 5_000.0;
 
-/// How the signal rises by convection. free choice: a small cell, where argon at atmosphere reads some 70 mbar.
+/// The increase of the signal by convection. free choice: a small cell, with an indication of about 70 mbar in argon at
+/// atmospheric pressure.
 const CONVECTION: f64 = 0.003;
 
-/// How gases carry heat compared with nitrogen: thermal conductivity; density by viscosity, which drives convection.
+/// Heat transfer relative to nitrogen: thermal conductivity, and density divided by viscosity, which drives convection.
 ///
-/// General knowledge, tables of conductivity and viscosity at 20 to 25 °C and 1 bar. Air is what gauges are
-/// calibrated with as well as nitrogen, and counts as the same.
+/// General knowledge: tables of conductivity and viscosity at 20 to 25 °C and 1 bar. Air has the values of nitrogen, because
+/// gauges are calibrated with either.
 const fn heat(gas: Gas) -> (f64, f64) {
     match gas {
         Gas::N2 | Gas::Air => (1.0, 1.0),
@@ -45,11 +46,11 @@ const fn heat(gas: Gas) -> (f64, f64) {
     }
 }
 
-/// A Pirani.
+/// A Pirani element.
 #[derive(Clone, Debug)]
 pub struct Pirani {
     range: Range,
-    /// How dirty its wire is, from 0 to 1.
+    /// The contamination of the wire, 0 to 1.
     pub contamination: f64,
 }
 
@@ -58,19 +59,19 @@ impl Pirani {
         Self { range, contamination: 0.0 }
     }
 
-    /// What a Pirani without a flaw indicates. What conducts heat like nitrogen need not be straightened out, and is exact.
+    /// The indication without imperfections, in Pa. It is exact for gases with the conductivity of nitrogen.
     pub fn ideal_pa(gas: &Mixture) -> f64 {
         let heat = Heat::of(gas);
         if heat.is_molecular() || heat.is_like_nitrogen() { heat.molecular } else { Self::nitrogen_pa(heat.signal()) }
     }
 
-    /// General knowledge: a layer on the wire takes away from what the gas can take up, and radiates by itself. Free
-    /// choice: half of the sensitivity and 2e-2 mbar of nitrogen for a wire that is as dirty as can be.
+    /// The signal. General knowledge: a layer on the wire reduces the heat transfer to the gas and radiates. free choice:
+    /// half of the sensitivity and 2e-2 mbar of nitrogen at full contamination.
     pub fn signal(&self, gas: &Mixture) -> f64 {
         Heat::of(gas).signal() * (1.0 - 0.5 * self.contamination) + 2.0 * self.contamination
     }
 
-    /// The pressure of nitrogen that makes this signal. A signal below zero is what it is.
+    /// The pressure of nitrogen for a signal, in Pa. A negative signal is returned unchanged.
     pub fn nitrogen_pa(signal: f64) -> f64 {
         if signal <= MOLECULAR_PA {
             return signal;
@@ -89,9 +90,9 @@ impl Pirani {
         MOLECULAR_PA + y
     }
 
-    /// Free choice, of the order of data sheets: 1 % of the power, and a zero that limits the range from below.
+    /// free choice, similar to data sheets: 1 % of the power, and a zero error that limits the range at its lower end.
     pub const fn tolerance(&self) -> Tolerance {
-        // The Pirani of a gauge with an ionisation part goes further down than its manual lets it measure.
+        // The Pirani of a combination gauge measures lower than its manual states.
         let lowest_pa = self.range.lowest_pa.min(0.1);
         Tolerance {
             gain: 0.01,
@@ -105,18 +106,18 @@ impl Pirani {
     }
 }
 
-/// What a gas does to the wire.
+/// The heat transfer of a gas.
 struct Heat {
-    /// By its molecules: the pressure of nitrogen that takes as much, in Pa.
+    /// Molecular transfer: the equivalent pressure of nitrogen, in Pa.
     molecular: f64,
-    /// Thermal conductivity.
+    /// Thermal conductivity relative to nitrogen.
     conductivity: f64,
-    /// What drives convection, in Pa of nitrogen.
+    /// Convection: the equivalent pressure of nitrogen, in Pa.
     buoyancy: f64,
 }
 
 impl Heat {
-    /// Of a mixture, each gas by what its molecules take. free choice: conductivities mix like that.
+    /// The heat transfer of a mixture, weighted by molecular transfer. free choice: the same weights for conductivity.
     fn of(gas: &Mixture) -> Self {
         let mut heat = Self { molecular: 0.0, conductivity: 0.0, buoyancy: 0.0 };
         for (gas, pa) in gas.iter().filter(|(_, pa)| *pa > 0.0) {
@@ -161,13 +162,13 @@ mod tests {
         Pirani::ideal_pa(&Mixture::pure(gas, mbar * MBAR)) / MBAR
     }
 
-    /// Pressures from 1e-6 mbar up to 2 bar, ten in each decade.
+    /// Pressures from 1e-6 mbar to 2 bar, ten per decade.
     fn pressures() -> impl Iterator<Item = f64> {
         (-60..=33).map(|tenth| 10f64.powf(f64::from(tenth) / 10.0))
     }
 
     #[test]
-    fn nitrogen_reads_what_it_is_straight_and_by_way_of_the_signal() {
+    fn nitrogen_is_indicated_correctly_with_and_without_the_signal() {
         for mbar in pressures() {
             assert_eq!(indicated(Gas::N2, mbar), mbar * MBAR / MBAR);
             let signal = Heat::of(&Mixture::pure(Gas::N2, mbar * MBAR)).signal();
@@ -176,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn up_to_1_mbar_the_factors_of_the_manual_hold() {
+    fn up_to_1_mbar_the_factors_of_the_manual_apply() {
         for gas in Gas::all() {
             for mbar in pressures().filter(|mbar| *mbar <= 1.0) {
                 let factor = mbar / indicated(gas, mbar);
@@ -185,9 +186,9 @@ mod tests {
         }
     }
 
-    /// Where conductivity rules, gases fall to both sides of nitrogen.
+    /// Where conduction dominates, the indications of light and heavy gases deviate in opposite directions.
     #[test]
-    fn light_gases_read_ever_higher_and_heavy_ones_ever_lower() {
+    fn light_gases_are_indicated_too_high_and_heavy_gases_too_low() {
         for (gas, low, high) in [
             (Gas::He, 1.2, 1e9),
             (Gas::H2, 2.0, 1e9),
@@ -201,14 +202,14 @@ mod tests {
             let rises = ratios.windows(2).all(|pair| pair[0] < pair[1]);
             assert_eq!(rises, high > 1.0, "{gas}: {ratios:?}");
         }
-        // Venting with argon looks like a rough vacuum, a trace of helium like atmosphere: the accidents people know.
+        // Known accidents: argon at atmospheric pressure is indicated as rough vacuum, little helium as atmosphere.
         assert!((50.0..200.0).contains(&indicated(Gas::Ar, 1000.0)), "{}", indicated(Gas::Ar, 1000.0));
         assert!(indicated(Gas::He, 50.0) > 1000.0, "{}", indicated(Gas::He, 50.0));
         assert!(indicated(Gas::H2, 30.0) > 1000.0, "{}", indicated(Gas::H2, 30.0));
     }
 
     #[test]
-    fn more_gas_never_reads_less_and_never_jumps() {
+    fn the_indication_is_monotonic_and_continuous() {
         for gas in Gas::all() {
             let readings: Vec<f64> = pressures().map(|mbar| indicated(gas, mbar)).collect();
             for pair in readings.windows(2) {
@@ -222,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mixture_lies_between_its_gases() {
+    fn a_mixture_is_indicated_between_its_gases() {
         let mut gas = Mixture::pure(Gas::Ar, 500.0 * MBAR);
         gas[Gas::N2] = 500.0 * MBAR;
         let mbar = Pirani::ideal_pa(&gas) / MBAR;
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dirty_wire_reads_high_in_vacuum_and_low_in_gas() {
+    fn a_contaminated_wire_indicates_too_high_in_vacuum_and_too_low_in_gas() {
         let read = |contamination: f64, mbar: f64| {
             let pirani = Pirani { contamination, ..Pirani::new(Range { lowest_pa: 0.05, highest_pa: 1e5 }) };
             Pirani::nitrogen_pa(pirani.signal(&Mixture::pure(Gas::N2, mbar * MBAR))) / MBAR
@@ -248,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_reads_nothing() {
+    fn no_gas_is_indicated_as_zero() {
         assert_eq!(Pirani::ideal_pa(&Mixture::default()), 0.0);
         assert_eq!(Pirani::nitrogen_pa(-0.5), -0.5);
     }

@@ -214,7 +214,7 @@ impl EventParser<'_> {
             },
             (None, Some(text)) => match pressure(text)? {
                 0.0 => Supply::Closed,
-                pa => Supply::Pressure { pa, most: MAX_INLET_FLOW },
+                pa => Supply::Pressure { pa, max_flow: MAX_INLET_FLOW },
             },
             _ => return Err(TextError::at(&set.inlet.span(), "expected a flow or a pressure")),
         };

@@ -141,7 +141,7 @@ impl Plant {
         let air = self.network.atmosphere().mixture();
         let of = self.at(of)?;
         let inside = self.network.add_volume(VOLUME.positive(volume)?, air);
-        let made = self.network.add_joint(of, inside, Conductance::wind(SPEED.positive(conductance)?));
+        let made = self.network.add_joint(of, inside, Conductance::viscous(SPEED.positive(conductance)?));
         self.add(name, pocket, Part::Joint(made))
     }
 
@@ -184,7 +184,7 @@ impl Plant {
 
     fn leak(&mut self, name: &str, leak: &Spanned<Leak>) -> Result<(), TextError> {
         let Leak { at, rate, open } = leak.get_ref();
-        let conductance = Conductance::wind(flow(rate)? / STANDARD_PA);
+        let conductance = Conductance::viscous(flow(rate)? / STANDARD_PA);
         let at = self.at(at)?;
         let made = self.network.add_opening(at, conductance, Outside::Air);
         self.network.set_opening(made, if *open { 1.0 } else { 0.0 });

@@ -6,9 +6,10 @@ use crate::rig::{BAUD, patient, rows};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2;
 use profivac_devices::model::{Access, Model};
-use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Outcome, SlaveParameters};
+use profivac_dp::master::{Handle, Mode, Ms1Parameters, Ms2Parameters, Operation, SlaveParameters};
 use profivac_host::session::{BusSession, add_or_restart};
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 use std::sync::mpsc::{TryRecvError, channel};
 use std::time::{Duration, Instant};
 
@@ -109,17 +110,14 @@ impl Plant {
         }
     }
 
-    fn record(&mut self, handle: Handle) -> Option<Vec<u8>> {
-        match self.tool.master().outcome(handle)? {
-            Outcome::Read(record) => Some(record.to_vec()),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    fn ask(&mut self, what: &str, handle: Handle) -> Vec<u8> {
+    /// Waits for the record of a read.
+    fn record<O, E: Debug>(&mut self, what: &str, read: Handle<O>) -> Vec<u8>
+    where
+        O: for<'a> Operation<Outcome<'a> = Result<&'a [u8], E>>,
+    {
         let mut record = None;
         self.until(what, |plant| {
-            record = plant.record(handle);
+            record = plant.tool.master().outcome(read).map(|outcome| outcome.unwrap().to_vec());
             record.is_some()
         });
         record.unwrap()
@@ -148,17 +146,14 @@ pub fn requests_beside_the_exchange(bench: Bench) {
         let open = |(address, _): &(u8, _)| plant.tool.master().ms2_open(*address, &Ms2Parameters::new(BAUD)).unwrap();
         let connections: Vec<_> = few.iter().map(open).collect();
         for connection in &connections {
-            plant.until("opening", |plant| match plant.tool.master().outcome(*connection) {
-                None => false,
-                Some(Outcome::Opened(_)) => true,
-                Some(other) => panic!("{other:?}"),
-            });
+            plant.until("opening", |plant| plant.tool.master().outcome(*connection).map(Result::unwrap).is_some());
         }
-        for (connection, (_, (slot, index))) in connections.iter().zip(few) {
-            plant.tool.master().ms2_read(*connection, *slot, *index, 240).unwrap();
-        }
-        for (connection, (address, _)) in connections.iter().zip(few) {
-            let record = plant.ask("MS2", *connection);
+        let read = |(connection, (_, (slot, index))): (&Handle<_>, &(u8, (u8, u8)))| {
+            plant.tool.master().ms2_read(*connection, *slot, *index, 240).unwrap()
+        };
+        let reads: Vec<_> = connections.iter().zip(few).map(read).collect();
+        for ((connection, read), (address, _)) in connections.iter().zip(reads).zip(few) {
+            let record = plant.record("MS2", read);
             assert!(is_serial_of(&record, *address), "{address}: {record:02X?}");
             plant.tool.master().ms2_close(*connection).unwrap();
         }
@@ -171,7 +166,7 @@ pub fn requests_beside_the_exchange(bench: Bench) {
         let (place, row) = readable.unwrap();
         let parameters = Ms1Parameters::new(BAUD);
         let handle = plant.tool.master().ms1_read(address, place.slot, row.index, 240, &parameters).unwrap();
-        assert!(!plant.ask("MS1", handle).is_empty(), "{address}");
+        assert!(!plant.record("MS1", handle).is_empty(), "{address}");
     }
     plant.went_on_since(&before);
 }

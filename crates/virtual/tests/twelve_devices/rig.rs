@@ -4,8 +4,11 @@ use profivac_devices::model::{
     Configuration, Field, Location, Model, NumberType, PlacedBlock, Row, TaskKind, Telegram,
 };
 use profivac_dp::link::Baud;
-use profivac_dp::master::{self, Handle, Mode, Ms1Parameters, Ms2Parameters, PkwParameters, SlaveParameters, pkw};
+use profivac_dp::master::{
+    self, Handle, Mode, Ms1Parameters, Ms2Parameters, Operation, PkwParameters, SlaveParameters, ms1, ms2, pkw,
+};
 use profivac_host::session::BusMaster;
+use profivac_wire::acyclic::Negative;
 use std::fmt;
 use std::time::Duration;
 
@@ -84,7 +87,7 @@ pub struct Rig<'a, L> {
     pub model: &'static Model,
     address: u8,
     line: &'a mut L,
-    connection: Option<Handle>,
+    connection: Option<Handle<ms2::Connect>>,
     exchanging: bool,
     pkw: PkwParameters,
 }
@@ -135,11 +138,7 @@ impl<'a, L: Line> Rig<'a, L> {
     pub fn open(&mut self) {
         let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
         let connection = self.line.master().ms2_open(self.address, &parameters).unwrap();
-        let opened = self.until("opening", |master| match master.outcome(connection)? {
-            master::Outcome::Opened(_) => Some(true),
-            master::Outcome::Ended(_) => Some(false),
-            other => panic!("{other:?}"),
-        });
+        let opened = self.until("opening", |master| Some(master.outcome(connection)?.is_ok()));
         assert_eq!(opened, self.model.features.dpv1, "{}: MS2", self.model.name);
         self.connection = opened.then_some(connection);
     }
@@ -148,9 +147,7 @@ impl<'a, L: Line> Rig<'a, L> {
     pub fn leave(&mut self) {
         if let Some(connection) = self.connection.take() {
             self.line.master().ms2_close(connection).unwrap();
-            self.until("closing", |master| {
-                matches!(master.outcome(connection)?, master::Outcome::Ended(_)).then_some(())
-            });
+            self.until("closing", |master| master.outcome(connection)?.is_err().then_some(()));
         }
         let address = self.address;
         self.line.master().remove(address);
@@ -174,51 +171,60 @@ impl<'a, L: Line> Rig<'a, L> {
         }
     }
 
-    fn told(&mut self, what: &str, handle: Handle) -> Told {
-        use master::Outcome;
+    /// Waits for the outcome of a request.
+    fn told<O: Operation>(
+        &mut self,
+        what: &str,
+        handle: Handle<O>,
+        told: impl Fn(O::Outcome<'_>) -> Result<Told, String>,
+    ) -> Told {
         let name = self.model.name;
-        self.until(what, |master| {
-            Some(match master.outcome(handle)? {
-                Outcome::Read(record) => Told::Octets(record.to_vec()),
-                Outcome::Value(value) => Told::Octets(value.octets()[4 - value.width()..].to_vec()),
-                Outcome::Written => Told::Written,
-                Outcome::Refused(negative) => Told::Refused(format!("{}, {}", negative.code_1, negative.code_2)),
-                Outcome::Denied(error) => Told::Refused(error.to_string()),
-                other => panic!("{name}: {what}: {other:?}"),
-            })
-        })
+        let outcome = self.until(what, |master| master.outcome(handle).map(&told));
+        outcome.unwrap_or_else(|error| panic!("{name}: {what}: {error}"))
     }
 
     pub fn read(&mut self, way: Way, slot: u8, index: u8) -> Told {
+        let what = format!("read {slot}/{index} by {way:?}");
         let master = self.line.master();
-        let handle = match way {
-            Way::Ms2 => self.connection.inspect(|it| master.ms2_read(*it, slot, index, 240).unwrap()).unwrap(),
+        match way {
+            Way::Ms2 => {
+                let read = self.connection.map(|it| master.ms2_read(it, slot, index, 240).unwrap()).unwrap();
+                self.told(&what, read, |record| record.map(octets).or_else(ms2_refused))
+            }
             Way::Ms1 => {
                 let parameters = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
-                master.ms1_read(self.address, slot, index, 240, &parameters).unwrap()
+                let read = master.ms1_read(self.address, slot, index, 240, &parameters).unwrap();
+                self.told(&what, read, |record| record.map(octets).or_else(ms1_refused))
             }
-            Way::Pkw => master.pkw_read(self.address, slot, index, None, &self.pkw).unwrap(),
-        };
-        self.told(&format!("read {slot}/{index} by {way:?}"), handle)
+            Way::Pkw => {
+                let task = master.pkw_read(self.address, slot, index, None, &self.pkw).unwrap();
+                self.told(&what, task, pkw_told)
+            }
+        }
     }
 
     pub fn write(&mut self, way: Way, slot: u8, index: u8, octets: &[u8]) -> Told {
+        let what = format!("write {slot}/{index} by {way:?}");
         let master = self.line.master();
-        let handle = match way {
-            Way::Ms2 => self.connection.inspect(|it| master.ms2_write(*it, slot, index, octets).unwrap()).unwrap(),
+        let told = match way {
+            Way::Ms2 => {
+                let write = self.connection.map(|it| master.ms2_write(it, slot, index, octets).unwrap()).unwrap();
+                self.told(&what, write, |written| written.map(|()| Told::Written).or_else(ms2_refused))
+            }
             Way::Ms1 => {
                 let parameters = Ms1Parameters { pace_tbit: 0, ..Ms1Parameters::new(BAUD) };
-                master.ms1_write(self.address, slot, index, octets, &parameters).unwrap()
+                let write = master.ms1_write(self.address, slot, index, octets, &parameters).unwrap();
+                self.told(&what, write, |written| written.map(|()| Told::Written).or_else(ms1_refused))
             }
             Way::Pkw => {
                 let Some(value) = pkw::Value::from_octets(octets) else { return Told::Refused("no width".to_owned()) };
-                master.pkw_write(self.address, slot, index, value, &self.pkw).unwrap()
+                let task = master.pkw_write(self.address, slot, index, value, &self.pkw).unwrap();
+                self.told(&what, task, pkw_told)
             }
         };
-        let told = self.told(&format!("write {slot}/{index} by {way:?}"), handle);
         self.line.settle();
         match (way, told) {
-            // The channel answers a write with what was written.
+            // The channel answers a write with the value written.
             (Way::Pkw, Told::Octets(echo)) => {
                 assert_eq!(echo, octets, "{} {slot}/{index}", self.model.name);
                 Told::Written
@@ -230,6 +236,36 @@ impl<'a, L: Line> Rig<'a, L> {
     /// Every row at every address.
     pub fn rows(&self) -> Vec<(&'static Location, &'static Row)> {
         rows(self.model)
+    }
+}
+
+fn octets(record: &[u8]) -> Told {
+    Told::Octets(record.to_vec())
+}
+
+fn refused(negative: Negative) -> Told {
+    Told::Refused(format!("{}, {}", negative.code_1, negative.code_2))
+}
+
+fn ms2_refused(error: ms2::RequestError) -> Result<Told, String> {
+    match error {
+        ms2::RequestError::Refused(negative) => Ok(refused(negative)),
+        ms2::RequestError::Ended(end) => Err(end.to_string()),
+    }
+}
+
+fn ms1_refused(error: ms1::RequestError) -> Result<Told, String> {
+    match error {
+        ms1::RequestError::Refused(negative) => Ok(refused(negative)),
+        error => Err(error.to_string()),
+    }
+}
+
+fn pkw_told(outcome: Result<pkw::Value, pkw::TaskError>) -> Result<Told, String> {
+    match outcome {
+        Ok(value) => Ok(Told::Octets(value.octets()[4 - value.width()..].to_vec())),
+        Err(pkw::TaskError::Refused(number)) => Ok(Told::Refused(number.to_string())),
+        Err(error) => Err(error.to_string()),
     }
 }
 

@@ -1,21 +1,22 @@
-//! Abort: one side closes an MS2 connection, and why. profibus-wire 4.8.
+//! Abort: closes an MS2 connection with a reason. profibus-wire 4.8.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 use core::fmt;
 
-/// Abort, from either side. Never answered.
+/// Abort, sent by either side. It has no response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Abort<'a> {
-    /// Where the cause lies: 0 says nothing, 1 local, 2 remote.
+    /// Subnet: origin of the cause: 0 unspecified, 1 local, 2 remote.
     pub subnet: u8,
-    /// Who gave up, and why.
+    /// Instance_Reason: the aborting instance and its reason.
     pub reason: AbortReason,
-    /// What some stations append. This project sends nothing here: profibus-wire 10, point 23.
+    /// Additional octets of some stations. This project sends none: profibus-wire 10, point 23.
     pub detail: &'a [u8],
 }
 
 impl Abort<'_> {
-    /// An Abort for `reason`, as a slave sends it.
+    /// An Abort with `reason`, without subnet and detail.
     #[must_use]
     pub const fn new(reason: AbortReason) -> Self {
         Self { subnet: 0, reason, detail: &[] }
@@ -23,7 +24,7 @@ impl Abort<'_> {
 }
 
 impl<'a> Abort<'a> {
-    /// Reads what follows the function number.
+    /// Parses the octets after the function number.
     pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, TooShort> {
         Ok(Self { subnet: reader.octet()?, reason: AbortReason::from_octet(reader.octet()?), detail: reader.rest() })
     }
@@ -34,8 +35,15 @@ impl<'a> Abort<'a> {
     }
 }
 
-/// Instance_Reason: which instance aborts, and its reason, 0 to 15.
+/// Instance_Reason: the aborting instance and its reason, 0 to 15.
+///
+/// ```
+/// use profivac_wire::acyclic::AbortReason;
+///
+/// assert_eq!(AbortReason::TIMEOUT.to_string(), "ABT_TO: timeout (13)");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AbortReason {
     /// Layer 2; the reason is a response code or a local status.
     Fdl(u8),
@@ -43,22 +51,22 @@ pub enum AbortReason {
     Ms2(u8),
     /// The application.
     User(u8),
-    /// A reserved instance or reserved bits: the octet as it came.
+    /// A reserved instance or reserved bits: the octet as received.
     Other(u8),
 }
 
 impl AbortReason {
     /// ABT_SE: the service is not allowed in this state.
     pub const SEQUENCE: Self = Self::Ms2(1);
-    /// ABT_FE: an invalid request came.
+    /// ABT_FE: invalid request received.
     pub const INVALID_REQUEST: Self = Self::Ms2(2);
     /// ABT_TO: the connection timed out.
     pub const TIMEOUT: Self = Self::Ms2(3);
-    /// ABT_RE: an invalid response came.
+    /// ABT_RE: invalid response received.
     pub const INVALID_RESPONSE: Self = Self::Ms2(4);
-    /// ABT_IV: the application asked for an invalid service.
+    /// ABT_IV: invalid service requested by the application.
     pub const INVALID_SERVICE: Self = Self::Ms2(5);
-    /// ABT_STO: the Send_Timeout asked for is too small.
+    /// ABT_STO: the requested Send_Timeout is too small.
     pub const SEND_TIMEOUT: Self = Self::Ms2(6);
     /// ABT_IA: the additional address is invalid.
     pub const INVALID_ADDRESS: Self = Self::Ms2(7);
@@ -86,7 +94,7 @@ impl AbortReason {
         }
     }
 
-    /// What the reason means.
+    /// The meaning of the reason, in English.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -130,14 +138,14 @@ mod tests {
     use std::string::ToString;
 
     #[test]
-    fn every_reason_octet_survives() {
+    fn every_reason_octet_is_unchanged_after_decoding_and_encoding() {
         for octet in 0..=0xFF {
             assert_eq!(AbortReason::from_octet(octet).to_octet(), octet);
         }
     }
 
     #[test]
-    fn reasons_have_the_codes_of_the_table() {
+    fn reasons_have_the_codes_of_the_specification() {
         for (reason, text) in [
             (AbortReason::INVALID_REQUEST, "ABT_FE: invalid request (12)"),
             (AbortReason::TIMEOUT, "ABT_TO: timeout (13)"),

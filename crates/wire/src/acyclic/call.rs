@@ -1,47 +1,57 @@
-//! Call: the records behind index 255, and the first of them, I&M0. profibus-wire 5.
+//! Call on index 255, which selects further records, and the record I&M0. profibus-wire 5.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
-/// The index that is no record but a call.
+/// The index of Call, which is not a record of its own.
 pub const CALL_INDEX: u8 = 255;
 
-/// FI_Index of I&M0: who made the device, which one it is, what runs in it.
+/// FI_Index of I&M0: manufacturer, order number, serial number, releases.
 pub const IM0: u16 = 0xFDE8;
 
-/// How many octets an I&M record has.
+/// Length of an I&M record in octets.
 pub const IM_RECORD_LENGTH: usize = 64;
 
 /// Extended_Function_Num of Call.
 const CALL: u8 = 0x08;
 
-/// The data of a Write to index 255, and of what a Read from there returns.
+/// The data of Write.req to index 255 and of Read.res from it.
+///
+/// ```
+/// use profivac_wire::acyclic::Call;
+/// use profivac_wire::acyclic::call::IM0;
+///
+/// let call = Call::parse(&[8, 0, 0xFD, 0xE8])?;
+/// assert!(call.is_call() && call.fi_index == IM0 && call.record.is_empty());
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Call<'a> {
     /// Extended_Function_Num, 8 for Call.
     pub function: u8,
-    /// FI_Index: which record is meant.
+    /// FI_Index: number of the record.
     pub fi_index: u16,
-    /// The record, empty where it is only selected.
+    /// The record; empty in a request that only selects it.
     pub record: &'a [u8],
 }
 
 impl<'a> Call<'a> {
-    /// Selects, writes or returns the record `fi_index`.
+    /// A Call of the record `fi_index`.
     #[must_use]
     pub const fn new(fi_index: u16, record: &'a [u8]) -> Self {
         Self { function: CALL, fi_index, record }
     }
 
-    /// Whether this is the one function there is.
+    /// Whether the function is Call, the only one defined.
     #[must_use]
     pub const fn is_call(&self) -> bool {
         self.function == CALL
     }
 
-    /// Reads the data of a Write.req or a Read.res. The reserved octet is not looked at.
+    /// Parses the data of Write.req or Read.res. The reserved octet is ignored.
     ///
     /// # Errors
-    /// [`TooShort`] when the four octets of the header are not all there.
+    /// [`TooShort`] if the four octets of the header are incomplete.
     pub fn parse(data: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(data);
         let [function, _reserved] = [reader.octet()?, reader.octet()?];
@@ -51,7 +61,7 @@ impl<'a> Call<'a> {
     /// Writes the data to the front of `out` and returns their length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&[self.function, 0])?;
@@ -64,22 +74,33 @@ impl<'a> Call<'a> {
 const ORDER_ID: usize = 20;
 const SERIAL_NUMBER: usize = 16;
 
-/// I&M0. profibus-wire 5.3.
+/// The record I&M0: identification and maintenance. profibus-wire 5.3.
+///
+/// ```
+/// use profivac_wire::acyclic::Im0;
+/// use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
+///
+/// let mut record = [b' '; IM_RECORD_LENGTH];
+/// record[12..18].copy_from_slice(b"DEMO-1");
+/// assert_eq!(Im0::parse(&record)?.order_id, b"DEMO-1");
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Im0<'a> {
-    /// Defined by the manufacturer.
+    /// MANUFACTURER_SPECIFIC: defined by the manufacturer.
     pub header: [u8; 10],
     /// MANUFACTURER_ID, assigned by PI.
     pub manufacturer_id: u16,
-    /// ORDER_ID without the blanks that pad it to 20 octets.
+    /// ORDER_ID without the trailing blanks (field of 20 octets).
     pub order_id: &'a [u8],
-    /// SERIAL_NUMBER without the blanks that pad it to 16 octets.
+    /// SERIAL_NUMBER without the trailing blanks (field of 16 octets).
     pub serial_number: &'a [u8],
     /// HARDWARE_REVISION
     pub hardware_revision: u16,
     /// SOFTWARE_REVISION: a letter (`V` for released) and three numbers.
     pub software_revision: [u8; 4],
-    /// REV_COUNTER: grows with every change of a parameter, 0 if it is not maintained.
+    /// REV_COUNTER: number of parameter changes, 0 if the device does not count them.
     pub rev_counter: u16,
     /// PROFILE_ID
     pub profile_id: u16,
@@ -87,15 +108,15 @@ pub struct Im0<'a> {
     pub profile_specific_type: u16,
     /// IM_VERSION: 1.1 is `[1, 1]`.
     pub im_version: [u8; 2],
-    /// IM_SUPPORTED: bit n says that I&Mn is there.
+    /// IM_SUPPORTED: bit n is set if the device has I&Mn.
     pub im_supported: u16,
 }
 
 impl<'a> Im0<'a> {
-    /// Reads a record. Octets after the 64 are ignored.
+    /// Parses the record. Octets after the first 64 are ignored.
     ///
     /// # Errors
-    /// [`TooShort`] when there are fewer than 64.
+    /// [`TooShort`] if there are fewer than 64 octets.
     pub fn parse(record: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(record);
         Ok(Self {
@@ -116,7 +137,7 @@ impl<'a> Im0<'a> {
     /// Writes the record to the front of `out` and returns its length, which is 64.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small or a string longer than its field.
+    /// [`TooLong`] if `out` is too small or a string longer than its field.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&self.header)?;
@@ -138,7 +159,7 @@ fn array<const N: usize>(reader: &mut Reader<'_>) -> Result<[u8; N], TooShort> {
     reader.take(N)?.try_into().map_err(|_| TooShort)
 }
 
-/// A visible string ends where only blanks follow.
+/// A visible string without its trailing blanks.
 fn unpadded(field: &[u8]) -> &[u8] {
     let end = field.iter().rposition(|octet| *octet != b' ').map_or(0, |last| last.wrapping_add(1));
     field.get(..end).unwrap_or_default()
@@ -214,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_survives() {
+    fn every_bit_is_unchanged_after_parse_and_emit() {
         let pdu = du(TEXT);
         for bit in 0..IM_RECORD_LENGTH * 8 {
             let mut record = data(&pdu)[4..].to_vec();

@@ -1,33 +1,39 @@
-//! Negative responses: what went wrong, in three octets. profibus-wire 4.1.2 and 4.1.3.
+//! Negative responses and their error codes. profibus-wire 4.1.2 and 4.1.3.
 
-use super::pdu::Function;
+use super::function::Function;
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 use core::fmt;
 
-/// Bit 7 of the function number.
-pub(super) const NEGATIVE: u8 = 0x80;
-
 /// A negative response.
+///
+/// ```
+/// use profivac_wire::acyclic::{ErrorCode, Response};
+///
+/// let Ok(Response::Negative(negative)) = Response::parse(&[0xDF, 0x80, 0xB6, 0]) else { panic!("expected a refusal") };
+/// assert_eq!(negative.code_1, ErrorCode::ACCESS_DENIED);
+/// assert_eq!(negative.code_1.to_string(), "access denied (B6)");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Negative {
-    /// What was asked for.
+    /// The function that the device refuses.
     pub function: Function,
-    /// Whose codes the two others are.
+    /// Error_Decode: the origin of the two codes.
     pub decode: ErrorDecode,
     /// Error_Code_1.
     pub code_1: ErrorCode,
-    /// Error_Code_2, defined by the device; 0 if it says nothing.
+    /// Error_Code_2, defined by the device; 0 if unused.
     pub code_2: u8,
 }
 
 impl Negative {
-    /// The refusal of `function` with a code of DP-V1 and nothing more.
+    /// A refusal of `function` with a DP-V1 code; Error_Code_2 is 0.
     #[must_use]
     pub const fn new(function: Function, code_1: ErrorCode) -> Self {
         Self { function, decode: ErrorDecode::DpV1, code_1, code_2: 0 }
     }
 
-    /// Reads what follows the function number.
+    /// Parses the octets after the function number.
     pub(super) fn parse(function: Function, mut reader: Reader<'_>) -> Result<Self, TooShort> {
         let negative = Self {
             function,
@@ -43,14 +49,15 @@ impl Negative {
     }
 }
 
-/// Error_Decode: whose codes follow.
+/// Error_Decode: the origin of the error codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ErrorDecode {
-    /// 128: those of DP-V1.
+    /// 128: codes of DP-V1.
     DpV1,
-    /// 254: those of FMS.
+    /// 254: codes of FMS.
     Fms,
-    /// 255: those of HART.
+    /// 255: codes of HART.
     Hart,
     /// Reserved.
     Other(u8),
@@ -78,46 +85,47 @@ impl ErrorDecode {
 
 /// Error_Code_1: Error_Class in the high and Error_Code in the low nibble.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorCode(pub u8);
 
 impl ErrorCode {
-    /// The application could not read.
+    /// Application: reading failed.
     pub const READ_ERROR: Self = Self(0xA0);
-    /// The application could not write.
+    /// Application: writing failed.
     pub const WRITE_ERROR: Self = Self(0xA1);
-    /// The module is not there any more.
+    /// The module has failed or was removed.
     pub const MODULE_FAILURE: Self = Self(0xA2);
-    /// The versions do not fit.
+    /// The versions are incompatible.
     pub const VERSION_CONFLICT: Self = Self(0xA8);
-    /// The application does not have the feature.
+    /// The application does not support the feature.
     pub const FEATURE_NOT_SUPPORTED: Self = Self(0xA9);
-    /// There is no such index.
+    /// The index does not exist.
     pub const INVALID_INDEX: Self = Self(0xB0);
-    /// The data are longer or shorter than the record.
+    /// The length of the data differs from that of the record.
     pub const WRITE_LENGTH: Self = Self(0xB1);
-    /// There is no such slot.
+    /// The slot does not exist.
     pub const INVALID_SLOT: Self = Self(0xB2);
-    /// The request contradicts itself.
+    /// The data type of the request does not match.
     pub const TYPE_CONFLICT: Self = Self(0xB3);
-    /// There is no such area.
+    /// The area does not exist.
     pub const INVALID_AREA: Self = Self(0xB4);
-    /// Not in this state.
+    /// The present state does not permit the access.
     pub const STATE_CONFLICT: Self = Self(0xB5);
-    /// Not for this requester, or not in this direction.
+    /// The access is not permitted, for example a write to a read-only parameter.
     pub const ACCESS_DENIED: Self = Self(0xB6);
-    /// The value is not allowed.
+    /// The value is out of range.
     pub const INVALID_RANGE: Self = Self(0xB7);
-    /// A field of the request is not allowed.
+    /// A field of the request is invalid.
     pub const INVALID_PARAMETER: Self = Self(0xB8);
-    /// The type is not allowed.
+    /// The data type is invalid.
     pub const INVALID_TYPE: Self = Self(0xB9);
-    /// Something else reads at the same time.
+    /// A simultaneous read conflicts with this one.
     pub const READ_CONSTRAINT: Self = Self(0xC0);
-    /// Something else writes at the same time.
+    /// A simultaneous write conflicts with this one.
     pub const WRITE_CONSTRAINT: Self = Self(0xC1);
     /// The resource is in use.
     pub const RESOURCE_BUSY: Self = Self(0xC2);
-    /// The resource is not there.
+    /// The resource is unavailable.
     pub const RESOURCE_UNAVAILABLE: Self = Self(0xC3);
 
     /// Error_Class, 0 to 15.
@@ -132,7 +140,7 @@ impl ErrorCode {
         self.0 & 0x0F
     }
 
-    /// The name the code has in DP-V1.
+    /// The name of the code in DP-V1.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self.0 {
@@ -177,14 +185,14 @@ mod tests {
     use std::string::ToString;
 
     #[test]
-    fn every_decode_octet_survives() {
+    fn every_error_decode_octet_is_unchanged_after_decoding_and_encoding() {
         for octet in 0..=0xFF {
             assert_eq!(ErrorDecode::from_octet(octet).to_octet(), octet);
         }
     }
 
     #[test]
-    fn codes_have_the_names_and_classes_of_the_table() {
+    fn codes_have_the_names_and_classes_of_the_specification() {
         for (code, class, low, text) in [
             (ErrorCode::READ_ERROR, 10, 0, "read error (A0)"),
             (ErrorCode::FEATURE_NOT_SUPPORTED, 10, 9, "feature not supported (A9)"),

@@ -1,10 +1,11 @@
-//! Initiate: a class 2 master opens an MS2 connection, and the resource manager names the access point. profibus-wire 4.6.
+//! Initiate opens an MS2 connection of a class 2 master; the resource manager assigns the access point. profibus-wire 4.6.
 
-use super::pdu::{Function, PduError};
+use super::function::{Function, PduError};
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
-/// What one side of a connection can do.
+/// The capabilities of one side of a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Capabilities {
     /// Features_Supported_1 and _2; see [`DPV1_RW`](Self::DPV1_RW).
     pub features: [u8; 2],
@@ -36,19 +37,21 @@ impl Capabilities {
     }
 }
 
-/// Add_Addr_Param: an end point beyond the station address.
+/// Add_Addr_Param: the additional address of an end point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AddAddr<'a> {
-    /// API: the application process, 0 by default.
+    /// API: number of the application process, 0 by default.
     pub api: u8,
-    /// SCL: the access level, 0 for none.
+    /// SCL: access level, 0 for none.
     pub scl: u8,
-    /// Where the end point lies behind a gateway (type 1).
+    /// Network address of an end point behind a gateway (type 1).
     pub network: Option<Network<'a>>,
 }
 
-/// The part of an end point that only a gateway understands.
+/// The network address of an end point; only a gateway evaluates it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Network<'a> {
     /// Network address.
     pub address: [u8; 6],
@@ -63,7 +66,7 @@ struct Header {
     length: u8,
 }
 
-/// API, SCL and a network address.
+/// Length of API, SCL and a network address without MAC address.
 const NETWORK_LENGTH: u8 = 8;
 
 impl Header {
@@ -71,7 +74,7 @@ impl Header {
         Ok(Self { kind: reader.octet()?, length: reader.octet()? })
     }
 
-    /// Type 0 has two octets, type 1 at least those of a network address, and there are no others.
+    /// Whether the length fits the type: 2 octets for type 0, at least 8 for type 1. Other types are not defined.
     const fn is_valid(self) -> bool {
         match self.kind {
             0 => self.length == 2,
@@ -109,7 +112,7 @@ impl AddAddr<'_> {
     }
 }
 
-/// The two end points of a connection, as the PDU orders them: both headers, then both addresses.
+/// Parses the source and the destination: both headers, then both addresses.
 fn parse_addresses<'a>(function: Function, mut reader: Reader<'a>) -> Result<(AddAddr<'a>, AddAddr<'a>), PduError> {
     let length = |TooShort| PduError::Length(function);
     let source = Header::parse(&mut reader).map_err(length)?;
@@ -117,7 +120,7 @@ fn parse_addresses<'a>(function: Function, mut reader: Reader<'a>) -> Result<(Ad
     if !source.is_valid() || !destination.is_valid() {
         return Err(PduError::Address);
     }
-    // Octets after the addresses are tolerated: the length is only checked to be at least theirs, profibus-wire 4.6.5.
+    // The check is for a minimum length, so octets after the addresses are accepted: profibus-wire 4.6.5.
     Ok((source.address(&mut reader).map_err(length)?, destination.address(&mut reader).map_err(length)?))
 }
 
@@ -130,19 +133,20 @@ fn emit_addresses(source: &AddAddr<'_>, destination: &AddAddr<'_>, writer: &mut 
 
 /// Initiate.req. profibus-wire 4.6.3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Initiate<'a> {
-    /// Send_Timeout in 10 ms.
+    /// Send_Timeout in units of 10 ms.
     pub send_timeout: u16,
-    /// What the master can do.
+    /// Capabilities of the master.
     pub capabilities: Capabilities,
-    /// S_Addr: the master's end.
+    /// S_Addr: end point of the master.
     pub source: AddAddr<'a>,
-    /// D_Addr: the slave's end.
+    /// D_Addr: end point of the slave.
     pub destination: AddAddr<'a>,
 }
 
 impl<'a> Initiate<'a> {
-    /// Reads what follows the function number. The three reserved octets are not looked at.
+    /// Parses the octets after the function number. The three reserved octets are ignored.
     pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, PduError> {
         let length = |TooShort| PduError::Length(Function::Initiate);
         reader.take(3).map_err(length)?;
@@ -162,19 +166,20 @@ impl<'a> Initiate<'a> {
 
 /// The positive Initiate.res. profibus-wire 4.6.4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InitiateRes<'a> {
-    /// Max_Len_Data_Unit: how many octets of a record one PDU of this connection carries, at most 240.
+    /// Max_Len_Data_Unit: the most octets of a record in one PDU of this connection, at most 240.
     pub max_len_data_unit: u8,
-    /// What the slave can do.
+    /// Capabilities of the slave.
     pub capabilities: Capabilities,
-    /// S_Addr: the slave's end, which was the destination of the request.
+    /// S_Addr: end point of the slave, the destination of the request.
     pub source: AddAddr<'a>,
-    /// D_Addr: the master's end.
+    /// D_Addr: end point of the master.
     pub destination: AddAddr<'a>,
 }
 
 impl<'a> InitiateRes<'a> {
-    /// Reads what follows the function number.
+    /// Parses the octets after the function number.
     pub(super) fn parse(mut reader: Reader<'a>) -> Result<Self, PduError> {
         let length = |TooShort| PduError::Length(Function::Initiate);
         let max_len_data_unit = reader.octet().map_err(length)?;
@@ -190,17 +195,18 @@ impl<'a> InitiateRes<'a> {
     }
 }
 
-/// The resource manager's answer: where the connection will be. profibus-wire 4.6.2.
+/// The answer of the resource manager with the access point of the connection. profibus-wire 4.6.2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ResourceManager {
     /// The service access point of the connection, 0 to 48.
     pub server_sap: u8,
-    /// The least Send_Timeout of the slave, in 10 ms.
+    /// The minimum Send_Timeout of the slave, in units of 10 ms.
     pub min_send_timeout: u16,
 }
 
 impl ResourceManager {
-    /// Reads what follows the function number.
+    /// Parses the octets after the function number.
     pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
         let answer = Self { server_sap: reader.octet()?, min_send_timeout: reader.word()? };
         if reader.is_empty() && answer.server_sap <= 48 { Ok(answer) } else { Err(TooShort) }

@@ -1,121 +1,47 @@
-//! A whole PDU: the function number and what it says. profibus-wire 4.1.
+//! Complete PDUs: function number and fields. profibus-wire 4.1.
 
 use super::abort::Abort;
-use super::error::{NEGATIVE, Negative};
+use super::error::Negative;
+use super::function::{Function, NEGATIVE, PduError};
 use super::initiate::{Initiate, InitiateRes, ResourceManager};
 use super::record::{Access, AlarmAck, Transfer};
 use crate::octets::{Reader, TooLong, TooShort, Writer};
-use core::fmt;
 
-/// The function number of a PDU, without the bit for negative responses.
+/// A PDU from a master.
+///
+/// ```
+/// use profivac_wire::acyclic::{Access, Request};
+///
+/// let read = Request::Read(Access { slot: 1, index: 16, length: 20 });
+/// let mut out = [0; 4];
+/// assert_eq!(read.emit(&mut out), Ok(4));
+/// assert_eq!(out, [0x5E, 1, 16, 20]);
+/// assert_eq!(Request::parse(&out), Ok(read));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Function {
-    /// Idle
-    Idle = 0x48,
-    /// Data_Transport
-    DataTransport = 0x51,
-    /// The resource manager's answer
-    ResourceManager = 0x56,
-    /// Initiate
-    Initiate = 0x57,
-    /// Abort
-    Abort = 0x58,
-    /// Alarm_Ack
-    AlarmAck = 0x5C,
-    /// Read
-    Read = 0x5E,
-    /// Write
-    Write = 0x5F,
-}
-
-impl Function {
-    /// The octet on the wire.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
-    }
-
-    pub(super) const fn from_number(number: u8) -> Option<Self> {
-        match number {
-            0x48 => Some(Self::Idle),
-            0x51 => Some(Self::DataTransport),
-            0x56 => Some(Self::ResourceManager),
-            0x57 => Some(Self::Initiate),
-            0x58 => Some(Self::Abort),
-            0x5C => Some(Self::AlarmAck),
-            0x5E => Some(Self::Read),
-            0x5F => Some(Self::Write),
-            _ => None,
-        }
-    }
-}
-
-impl fmt::Display for Function {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Idle => "Idle",
-            Self::DataTransport => "Data_Transport",
-            Self::ResourceManager => "RM",
-            Self::Initiate => "Initiate",
-            Self::Abort => "Abort",
-            Self::AlarmAck => "Alarm_Ack",
-            Self::Read => "Read",
-            Self::Write => "Write",
-        })
-    }
-}
-
-/// Why a data unit is no PDU.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PduError {
-    /// There is not one octet: this is a poll.
-    Empty,
-    /// No PDU of this direction has this function number.
-    Function(u8),
-    /// The PDU is shorter or longer than its fields, or a length octet is one it cannot have.
-    Length(Function),
-    /// Initiate: type and length of an additional address contradict each other.
-    Address,
-}
-
-impl fmt::Display for PduError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => f.write_str("a poll is no PDU"),
-            Self::Function(number) => write!(f, "there is no function {number:02X}"),
-            Self::Length(function) => write!(f, "the length of {function} does not fit its fields"),
-            Self::Address => f.write_str("type and length of an additional address contradict each other"),
-        }
-    }
-}
-
-impl core::error::Error for PduError {}
-
-/// What a master sends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Request<'a> {
-    /// "I am still here", with the octets that follow the function number (none in practice).
+    /// Idle keeps the connection open; with the octets after the function number (none in practice).
     Idle(&'a [u8]),
-    /// Data for the application, and back.
+    /// Data for the application.
     DataTransport(Transfer<'a>),
-    /// Open a connection.
+    /// Opens a connection.
     Initiate(Initiate<'a>),
-    /// Close it.
+    /// Closes the connection.
     Abort(Abort<'a>),
-    /// An alarm was processed.
+    /// Acknowledges an alarm.
     AlarmAck(AlarmAck),
-    /// Read a record.
+    /// Reads a record.
     Read(Access),
-    /// Write a record.
+    /// Writes a record.
     Write(Transfer<'a>),
 }
 
 impl<'a> Request<'a> {
-    /// Reads a whole PDU.
+    /// Parses a complete PDU.
     ///
     /// # Errors
-    /// [`Defect`] says what is wrong with it.
+    /// [`PduError`] names the error; [`PduError::Empty`] is a poll.
     pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
         let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
         let function = Function::from_number(*number).ok_or(PduError::Function(*number))?;
@@ -150,7 +76,7 @@ impl<'a> Request<'a> {
     /// Writes the PDU to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small, or the record longer than 240 octets.
+    /// [`TooLong`] if `out` is too small, or the record longer than 240 octets.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.function().number())?;
@@ -166,34 +92,42 @@ impl<'a> Request<'a> {
     }
 }
 
-/// What a slave returns.
+/// A PDU from a slave.
+///
+/// ```
+/// use profivac_wire::acyclic::{Response, Transfer};
+///
+/// let response = Response::parse(&[0x5E, 1, 16, 2, 0xAA, 0x55]);
+/// assert_eq!(response, Ok(Response::Read(Transfer { slot: 1, index: 16, data: &[0xAA, 0x55] })));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Response<'a> {
-    /// The echo of Idle.
+    /// The response to Idle.
     Idle(&'a [u8]),
-    /// Data of the application.
+    /// Data from the application.
     DataTransport(Transfer<'a>),
-    /// Where the connection will be.
+    /// The resource manager assigns an access point.
     ResourceManager(ResourceManager),
     /// The connection is open.
     Initiate(InitiateRes<'a>),
     /// The slave closes the connection.
     Abort(Abort<'a>),
-    /// The alarm is gone.
+    /// The alarm is acknowledged.
     AlarmAck(AlarmAck),
-    /// The record.
+    /// The value of a record.
     Read(Transfer<'a>),
-    /// It was written.
+    /// The record was written.
     Write(Access),
-    /// It was refused.
+    /// The device refuses the request.
     Negative(Negative),
 }
 
 impl<'a> Response<'a> {
-    /// Reads a whole PDU.
+    /// Parses a complete PDU.
     ///
     /// # Errors
-    /// [`Defect`] says what is wrong with it.
+    /// [`PduError`] names the error; [`PduError::Empty`] is a poll.
     pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
         let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
         let unknown = PduError::Function(*number);
@@ -216,7 +150,7 @@ impl<'a> Response<'a> {
         }
     }
 
-    /// The function number, also where it is the refusal of this function.
+    /// The function number, for a negative response that of the refused function.
     #[must_use]
     pub const fn function(&self) -> Function {
         match self {
@@ -242,7 +176,7 @@ impl<'a> Response<'a> {
     /// Writes the PDU to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small, or the record longer than 240 octets.
+    /// [`TooLong`] if `out` is too small, or the record longer than 240 octets.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.number())?;

@@ -1,26 +1,27 @@
-//! Access to a record: Read, Write, Data_Transport, and Alarm_Ack, which has their shape. profibus-wire 4.1.1.
+//! Access to records: Read, Write, Data_Transport, and Alarm_Ack. profibus-wire 4.1.1.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
-/// The longest record one PDU carries.
+/// Length of the longest record in one PDU.
 pub const MAX_RECORD_LENGTH: usize = 240;
 
-/// Four octets without data: Read.req and Write.res.
+/// A PDU of four octets without data: Read.req and Write.res.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Access {
     /// Slot_Number, 0 to 254.
     pub slot: u8,
     /// Index, 0 to 254, or 255 for Call.
     pub index: u8,
-    /// How many octets are wanted, or were written: 1 to 240.
+    /// Number of octets to read, or written: 1 to 240.
     pub length: u8,
 }
 
 impl Access {
-    /// Reads what follows the function number.
+    /// Parses the octets after the function number.
     ///
     /// # Errors
-    /// [`TooShort`] when the PDU has not exactly its four octets, or a length it cannot have.
+    /// [`TooShort`] if there are not exactly three octets, or the length is not 1 to 240.
     pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
         let access = Self { slot: reader.octet()?, index: reader.octet()?, length: reader.octet()? };
         let possible = (1..=MAX_RECORD_LENGTH).contains(&usize::from(access.length));
@@ -32,22 +33,23 @@ impl Access {
     }
 }
 
-/// Four octets and data: Write.req, Read.res, Data_Transport both ways.
+/// A PDU of four octets and data: Write.req, Read.res, Data_Transport in both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Transfer<'a> {
     /// Slot_Number, 0 to 254.
     pub slot: u8,
     /// Index, 0 to 254, or 255 for Call.
     pub index: u8,
-    /// The record, at most 240 octets. Only a response may have none.
+    /// The record, at most 240 octets. Only a response may be empty.
     pub data: &'a [u8],
 }
 
 impl<'a> Transfer<'a> {
-    /// Reads what follows the function number. A request carries at least one octet (`least`), a response may carry none.
+    /// Parses the octets after the function number. `least` is the minimum length of the data: 1 in a request, 0 in a response.
     ///
     /// # Errors
-    /// [`TooShort`] when the length octet is not the number of octets that follow, or one the PDU cannot have.
+    /// [`TooShort`] if the length octet differs from the number of octets that follow, or is not `least` to 240.
     pub(super) fn parse(mut reader: Reader<'a>, least: usize) -> Result<Self, TooShort> {
         let (slot, index, length) = (reader.octet()?, reader.octet()?, usize::from(reader.octet()?));
         let data = reader.rest();
@@ -62,14 +64,15 @@ impl<'a> Transfer<'a> {
     }
 }
 
-/// Alarm_Ack, request and response alike: which alarm was processed.
+/// Alarm_Ack, the same in request and response: the acknowledged alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AlarmAck {
     /// The slot that raised the alarm.
     pub slot: u8,
     /// Alarm_Type.
     pub alarm_type: u8,
-    /// The specifier as it came: Seq_Nr in bits 7 to 3, Add_Ack in bit 2.
+    /// The specifier as received: Seq_Nr in bits 7 to 3, Add_Ack in bit 2.
     pub specifier: u8,
 }
 

@@ -1,4 +1,4 @@
-//! Every PDU on the telegrams the reference prints: profibus-wire 4.4 to 4.8 and 5.4.
+//! Every PDU with the telegrams printed in profibus-wire 4.4 to 4.8 and 5.4.
 
 extern crate std;
 
@@ -10,7 +10,7 @@ use std::vec::Vec;
 
 const HERE: AddAddr<'_> = AddAddr { api: 0, scl: 0, network: None };
 
-/// What a master sends, as printed and as meant.
+/// Requests: telegram and content.
 fn requests() -> [(&'static str, Request<'static>); 9] {
     let initiate =
         Initiate { send_timeout: 100, capabilities: Capabilities::READ_WRITE, source: HERE, destination: HERE };
@@ -43,7 +43,7 @@ fn requests() -> [(&'static str, Request<'static>); 9] {
     ]
 }
 
-/// What a slave returns, as printed and as meant.
+/// Responses: telegram and content.
 fn responses() -> [(&'static str, Response<'static>); 8] {
     let initiate =
         InitiateRes { max_len_data_unit: 240, capabilities: Capabilities::READ_WRITE, source: HERE, destination: HERE };
@@ -107,7 +107,7 @@ fn printed_pdus_emit() {
 }
 
 #[test]
-fn every_shorter_pdu_is_refused() {
+fn every_shorter_pdu_is_an_error() {
     for (text, request) in requests() {
         let pdu = du(text);
         assert_eq!(Request::parse(&[]), Err(PduError::Empty));
@@ -127,9 +127,9 @@ fn every_shorter_pdu_is_refused() {
     }
 }
 
-/// Whatever an altered octet makes of a PDU: it is refused, or it means something else and emits exactly these octets.
+/// A PDU with one altered octet is an error, or has another content that emits exactly these octets.
 #[test]
-fn every_altered_octet_is_refused_or_kept() {
+fn every_altered_octet_is_an_error_or_is_emitted_again() {
     let mut out = [0; 244];
     for (text, request) in requests() {
         for altered in alterations(&du(text)) {
@@ -152,7 +152,7 @@ fn every_altered_octet_is_refused_or_kept() {
     }
 }
 
-/// `pdu` with each octet replaced by each other value in turn.
+/// `pdu` with each octet replaced by each other value.
 fn alterations(pdu: &[u8]) -> impl Iterator<Item = Vec<u8>> {
     let others = (0..pdu.len()).flat_map(|position| (1..=0xFF).map(move |flipped| (position, flipped)));
     others.map(|(position, flipped)| {
@@ -163,7 +163,7 @@ fn alterations(pdu: &[u8]) -> impl Iterator<Item = Vec<u8>> {
 }
 
 #[test]
-fn a_length_octet_must_be_the_length() {
+fn a_wrong_length_octet_is_an_error() {
     for text in [
         "5E 01 10 00",
         "5E 01 10 F1",
@@ -191,7 +191,7 @@ fn a_record_has_at_most_240_octets() {
 }
 
 #[test]
-fn numbers_of_the_other_direction_are_unknown() {
+fn function_numbers_of_the_other_direction_are_errors() {
     for number in [0x00, 0x47, 0x56, 0xDE, 0xDF, 0x5D] {
         assert_eq!(Request::parse(&[number, 0, 0, 0]), Err(PduError::Function(number)), "{number:02X}");
     }
@@ -217,7 +217,7 @@ fn an_abort_may_carry_a_detail() {
 }
 
 #[test]
-fn an_initiate_may_name_an_end_behind_a_gateway() {
+fn an_initiate_may_name_an_end_point_behind_a_gateway() {
     let pdu = hex("57 00 00 00 00 64 01 00 00 00 97 00  00 02 01 0A  00 00  07 01 11 22 33 44 55 66 AA BB");
     let network = Network { address: [0x11, 0x22, 0x33, 0x44, 0x55, 0x66], mac: &[0xAA, 0xBB] };
     let initiate = Initiate {
@@ -233,7 +233,7 @@ fn an_initiate_may_name_an_end_behind_a_gateway() {
 }
 
 #[test]
-fn types_and_lengths_of_addresses_must_agree() {
+fn a_length_that_does_not_fit_the_address_type_is_an_error() {
     let fixed = "57 00 00 00 00 64 01 00 00 00 00 00";
     for (tail, defect) in [
         ("00 03 00 02 00 00 00 00 00", PduError::Address),

@@ -1,22 +1,23 @@
-//! Channel-related blocks: what is wrong with one channel of a module. profibus-wire 2.3.1.
+//! Channel-related blocks: the error of one channel of a module. profibus-wire 2.3.1.
 
 use super::{CHANNEL, LENGTH};
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// A channel-related block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Channel {
-    /// The configuration identifier the channel belongs to, 0 to 63.
+    /// Number of the configuration identifier of the channel, 0 to 63.
     pub identifier: u8,
     /// The channel is an input.
     pub input: bool,
     /// The channel is an output.
     pub output: bool,
-    /// Its number, 0 to 63.
+    /// Number of the channel, 0 to 63.
     pub number: u8,
-    /// How wide it is.
+    /// Width of the channel.
     pub organisation: Organisation,
-    /// What is wrong, 0 to 31: see [`channel_error`].
+    /// Error type, 0 to 31: see [`channel_error`].
     pub error: u8,
 }
 
@@ -40,8 +41,9 @@ impl Channel {
     }
 }
 
-/// How many bits a channel has.
+/// The width of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Organisation {
     /// Reserved code 0.
@@ -63,7 +65,7 @@ pub enum Organisation {
 }
 
 impl Organisation {
-    /// What it is called.
+    /// The name of the width, in English.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! Extended diagnosis in words.
+//! Extended diagnosis in English.
 
 use super::{
     Block, Channel, Message, MessageKind, ModuleState, SpecifierChange, channel_error, identifiers_with_diagnosis,
@@ -66,20 +66,20 @@ impl Display for Message<'_> {
     }
 }
 
-/// What is wrong with which modules; nothing is said about the others.
+/// Lists the modules with an error.
 fn modules(data: &[u8], f: &mut Formatter<'_>) -> fmt::Result {
-    let mut nothing = true;
+    let mut first = true;
     for (number, state) in (0u16..).zip(module_states(data)) {
-        let what = match state {
+        let error = match state {
             ModuleState::Valid => continue,
             ModuleState::Invalid => "invalid data",
             ModuleState::Wrong => "wrong module",
             ModuleState::Missing => "no module",
         };
-        write!(f, "{} {number} {what}", if nothing { "" } else { "," })?;
-        nothing = false;
+        write!(f, "{} {number} {error}", if first { "" } else { "," })?;
+        first = false;
     }
-    if nothing { f.write_str(" all valid") } else { Ok(()) }
+    if first { f.write_str(" all valid") } else { Ok(()) }
 }
 
 fn octets(content: &[u8], f: &mut Formatter<'_>) -> fmt::Result {
@@ -87,12 +87,12 @@ fn octets(content: &[u8], f: &mut Formatter<'_>) -> fmt::Result {
 }
 
 fn list(numbers: impl Iterator<Item = u16>, f: &mut Formatter<'_>) -> fmt::Result {
-    let mut nothing = true;
+    let mut first = true;
     for number in numbers {
-        write!(f, "{} {number}", if nothing { "" } else { "," })?;
-        nothing = false;
+        write!(f, "{} {number}", if first { "" } else { "," })?;
+        first = false;
     }
-    if nothing { f.write_str(" none") } else { Ok(()) }
+    if first { f.write_str(" none") } else { Ok(()) }
 }
 
 #[cfg(test)]
@@ -104,16 +104,16 @@ mod tests {
     use std::string::{String, ToString};
     use std::vec::Vec;
 
-    fn words(text: &str) -> Vec<String> {
+    fn describe(text: &str) -> Vec<String> {
         Blocks::new(&hex(text))
             .map(|block| block.map_or_else(|error| error.to_string(), |block| block.to_string()))
             .collect()
     }
 
-    /// profibus-wire 2.3.1, the example of the standard, and what it does not have.
+    /// The example of the standard, profibus-wire 2.3.1, and further cases.
     #[test]
-    fn blocks_are_told_in_words() {
-        let told = words("04 11 22 33 45 01 10 04 00 80 02 24 8C 06 A7 82 C3 50 BF 47 8F C5 42 00 00");
+    fn blocks_are_described_in_english() {
+        let described = describe("04 11 22 33 45 01 10 04 00 80 02 24 8C 06 A7 82 C3 50 BF 47 8F C5 42 00 00");
         let expected = [
             "device: 11 22 33",
             "disturbed modules: 0, 12, 18",
@@ -121,9 +121,9 @@ mod tests {
             "module 12, channel 6 (word): upper limit exceeded",
             "module 2, input and output channel 3 (2 bit): manufacturer specific error 16",
         ];
-        assert_eq!(told[..5], expected);
+        assert_eq!(described[..5], expected);
         assert_eq!(
-            told[5..],
+            described[5..],
             [
                 "module 63, input channel 7 (byte): reserved error 15",
                 "revision 5",
@@ -135,7 +135,7 @@ mod tests {
 
     /// profibus-wire 2.3.2
     #[test]
-    fn alarms_and_statuses_are_told_in_words() {
+    fn alarms_and_status_messages_are_described_in_english() {
         for (content, words) in [
             ("81 02 00 05 01 2C", "status message of slot 2: 05 01 2C"),
             ("02 03 09 50", "process alarm of slot 3, sequence number 1, appears: 50"),

@@ -1,11 +1,20 @@
-//! Alarms and statuses: device-related blocks of a DP-V1 device. profibus-wire 2.3.2.
+//! Alarms and status messages: device-related blocks of a DP-V1 device. profibus-wire 2.3.2.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
-/// The content of a device-related block of a DP-V1 device: an alarm to be acknowledged, or a status.
+/// The content of a device-related block of a DP-V1 device: an alarm, which the master acknowledges, or a status.
+///
+/// ```
+/// use profivac_wire::ext_diag::Message;
+///
+/// let message = Message::parse(&[0x02, 3, 0x09, 0x50])?;
+/// assert_eq!(message.to_string(), "process alarm of slot 3, sequence number 1, appears: 50");
+/// # Ok::<(), profivac_wire::TooShort>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Message<'a> {
-    /// Alarm or status, and of which type.
+    /// Alarm or status, with its type.
     pub kind: MessageKind,
     /// Slot_Number.
     pub slot: u8,
@@ -19,7 +28,7 @@ impl<'a> Message<'a> {
     /// Reads the content of a device-related block.
     ///
     /// # Errors
-    /// [`TooShort`] when type, slot and specifier are not all there.
+    /// [`TooShort`] if type, slot and specifier are incomplete.
     pub fn parse(content: &'a [u8]) -> Result<Self, TooShort> {
         let mut reader = Reader::new(content);
         Ok(Self {
@@ -33,7 +42,7 @@ impl<'a> Message<'a> {
     /// Writes the content of a device-related block to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small.
+    /// [`TooLong`] if `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octets(&[self.kind.to_octet(), self.slot, self.specifier.0])?;
@@ -44,6 +53,7 @@ impl<'a> Message<'a> {
 
 /// Alarm_Type or Status_Type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MessageKind {
     /// Alarm_Type, 0 to 127.
     Alarm(u8),
@@ -66,7 +76,7 @@ impl MessageKind {
         }
     }
 
-    /// What the type is called.
+    /// The name of the type, in English.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -91,6 +101,7 @@ impl MessageKind {
 
 /// The specifier of an alarm or a status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Specifier(pub u8);
 
 impl Specifier {
@@ -100,13 +111,13 @@ impl Specifier {
         self.0 >> 3
     }
 
-    /// Add_Ack: beside Alarm_Ack the application waits for an acknowledgement of its own.
+    /// Add_Ack: the application needs an acknowledgement in addition to Alarm_Ack.
     #[must_use]
     pub const fn add_ack(self) -> bool {
         self.0 & 4 != 0
     }
 
-    /// What happened to the cause.
+    /// The change of the cause.
     #[must_use]
     pub const fn change(self) -> SpecifierChange {
         match self.0 & 3 {
@@ -118,33 +129,36 @@ impl Specifier {
     }
 }
 
-/// What happened to the cause of an alarm or a status.
+/// The change of the cause of an alarm or a status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpecifierChange {
-    /// Nothing is said.
+    /// No information.
     None,
-    /// It appeared; the slot is disturbed.
+    /// The cause appeared; the slot has an error.
     Appears,
-    /// It disappeared; the slot is well.
+    /// The cause disappeared; the slot has no error.
     Disappears,
-    /// It disappeared, but the slot is still disturbed. Alarms only.
+    /// The cause disappeared, other causes remain. Alarms only.
     DisappearsOthersRemain,
 }
 
-/// How a module is, two bits of Module_Status.
+/// The state of a module: two bits of Module_Status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModuleState {
     /// Valid data.
     Valid,
     /// Invalid data: the module is faulty.
     Invalid,
-    /// Another module than configured.
+    /// Wrong module: it differs from the configuration.
     Wrong,
     /// No module.
     Missing,
 }
 
-/// The modules of Module_Status, the first in bits 1 and 0 of the first octet. The last octet may hold more than there are.
+/// The states in Module_Status, the first in bits 1 and 0 of the first octet. The last octet may hold more states than the
+/// device has modules.
 pub fn module_states(data: &[u8]) -> impl Iterator<Item = ModuleState> {
     let pairs = data.iter().flat_map(|octet| [0, 2, 4, 6].map(|shift| octet >> shift & 3));
     pairs.map(|pair| match pair {

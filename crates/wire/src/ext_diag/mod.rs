@@ -1,7 +1,8 @@
-//! The blocks of Ext_Diag_Data, behind the six fixed octets of a diagnosis. profibus-wire 2.3.1 and 2.3.2.
+//! The blocks of Ext_Diag_Data, after the six fixed octets of a diagnosis. profibus-wire 2.3.1 and 2.3.2.
 //!
-//! A device-related block means what the device's manual says, or, on a DP-V1 device, an alarm or a status: which of the two
-//! the reader must know, so [`Message`] is read from the block in a second step. Both have words ([`Display`](core::fmt::Display)).
+//! The format of a device-related block depends on the device: it is defined in the manual, or, on a DP-V1 device, is an
+//! alarm or a status. The caller knows the device, so [`Message`] is parsed from the block in a second step. Both implement
+//! [`Display`](core::fmt::Display) in English.
 
 mod channel;
 mod display;
@@ -12,16 +13,18 @@ pub use message::{Message, MessageKind, ModuleState, Specifier, SpecifierChange,
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
-/// One block.
+/// A block of Ext_Diag_Data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Block<'a> {
-    /// Device-related: at most 62 octets behind the header.
+    /// Device-related: at most 62 octets after the header.
     Device(&'a [u8]),
-    /// Identifier-related: one bit per configuration identifier, see [`disturbed`]. At most 62 octets, 31 in practice.
+    /// Identifier-related: one bit for each configuration identifier, see [`identifiers_with_diagnosis`]. At most 62 octets,
+    /// 31 in practice.
     Identifier(&'a [u8]),
-    /// Channel-related.
+    /// Channel-related: the error of one channel of a module.
     Channel(Channel),
-    /// The revision of something, 0 to 63.
+    /// Revision, 0 to 63.
     Revision(u8),
 }
 
@@ -38,7 +41,7 @@ impl<'a> Block<'a> {
             CHANNEL => Channel::parse(low, reader).map(Self::Channel),
             REVISION => Ok(Self::Revision(low)),
             kind => {
-                // The length counts the header, so 0 is none.
+                // The length includes the header, so 0 is invalid.
                 let content = reader.take(usize::from(low).checked_sub(1).ok_or(TooShort)?)?;
                 Ok(if kind == IDENTIFIER { Self::Identifier(content) } else { Self::Device(content) })
             }
@@ -48,7 +51,7 @@ impl<'a> Block<'a> {
     /// Writes the block to the front of `out` and returns its length.
     ///
     /// # Errors
-    /// [`Full`] when `out` is too small or the content too long for a block.
+    /// [`TooLong`] if `out` is too small or the content too long for a block.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         match self {
@@ -67,14 +70,24 @@ fn sized(kind: u8, content: &[u8], writer: &mut Writer<'_>) -> Result<(), TooLon
     writer.octets(content)
 }
 
-/// Walks over the blocks of Ext_Diag_Data. Ends after the first that is truncated or has no length.
+/// Iterates over the blocks of Ext_Diag_Data. Ends after the first block that is truncated or has the length 0.
+///
+/// ```
+/// use profivac_wire::ext_diag::{Block, Blocks, identifiers_with_diagnosis};
+///
+/// let mut blocks = Blocks::new(&[0x45, 0x01, 0x10, 0x04, 0x00, 0xC5]);
+/// let Some(Ok(Block::Identifier(content))) = blocks.next() else { panic!("expected an identifier-related block") };
+/// assert!(identifiers_with_diagnosis(content).eq([0, 12, 18]));
+/// assert_eq!(blocks.next(), Some(Ok(Block::Revision(5))));
+/// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Blocks<'a> {
     reader: Reader<'a>,
 }
 
 impl<'a> Blocks<'a> {
-    /// Begins with the first block of `ext_diag`.
+    /// An iterator over the blocks of `ext_diag`.
     #[must_use]
     pub const fn new(ext_diag: &'a [u8]) -> Self {
         Self { reader: Reader::new(ext_diag) }
@@ -96,7 +109,7 @@ impl<'a> Iterator for Blocks<'a> {
     }
 }
 
-/// The identification numbers whose bit is set in an identifier-related block; number 0 is bit 0 of the first octet.
+/// The numbers of the identifiers with diagnosis in an identifier-related block; number 0 is bit 0 of the first octet.
 pub fn identifiers_with_diagnosis(content: &[u8]) -> impl Iterator<Item = u16> {
     let bits = content.iter().flat_map(|octet| (0..8).map(move |bit| octet >> bit & 1 != 0));
     (0..).zip(bits).filter(|(_, set)| *set).map(|(number, _)| number)
@@ -186,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn every_altered_octet_is_refused_or_kept() {
+    fn every_altered_octet_is_an_error_or_is_emitted_again() {
         let original = ext_diag(STANDARD);
         for position in 0..original.len() {
             for octet in 0..=0xFF {
@@ -210,7 +223,7 @@ mod tests {
         assert!(identifiers_with_diagnosis(&[0, 0x80]).eq([15]));
     }
 
-    /// The diagnosis of an ET200S, profibus-wire 2.3.1: identifiers, then Module_Status of 64 modules.
+    /// The diagnosis of an ET 200S, profibus-wire 2.3.1: identifiers, then Module_Status of 64 modules.
     #[test]
     fn a_real_slave_puts_the_identifiers_first() {
         let octets = hex("49 00 00 00 00 00 00 00 00 14 82 00 00 E4 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");

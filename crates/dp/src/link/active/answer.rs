@@ -1,13 +1,13 @@
 //! Whether a telegram is the answer to a request. profibus-wire 1.3, 1.5 and 2.8.
 //!
-//! Nothing but a telegram from the station that was asked, to us, with the access points swapped, with a function code and
-//! in a form that the request can have, is an answer. A late or repeated answer to something else never becomes a value.
+//! An answer comes from the station that the request went to, is addressed to this station, has swapped access points, and has
+//! a function code and a form that the request allows. A late or repeated answer to another request never becomes a value.
 
 use super::request::{Answer, Kind, Mismatch, OpenRequest};
 use profivac_wire::control::{Control, StationType, Status};
 use profivac_wire::{DataTelegram, Telegram};
 
-/// The answer in `telegram`, heard by the station `address` that waits for it.
+/// The answer in `telegram`, received by the station `address` that waits for it.
 #[inline]
 pub(super) fn matched<'a>(asked: &OpenRequest, address: u8, telegram: &Telegram<'a>) -> Result<Answer<'a>, Mismatch> {
     match telegram {
@@ -21,7 +21,7 @@ pub(super) fn matched<'a>(asked: &OpenRequest, address: u8, telegram: &Telegram<
     }
 }
 
-/// SC says nothing about who sends it.
+/// SC does not name its sender.
 const fn short(status: Status) -> Answer<'static> {
     Answer { station: StationType::Slave, status, du: &[], retries: 0 }
 }
@@ -38,14 +38,14 @@ fn framed<'a>(asked: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> Res
     let bare = frame.dsap.is_none() && frame.ssap.is_none() && frame.du.is_empty();
     let swapped = frame.dsap == asked.ssap && frame.ssap == asked.dsap;
     match (carries_data, bare, swapped) {
-        // An SD1 has no access points, whatever it answers.
+        // An SD1 never has access points.
         (_, true, _) | (true, _, true) => Ok(Answer { station, status, du: frame.du, retries: 0 }),
         (true, false, false) => Err(Mismatch::AccessPoint),
         (false, false, _) => Err(Mismatch::Form),
     }
 }
 
-/// Whether an answer with `status` may carry data; `None` if a request of this kind is not answered like that.
+/// Whether an answer with `status` may carry data; `None` if a request of this kind has no such answer.
 const fn carries_data(kind: Kind, status: Status) -> Option<bool> {
     match (kind, status) {
         (Kind::Reply, Status::DataLow | Status::DataHigh | Status::DataLowNotTaken | Status::DataHighNotTaken)
@@ -70,14 +70,14 @@ mod tests {
     const DIAG: OpenRequest = OpenRequest { da: 8, kind: Kind::Reply, dsap: Some(60), ssap: Some(62) };
     const FDL_STATUS: OpenRequest = OpenRequest { da: 8, kind: Kind::FdlStatus, dsap: None, ssap: None };
 
-    /// What master 2 makes of the octets in `text`: status and data, or what does not fit.
+    /// The result of the octets in `text` at master 2: status and data, or the mismatch.
     fn heard(asked: OpenRequest, text: &str) -> Result<(Status, Vec<u8>), Mismatch> {
         let octets: Vec<u8> = text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect();
         matched(&asked, 2, &Telegram::parse(&octets).unwrap()).map(|answer| (answer.status, answer.du.to_vec()))
     }
 
     #[test]
-    fn the_answers_of_the_reference_fit() {
+    fn the_answers_in_the_reference_match_their_requests() {
         for (asked, text, status, du) in [
             (FDL_STATUS, "10 02 08 00 0A 16", Status::Ok, &[][..]),
             (EXCHANGE, "68 05 05 68 02 08 08 01 02 15 16", Status::DataLow, &[1, 2]),
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_named() {
+    fn every_mismatch_is_named() {
         for (asked, text, mismatch) in [
             // A diagnosis that comes late, while inputs are awaited, and the other way round.
             (EXCHANGE, "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", Mismatch::AccessPoint),

@@ -9,7 +9,7 @@ use profivac_wire::Telegram;
 use profivac_wire::control::StationType;
 
 impl<R: FdlUser> Active<R> {
-    /// A telegram of a responder, or one that cannot be anybody's.
+    /// A telegram of a responder, or a token that no master can have sent.
     #[inline]
     pub(super) fn handle_answer(&mut self, end: BitTime, telegram: &Telegram<'_>) {
         let slot = self.slot_tbit();
@@ -21,7 +21,7 @@ impl<R: FdlUser> Active<R> {
                 }
                 Err(mismatch) => cycle.mismatch = Some(mismatch),
             },
-            // One answer too many: others may follow, and must not be taken for answers to the next request.
+            // A second answer: more may follow, which must not be taken for answers to the next request.
             FdlState::Holding { idle_tbit, answered } => {
                 *idle_tbit = slot.max(*idle_tbit);
                 let answered = *answered;
@@ -32,8 +32,8 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// An answer that nobody waits for: a late one, or the one of a second station with the same address. SC does not say
-    /// who sends it; it is taken for one more of the station that has just answered.
+    /// An answer to no open request: a late one, or one of a second station with the same address. SC does not name its
+    /// sender; it is attributed to the station that has just answered.
     #[cold]
     fn stray(&mut self, now: BitTime, answered: Option<u8>, telegram: &Telegram<'_>) {
         let sender = match telegram {
@@ -53,7 +53,7 @@ impl<R: FdlUser> Active<R> {
         if cycle.request.kind == Kind::FdlStatus {
             self.station_found(cycle, answer.station);
         }
-        // What was repeated may be answered twice, and the first answer may have been a late one. Both look alike, so the
+        // A repeated request may be answered twice, and the first answer may have been a late one. Both look alike, so the
         // second must not fall into the next message cycle: it comes within two slot times.
         let idle_tbit = match cycle.retries {
             0 => self.bus.id1_tbit(),
@@ -65,8 +65,8 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// Somebody is there. A master in the GAP that is ready is the new successor; one that takes itself for a member of the
-    /// ring is in another one, which ends here.
+    /// A station answered FDL status. A master in the GAP that is ready is the new successor; a master that reports to be in a
+    /// ring already is in another ring, which ends here.
     fn station_found(&mut self, cycle: &MessageCycle, station: StationType) {
         self.gap.set_station(cycle.request.da, Some(station));
         if !cycle.from_user && matches!(station, StationType::MasterReady | StationType::MasterInRing) {
@@ -74,10 +74,10 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// No answer has come in time: the request again, or the next one.
+    /// No answer has come in time: repeats the request, or gives it up.
     pub(super) fn slot_expired(&mut self, now: BitTime, mut cycle: MessageCycle) -> Option<Transmit<'_>> {
         if now < self.busy_until + self.slot_tbit() {
-            // Longer than any telegram, and still not quiet.
+            // The line has been busy for longer than any telegram.
             self.give_up_token(now);
             return None;
         }
@@ -102,7 +102,7 @@ impl<R: FdlUser> Active<R> {
         self.use_token(now, not_before)
     }
 
-    /// No answer will come: the station counts as not operational.
+    /// The request has failed: the station counts as not operational.
     pub(super) fn failed(&mut self, now: BitTime, cycle: &MessageCycle, failure: Failure) {
         self.counts.forget(&cycle.request);
         if cycle.request.kind == Kind::FdlStatus && failure != Failure::Interrupted {
@@ -113,8 +113,8 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// When to give up waiting for an answer: a slot time after the line fell silent, but not much later than the longest
-    /// answer could end.
+    /// When the wait for an answer ends: a slot time after the line became idle, but not much later than the longest answer
+    /// could end.
     #[inline]
     pub(super) fn deadline(&self, cycle: &MessageCycle) -> Option<BitTime> {
         let slot = self.slot_tbit();

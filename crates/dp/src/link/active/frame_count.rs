@@ -1,9 +1,9 @@
-//! The frame count bits of an initiator: one per station, whatever the service. profibus-wire 1.10.
+//! The frame count bits of an initiator: one per station for all services. profibus-wire 1.10.
 
 use super::request::OpenRequest;
 use profivac_wire::control::FrameCount;
 
-/// What the next counted request to each of the addresses 0 to 126 carries.
+/// The frame count of the next counted request to each of the addresses 0 to 126.
 #[derive(Clone, Debug)]
 pub(super) struct FrameCounts([FrameCount; 127]);
 
@@ -12,7 +12,7 @@ impl FrameCounts {
         Self([FrameCount::First; 127])
     }
 
-    /// How a request is to be counted.
+    /// The frame count of a request.
     pub(super) fn next(&self, asked: &OpenRequest) -> FrameCount {
         match self.0.get(usize::from(asked.da)) {
             Some(count) if asked.kind.counts() => *count,
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bit_begins_with_a_first_contact_and_toggles_with_answers_only() {
+    fn the_frame_count_begins_with_a_first_contact_and_toggles_with_answers_only() {
         let mut counts = FrameCounts::new();
         let diag = OpenRequest { da: 8, kind: Kind::Reply, dsap: Some(60), ssap: Some(62) };
         let exchange = OpenRequest { dsap: None, ssap: None, ..diag };
@@ -57,7 +57,7 @@ mod tests {
 
         assert_eq!(counts.next(&diag), FrameCount::First);
         counts.answered(&diag);
-        // Another service of the same station goes on counting, and what is not counted changes nothing.
+        // Another service of the same station continues the count, and an uncounted request changes nothing.
         assert_eq!(counts.next(&exchange), FrameCount::Counted(false));
         assert_eq!(counts.next(&status), FrameCount::Uncounted);
         counts.answered(&status);

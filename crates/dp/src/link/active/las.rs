@@ -1,55 +1,55 @@
-//! LAS, the list of active stations: who is in the ring, learnt from the tokens that pass. profibus-wire 1.13.
+//! LAS, the list of active stations: the masters in the ring, learnt from the tokens. profibus-wire 1.13.
 //!
-//! A token proves that its sender is in the ring, and that nobody between sender and receiver is. Whether the receiver is
-//! there shows when it passes the token on. Nothing protects a token, so an address that no master can have is noise, and
-//! what a damaged token has changed is put right by the next rotation.
+//! A token proves that its sender is in the ring, and that no address between sender and receiver is. The receiver proves its
+//! presence when it passes the token on. A token has no checksum, so an address that no master can have is noise, and the next
+//! rotation corrects the effect of a damaged token.
 
 /// The highest address a master can have.
 const MAX_MASTER: u8 = 125;
 
-/// How far the list is.
+/// The progress of learning the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Progress {
-    /// No rotation has begun since this station listens.
+    /// No rotation has begun since this station began to listen.
     Waiting,
-    /// The first whole rotation is being heard.
+    /// The first whole rotation is in progress.
     First,
-    /// Another rotation is being heard, and has to be the same as the one before.
+    /// Another rotation is in progress, and has to equal the one before.
     Second,
-    /// Two rotations were the same, or this station made the ring itself. From now on the list follows every token.
+    /// Two rotations were equal, or this station made the ring itself. From now on the list follows every token.
     Complete,
 }
 
-/// The list, from the place of one station in it.
+/// The list, as seen by one station.
 #[derive(Clone, Debug)]
 pub(super) struct Las {
     own: u8,
     progress: Progress,
     /// One bit for each other station of the ring.
     others: u128,
-    /// The same for the rotation that is being heard.
+    /// The same for the rotation in progress.
     rotation: u128,
     /// The last token: a repeated one begins no new rotation.
     last: (u8, u8),
 }
 
 impl Las {
-    /// Nothing was heard yet.
+    /// A station that has received no token yet.
     pub(super) const fn new(own: u8) -> Self {
         Self { own, progress: Progress::Waiting, others: 0, rotation: 0, last: (own, own) }
     }
 
-    /// Nobody else is in the ring: this station makes a new one.
+    /// A station that makes a new ring.
     pub(super) const fn alone(own: u8) -> Self {
         Self { progress: Progress::Complete, ..Self::new(own) }
     }
 
-    /// Whether two complete rotations were heard and were the same.
+    /// Whether the list is complete.
     pub(super) const fn is_complete(&self) -> bool {
         matches!(self.progress, Progress::Complete)
     }
 
-    /// Another station has sent a token to `da`.
+    /// Station `sa` has sent a token to `da`.
     pub(super) fn observe_token(&mut self, da: u8, sa: u8) {
         let repeated = (da, sa) == self.last && da != sa;
         self.last = (da, sa);
@@ -60,13 +60,13 @@ impl Las {
         }
     }
 
-    /// The list is complete: `sa` is in the ring, and nobody between it and `da`.
+    /// Follows a token with a complete list: `sa` is in the ring, and no address between it and `da`.
     fn follow(&mut self, da: u8, sa: u8) {
         self.others &= !between(sa, da);
         self.insert(sa);
     }
 
-    /// A rotation ends where the token goes to a lower address, or to its sender.
+    /// Learns from a token. A rotation ends where the token goes to a lower address, or to its sender.
     fn learn(&mut self, da: u8, sa: u8) {
         self.rotation |= bit(sa);
         if da > sa {
@@ -93,39 +93,39 @@ impl Las {
         self.others &= !bit(address);
     }
 
-    /// NS, who gets the token from this station: itself if nobody else is there.
+    /// NS, the successor: this station itself if it is alone.
     pub(super) const fn next(&self) -> u8 {
         let above = self.others & !up_to(self.own);
         let candidates = if above != 0 { above } else { self.others };
         if candidates == 0 { self.own } else { candidates.trailing_zeros() as u8 }
     }
 
-    /// PS, who gives the token to this station: itself if nobody else is there.
+    /// PS, the predecessor: this station itself if it is alone.
     pub(super) const fn previous(&self) -> u8 {
         let below = self.others & up_to(self.own);
         let candidates = if below != 0 { below } else { self.others };
         if candidates == 0 { self.own } else { 127_u32.saturating_sub(candidates.leading_zeros()) as u8 }
     }
 
-    /// Whether the token may come from `sa`: it is PS, or PS has just given it the token as to somebody who is new.
+    /// Whether the token may come from `sa`: it is PS, or a newcomer to which PS has just passed the token.
     pub(super) fn is_predecessor(&self, sa: u8) -> bool {
         let previous = self.previous();
         sa == previous || self.last == (sa, previous)
     }
 
-    /// The others in the ring, in the order of their addresses.
+    /// The other masters in the ring, in the order of their addresses.
     pub(super) fn others(&self) -> impl Iterator<Item = u8> + use<> {
         let others = self.others;
         (0..=MAX_MASTER).filter(move |address| others & bit(*address) != 0)
     }
 }
 
-/// Whether a token from `sa` to `da` goes past `address`, which is neither.
+/// Whether a token from `sa` to `da` skips `address`.
 pub(super) const fn passes(address: u8, da: u8, sa: u8) -> bool {
     address != sa && between(sa, da) & bit(address) != 0
 }
 
-/// Whether a token with these addresses can be one.
+/// Whether masters can have these addresses.
 pub(super) const fn is_token(da: u8, sa: u8) -> bool {
     da <= MAX_MASTER && sa <= MAX_MASTER
 }
@@ -139,7 +139,7 @@ const fn up_to(address: u8) -> u128 {
     if address >= 127 { u128::MAX } else { (1_u128 << address.saturating_add(1)).wrapping_sub(1) }
 }
 
-/// The addresses after `sa` and before `da`, around the end of the addresses if need be: all others if both are one.
+/// The addresses after `sa` and before `da`, around the highest address if necessary: all others if both are equal.
 const fn between(sa: u8, da: u8) -> u128 {
     let after_sa = !up_to(sa);
     let before_da = up_to(da) & !bit(da);
@@ -152,8 +152,8 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// A list that has heard `tokens`, each from the first address to the second.
-    fn heard(own: u8, tokens: &[(u8, u8)]) -> Las {
+    /// A list after `tokens`, each from the first address to the second.
+    fn after_tokens(own: u8, tokens: &[(u8, u8)]) -> Las {
         let mut las = Las::new(own);
         tokens.iter().for_each(|(sa, da)| las.observe_token(*da, *sa));
         las
@@ -163,27 +163,27 @@ mod tests {
         las.others().collect()
     }
 
-    /// So many rotations of a ring of 3, 9 and 15.
+    /// `times` rotations of a ring of 3, 9 and 15.
     fn rotations(times: usize) -> Vec<(u8, u8)> {
         [(3, 9), (9, 15), (15, 3)].repeat(times)
     }
 
     #[test]
-    fn two_whole_and_equal_rotations_make_the_list() {
-        // Half a rotation that says nothing, and two whole ones.
+    fn two_equal_rotations_complete_the_list() {
+        // Half a rotation, which does not count, and two whole ones.
         let all = [&rotations(1)[1..], &rotations(2)].concat();
         for length in 0..all.len() {
-            assert!(!heard(7, &all[..length]).is_complete(), "{length} tokens");
+            assert!(!after_tokens(7, &all[..length]).is_complete(), "{length} tokens");
         }
-        let las = heard(7, &all);
+        let las = after_tokens(7, &all);
         assert!(las.is_complete());
         assert_eq!((others(&las), las.previous(), las.next()), (std::vec![3, 9, 15], 3, 9));
     }
 
     #[test]
-    fn rotations_that_differ_are_heard_again() {
+    fn after_different_rotations_the_station_listens_to_another() {
         let tokens = [rotations(2), std::vec![(3, 9), (9, 12), (12, 15), (15, 3)]].concat();
-        let mut las = heard(7, &tokens);
+        let mut las = after_tokens(7, &tokens);
         assert!(!las.is_complete());
         [(3, 9), (9, 12), (12, 15), (15, 3)].iter().for_each(|(sa, da)| las.observe_token(*da, *sa));
         assert_eq!((las.is_complete(), others(&las)), (true, std::vec![3, 9, 12, 15]));
@@ -191,19 +191,19 @@ mod tests {
 
     #[test]
     fn a_repeated_token_is_no_rotation() {
-        let las = heard(7, &[(15, 3), (3, 15), (15, 3), (15, 3), (15, 3)]);
+        let las = after_tokens(7, &[(15, 3), (3, 15), (15, 3), (15, 3), (15, 3)]);
         assert!(!las.is_complete());
         // A master that is alone sends the same token again and again, and each is a rotation.
-        assert!(heard(7, &[(3, 3), (3, 3), (3, 3)]).is_complete());
+        assert!(after_tokens(7, &[(3, 3), (3, 3), (3, 3)]).is_complete());
     }
 
     #[test]
-    fn the_list_follows_who_comes_and_goes() {
-        let mut las = heard(7, &rotations(3));
+    fn the_list_follows_masters_that_enter_and_leave() {
+        let mut las = after_tokens(7, &rotations(3));
         las.observe_token(15, 3);
         assert_eq!((others(&las), las.next()), (std::vec![3, 15], 15), "9 was left out");
         las.observe_token(15, 12);
-        assert_eq!((others(&las), las.next()), (std::vec![3, 12, 15], 12), "12 has the token, so it is in");
+        assert_eq!((others(&las), las.next()), (std::vec![3, 12, 15], 12), "12 has the token, so it is in the ring");
         las.observe_token(9, 3);
         assert_eq!(others(&las), [3, 12, 15], "whether 9 takes the token is not known yet");
         las.remove(3);
@@ -211,8 +211,8 @@ mod tests {
     }
 
     #[test]
-    fn the_token_comes_from_the_predecessor_or_from_whom_it_has_let_in() {
-        let mut las = heard(7, &rotations(3));
+    fn the_token_comes_from_the_predecessor_or_from_a_master_it_has_let_in() {
+        let mut las = after_tokens(7, &rotations(3));
         assert!(las.is_predecessor(3) && !las.is_predecessor(5));
         las.observe_token(5, 3);
         assert!(las.is_predecessor(5));

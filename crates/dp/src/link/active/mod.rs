@@ -1,20 +1,20 @@
-//! An active station: it takes the token, asks others and waits for their answers, passes the token on.
+//! An active station: it takes the token, sends requests and waits for answers, and passes the token on.
 //! profibus-wire 1.10, 1.12 and 1.13.
 //!
 //! ```text
 //!              T_TO: token, token
 //! Listening ───────────────────────────► Holding ◄──────────────────────────────────┐
 //!   │  ▲                                  │  ▲  │                                    │
-//!   │  │ token past us                    │  │  └─ request ── Waiting ── answer T_ID1, silence T_SL
-//!   │  │                          GAP, token │     SDN ────── Leaving ── T_ID2 ───────┤
+//!   │  │ token skips us                   │  │  └─ request ── Waiting ── answer T_ID1, silence T_SL
+//!   │  │                          GAP, token │     SDN ────── Sending ── T_ID2 ───────┤
 //!   │  │                                  ▼  │     token to itself, if alone ─────────┘
-//!   │ Idle ◄── somebody speaks ──────── Passing ◄── silence T_SL: again, twice, then the next successor
+//!   │ Idle ◄── any telegram ─────────── Passing ◄── silence T_SL: again, twice, then the next successor
 //!   │  │                                     │
 //!   └──┴──────── token from PS, T_TO ────────┘
 //! ```
 //!
-//! `token` is the table of what the telegrams of other masters mean in each state, `las` the list of who is in the ring,
-//! `gap` the search for newcomers, `visit` what a station does with the token, and `cycle` a request with its answer.
+//! `token` has the table for the telegrams of other masters in each state, `las` the list of the masters in the ring, `gap`
+//! the search for newcomers, `visit` the use of the token, and `cycle` a request with its answer.
 
 mod answer;
 mod cycle;
@@ -27,7 +27,7 @@ mod state;
 mod token;
 mod visit;
 
-pub use parameters::{BusParameters, OutOfRange};
+pub use parameters::{BusParameter, BusParameters, OutOfRange};
 pub use request::{Answer, Confirmation, Failure, FdlUser, Mismatch, Priority, Request};
 pub use state::{RingCounters, RingState};
 
@@ -41,13 +41,13 @@ use profivac_wire::{MAX_TELEGRAM, Telegram};
 use state::{DuplicateAddress, FdlState, Pass, SilentVisits, Unconfirmed, Visit, VisitPhase};
 use token::ForeignTelegram;
 
-/// How long the longest telegram takes.
+/// The duration of the longest telegram.
 const LONGEST_TBIT: u64 = (MAX_TELEGRAM as u64).saturating_mul(CHARACTER_TBIT);
 
-/// An active station with `R` above it.
+/// An active station with the FDL user `R` above it.
 #[derive(Clone, Debug)]
 pub struct Active<R> {
-    /// The layer above.
+    /// The FDL user, the layer above.
     pub user: R,
     bus: BusParameters,
     state: FdlState,
@@ -56,17 +56,17 @@ pub struct Active<R> {
     las: Las,
     counts: FrameCounts,
     counters: RingCounters,
-    /// When the line was last known to be busy.
+    /// The end of the last known activity of the line.
     busy_until: BitTime,
-    /// The master that was heard last.
+    /// The master that sent a telegram last.
     other: Option<u8>,
-    /// Who has offered the token and is not our predecessor.
+    /// The master that sent this station the token and is not its predecessor.
     suspect: Option<u8>,
     duplicate: DuplicateAddress,
     silent_visits: SilentVisits,
-    /// This station passes the token on and takes it no more.
+    /// This station passes the token on and does not take it again.
     leaving_ring: bool,
-    /// What was sent last may come back from the adapter.
+    /// The adapter may echo the telegram sent last.
     may_echo: bool,
     telegram: [u8; MAX_TELEGRAM],
     length: usize,
@@ -101,14 +101,14 @@ impl<R: FdlUser> Active<R> {
         &self.bus
     }
 
-    /// Another highest station address. The GAP is searched anew.
+    /// Sets the highest station address. The GAP is scanned anew.
     pub const fn set_hsa(&mut self, hsa: u8) {
         self.bus.hsa = hsa;
         self.gap.set_hsa(hsa);
     }
 
-    /// Looks for newcomers only after the first pause. For a tool that is gone again by then: each question costs a slot
-    /// time, and those of a port of an operating system are long.
+    /// Scans the GAP only after the first pause. For a program that has left by then: each FDL status request costs a slot
+    /// time, which is long on a port of an operating system.
     pub const fn delay_gap_scan(&mut self) {
         self.gap.delay_scans();
     }
@@ -124,7 +124,7 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// Where this station stands to the ring.
+    /// The relation of this station to the ring.
     pub const fn ring_state(&self) -> RingState {
         match self.state {
             FdlState::Offline => RingState::Offline,
@@ -135,7 +135,7 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// Who is in the ring, in the order of the addresses, as far as this station knows: itself, if it is in, and the others.
+    /// The masters in the ring, in the order of their addresses, as far as this station knows, itself included.
     pub fn masters(&self) -> impl Iterator<Item = u8> + use<R> {
         let own = self.bus.address;
         let itself = (self.ring_state() == RingState::InRing).then_some(own);
@@ -144,23 +144,23 @@ impl<R: FdlUser> Active<R> {
         below.chain(itself).chain(above.skip_while(move |address| *address < own))
     }
 
-    /// What went wrong with the token so far.
+    /// The counters of token errors.
     pub const fn ring_counters(&self) -> &RingCounters {
         &self.counters
     }
 
-    /// The master that spoke last, unless this station is alone in the ring again. While this station is not let in, that
-    /// is the one that keeps the line.
+    /// The master that sent a telegram last, unless this station is alone in the ring again. While this station waits to be let
+    /// into the ring, that master holds the line.
     pub const fn other_master(&self) -> Option<u8> {
         self.other
     }
 
-    /// Everybody that answered FDL status when asked last, by the GAP or by the layer above.
+    /// The stations that answered the last FDL status request, of the GAP or of the FDL user.
     pub fn live_list(&self) -> impl Iterator<Item = (u8, StationType)> {
         self.gap.live_list()
     }
 
-    /// Begins anew at `now`, for instance because the port was lost: whatever was on its way has failed.
+    /// Begins anew at `now`, for instance because the port was lost: a request under way has failed.
     pub fn listen(&mut self, now: BitTime) {
         self.busy_until = self.busy_until.max(now);
         self.give_up_token(now);
@@ -170,8 +170,8 @@ impl<R: FdlUser> Active<R> {
         (self.suspect, self.duplicate) = (None, DuplicateAddress::NONE);
     }
 
-    /// Leaves the ring. A station that has the token finishes its message, and passes the token on before it falls silent;
-    /// [`standing`](Self::standing) tells when it has. [`listen`](Self::listen) brings it back.
+    /// Leaves the ring. A station that has the token finishes its message and passes the token on; then
+    /// [`ring_state`](Self::ring_state) is [`RingState::Offline`]. [`listen`](Self::listen) reverses this.
     pub const fn leave(&mut self) {
         self.leaving_ring = true;
         self.visit.phase = VisitPhase::Over;
@@ -236,7 +236,7 @@ impl<R: FdlUser> Station for Active<R> {
                 self.state = FdlState::Holding { idle_tbit: self.bus.id2_tbit(), answered: None };
                 self.user.confirm(end, Confirmation::Sent);
             }
-            // An answer of this station, or one to it that was faster than the news that its request has left.
+            // The telegram was an answer of this station, or the answer to the request came before this report.
             FdlState::Offline | FdlState::Listening | FdlState::Idle => {}
             FdlState::Holding { .. } | FdlState::Claiming | FdlState::Passing(_) => {}
         }
@@ -255,7 +255,7 @@ impl<R: FdlUser> Station for Active<R> {
         }
     }
 
-    /// Everything this station waits for is a line that has been quiet for long enough.
+    /// Every wait of this station is for a line that has been idle long enough.
     #[inline]
     fn wake_at(&self) -> Option<BitTime> {
         match &self.state {

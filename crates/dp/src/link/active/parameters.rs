@@ -3,18 +3,28 @@
 use crate::link::time::{Baud, CHARACTER_TBIT, T_SYN_TBIT};
 use core::fmt;
 
-/// The highest address a station can have; 126 is only where slaves wait for one.
+/// The highest address of a station; slaves wait for an address at 126.
 const MAX_ADDRESS: u8 = 125;
 
-/// What an active station must know about its bus. All times are in bit times.
+/// The bus parameters of an active station. All times are in bit times.
 ///
 /// [`new`](Self::new) gives the defaults of a transmission rate; every field may be changed afterwards. A port of an
-/// operating system adds milliseconds to every answer: there `slot_tbit` must cover them.
+/// operating system delays every answer by milliseconds, which `slot_tbit` must include.
+///
+/// ```
+/// use profivac_dp::link::Baud;
+/// use profivac_dp::link::active::BusParameters;
+///
+/// let bus = BusParameters { hsa: 40, ..BusParameters::new(2, Baud::B500000) };
+/// bus.check()?;
+/// assert_eq!(bus.id1_tbit(), 37);
+/// # Ok::<(), profivac_dp::link::active::OutOfRange>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusParameters {
     /// TS, the address of this station.
     pub address: u8,
-    /// T_SL: how long to wait for the first character of an answer, from the end of the request.
+    /// T_SL: the time in which the first character of an answer must come, from the end of the request.
     pub slot_tbit: u32,
     /// min T_SDR: no answer begins earlier.
     pub min_tsdr_tbit: u16,
@@ -22,40 +32,77 @@ pub struct BusParameters {
     pub max_tsdr_tbit: u16,
     /// T_SET: from an event to the reaction to it.
     pub setup_tbit: u16,
-    /// T_QUI: how long a transmitter or repeater is deaf after sending.
+    /// T_QUI: the time a transmitter or repeater cannot receive after sending.
     pub quiet_tbit: u16,
-    /// How often a request is repeated when its answer is missing or damaged.
+    /// How often the station repeats a request whose answer is missing or damaged.
     pub retry_limit: u8,
-    /// G: from one scan of the GAP to the next so many target rotation times pass.
+    /// G: the pause between two scans of the GAP, in target rotation times.
     pub gap_factor: u8,
-    /// HSA: the highest address that is asked.
+    /// HSA: the highest address in the GAP.
     pub hsa: u8,
     /// T_TR, the target token rotation time.
     pub rotation_tbit: u32,
-    /// The idle line after a token to oneself, T_ID1 if nothing is said: who passes the token to himself has received it.
-    /// profibus-wire 8.2 and 1.13 count like that, 1.12 and 8.1 have T_ID2 as after other unconfirmed telegrams.
+    /// The idle time after a token to itself; `None` is T_ID1, because a station that passes the token to itself has received
+    /// it. profibus-wire 8.2 and 1.13 count like that, 1.12 and 8.1 have T_ID2 as after other unconfirmed telegrams.
     pub token_idle_tbit: Option<u32>,
 }
 
-/// A bus parameter that no bus can have.
+/// A bus parameter whose range [`BusParameters::check`] checks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BusParameter {
+    /// TS.
+    Address,
+    /// HSA.
+    HighestAddress,
+    /// max T_SDR.
+    MaxTsdr,
+    /// min T_SDR.
+    MinTsdr,
+    /// T_SL.
+    SlotTime,
+    /// The number of repetitions.
+    RetryLimit,
+    /// G.
+    GapFactor,
+    /// T_TR.
+    RotationTime,
+}
+
+impl fmt::Display for BusParameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Address => "the master's address",
+            Self::HighestAddress => "the highest station address",
+            Self::MaxTsdr => "max T_SDR",
+            Self::MinTsdr => "min T_SDR",
+            Self::SlotTime => "the slot time",
+            Self::RetryLimit => "the retry limit",
+            Self::GapFactor => "the GAP factor",
+            Self::RotationTime => "the target rotation time",
+        })
+    }
+}
+
+/// A bus parameter is outside its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfRange {
-    /// What it is, in words.
-    pub name: &'static str,
-    /// What was given.
+    /// The parameter.
+    pub parameter: BusParameter,
+    /// The given value.
     pub given: u32,
-    /// The least it can be.
+    /// The least value possible.
     pub least: u32,
-    /// The most it can be.
+    /// The greatest value possible; `u32::MAX` if there is no limit.
     pub most: u32,
 }
 
 impl fmt::Display for OutOfRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, given, least, most } = self;
+        let Self { parameter, given, least, most } = self;
         match most {
-            &u32::MAX => write!(f, "{name} must be at least {least}, not {given}"),
-            most => write!(f, "{name} must be {least} to {most}, not {given}"),
+            &u32::MAX => write!(f, "{parameter} must be at least {least}, not {given}"),
+            most => write!(f, "{parameter} must be {least} to {most}, not {given}"),
         }
     }
 }
@@ -99,34 +146,34 @@ impl BusParameters {
         setup.saturating_add(setup).saturating_add(u64::from(self.quiet_tbit)).saturating_add(2)
     }
 
-    /// T_ID1: the idle line before a request when an answer was received.
+    /// T_ID1: the idle time before a request after an answer was received.
     #[must_use]
     pub fn id1_tbit(&self) -> u64 {
         self.margin_tbit().saturating_add(T_SYN_TBIT).max(u64::from(self.min_tsdr_tbit))
     }
 
-    /// T_ID2: the idle line before a request when the telegram before it was not to be answered.
+    /// T_ID2: the idle time before a request after a telegram that has no answer.
     #[must_use]
     pub fn id2_tbit(&self) -> u64 {
         self.margin_tbit().saturating_add(T_SYN_TBIT).max(u64::from(self.max_tsdr_tbit))
     }
 
-    /// T_TO: how long the line must be silent before this station takes the token that nobody seems to have.
+    /// T_TO: after this idle time the station takes the token, because no other station has it.
     #[must_use]
     pub fn timeout_tbit(&self) -> u64 {
         let slots = u64::from(self.address).saturating_add(3).saturating_mul(2);
         u64::from(self.slot_tbit).saturating_mul(slots)
     }
 
-    /// T_GUD: from one scan of the GAP to the next.
+    /// T_GUD: the time from one scan of the GAP to the next.
     #[must_use]
     pub const fn gap_pause_tbit(&self) -> u64 {
         (self.gap_factor as u64).saturating_mul(self.rotation_tbit as u64)
     }
 
-    /// How long a newcomer listens and then waits until a ring of two masters with these parameters has let it in, if no
-    /// visit has more than one message: three rotations to learn the ring, the pause of the GAP, and one
-    /// of HSA + 1 addresses per rotation. profibus-wire 1.13.
+    /// The longest time until a ring of two masters with these parameters lets a newcomer in, if no visit has more than one
+    /// message: three rotations to learn the ring, the pause of the GAP, and one of HSA + 1 addresses per rotation.
+    /// profibus-wire 1.13.
     #[must_use]
     pub fn entry_tbit(&self) -> u64 {
         // A request without data has 6 characters or, with access points, 11; a token has 3.
@@ -139,7 +186,7 @@ impl BusParameters {
         self.timeout_tbit().saturating_add(self.gap_pause_tbit()).saturating_add(visit.saturating_mul(visits))
     }
 
-    /// Whether a bus can have these parameters.
+    /// Checks that all parameters are in their ranges.
     ///
     /// # Errors
     /// The first parameter that is [`OutOfRange`]. The slot time has no upper limit, because ports of operating systems
@@ -148,18 +195,18 @@ impl BusParameters {
         let reaction = self.margin_tbit().saturating_add(T_SYN_TBIT);
         let reaction = u32::try_from(reaction).unwrap_or(u32::MAX);
         let (min_tsdr, max_tsdr) = (u32::from(self.min_tsdr_tbit), u32::from(self.max_tsdr_tbit));
-        for (name, given, least, most) in [
-            ("the master's address", u32::from(self.address), 0, u32::from(MAX_ADDRESS)),
-            ("the highest station address", u32::from(self.hsa), u32::from(self.address), 126),
-            ("max T_SDR", max_tsdr, reaction, 1023),
-            ("min T_SDR", min_tsdr, 11, max_tsdr.saturating_sub(1)),
-            ("the slot time", self.slot_tbit, max_tsdr.saturating_add(15), u32::MAX),
-            ("the retry limit", u32::from(self.retry_limit), 0, 15),
-            ("the GAP factor", u32::from(self.gap_factor), 1, 100),
-            ("the target rotation time", self.rotation_tbit, 256, 16_777_960),
+        for (parameter, given, least, most) in [
+            (BusParameter::Address, u32::from(self.address), 0, u32::from(MAX_ADDRESS)),
+            (BusParameter::HighestAddress, u32::from(self.hsa), u32::from(self.address), 126),
+            (BusParameter::MaxTsdr, max_tsdr, reaction, 1023),
+            (BusParameter::MinTsdr, min_tsdr, 11, max_tsdr.saturating_sub(1)),
+            (BusParameter::SlotTime, self.slot_tbit, max_tsdr.saturating_add(15), u32::MAX),
+            (BusParameter::RetryLimit, u32::from(self.retry_limit), 0, 15),
+            (BusParameter::GapFactor, u32::from(self.gap_factor), 1, 100),
+            (BusParameter::RotationTime, self.rotation_tbit, 256, 16_777_960),
         ] {
             if !(least..=most).contains(&given) {
-                return Err(OutOfRange { name, given, least, most });
+                return Err(OutOfRange { parameter, given, least, most });
             }
         }
         Ok(())

@@ -1,32 +1,32 @@
-//! What the layer above an active station asks for, and what it is told.
+//! The interface between an active station and its FDL user: requests and confirmations.
 
 use crate::link::time::BitTime;
 use core::fmt;
 use profivac_wire::control::{Function, StationType, Status};
 use profivac_wire::telegram::BROADCAST;
 
-/// A message for the station to send. What a request must not be (to oneself, too long) is confirmed as
-/// [`Failure::Impossible`] without being sent.
+/// A request for the station to send. An impossible request (to the station itself, too long) is confirmed as
+/// [`Failure::Impossible`] and not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request<'a> {
-    /// To whom: 0 to 126, or 127 for everybody where no answer is expected.
+    /// The destination: 0 to 126, or 127 (all stations) for a request without an answer.
     pub da: u8,
-    /// What is asked. An SDN, and any function this station does not know, is not answered.
+    /// The function. An SDN, and any function this station does not know, has no answer.
     pub function: Function,
     /// The service access point at the destination.
     pub dsap: Option<u8>,
-    /// The service access point here.
+    /// The service access point at this station.
     pub ssap: Option<u8>,
     /// The data unit.
     pub du: &'a [u8],
 }
 
-/// Which kind of answer a request gets.
+/// The kind of answer to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// None.
+    /// No answer.
     Unconfirmed,
-    /// A telegram without data, with or without being counted.
+    /// A telegram without data, counted or not.
     Acknowledge,
     /// Data, or SC.
     Reply,
@@ -47,13 +47,13 @@ impl Kind {
         }
     }
 
-    /// Whether the frame count bit counts such requests, profibus-wire 1.10.
+    /// Whether such requests are counted by the frame count bit, profibus-wire 1.10.
     pub(super) const fn counts(self) -> bool {
         matches!(self, Self::Acknowledge | Self::Reply)
     }
 }
 
-/// What is remembered of a request while its answer is awaited.
+/// The part of a request that its answer is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct OpenRequest {
     pub(super) da: u8,
@@ -67,89 +67,93 @@ impl Request<'_> {
         OpenRequest { da: self.da, kind: Kind::of(self.function), dsap: self.dsap, ssap: self.ssap }
     }
 
-    /// A request that expects an answer cannot go to everybody, and none can go to oneself.
+    /// Whether the station at `address` can send the request: no request goes to the station itself, and only one without an
+    /// answer goes to all stations.
     pub(super) fn is_possible(&self, address: u8) -> bool {
         let last = if Kind::of(self.function) == Kind::Unconfirmed { BROADCAST } else { BROADCAST.saturating_sub(1) };
         self.da <= last && self.da != address
     }
 }
 
-/// Which messages a token visit is for. profibus-wire 1.12.
+/// The priority of a message in a token visit. profibus-wire 1.12.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Priority {
-    /// One of these is always allowed, more as long as there is token hold time.
+    /// One message is always allowed, more only during the token hold time.
     High,
-    /// Only as long as there is token hold time, and when no message of high priority is left for this visit.
+    /// Only during the token hold time, and when no message of high priority is left for this visit.
     Low,
 }
 
-/// The layer above an active station. The station asks it for work whenever it may speak.
+/// The layer above an active station, which the standard calls FDL user. The station asks it for requests whenever it may
+/// send.
 pub trait FdlUser {
-    /// The next message, `None` when there is none for this token visit. Each message is confirmed exactly once, and
-    /// before the next is asked for.
+    /// The next request; `None` when there is none for this token visit. Each request is confirmed exactly once, and before
+    /// the station asks for the next.
     fn next_request(&mut self, priority: Priority, now: BitTime) -> Option<Request<'_>>;
 
-    /// What became of the message, at `now`.
+    /// The confirmation of the last request, at `now`.
     fn confirm(&mut self, now: BitTime, confirmation: Confirmation<'_>);
 
-    /// Station `sender` has answered to us at `now`, and nothing was asked of it any more: late, or it is not the only one
-    /// at its address. Never a value; told so that somebody can look.
+    /// Station `sender` has answered at `now` without an open request: the answer is late, or a second station has the same
+    /// address. The answer never becomes a value; this report is for diagnosis.
     fn stray(&mut self, now: BitTime, sender: u8) {
         let _ = (now, sender);
     }
 }
 
-/// What became of a message.
+/// The result of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Confirmation<'a> {
-    /// It has left; nobody answers such a message.
+    /// The request was sent; it has no answer.
     Sent,
-    /// The answer, which fits the request in source, access points, function code and form.
+    /// The answer, which matches the request in source, access points, function code and form.
     Answer(Answer<'a>),
-    /// No such answer came, or the message was not sent.
+    /// No such answer came, or the request was not sent.
     Failed(Failure),
 }
 
 /// An answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer<'a> {
-    /// What kind of station answered.
+    /// The type of the answering station.
     pub station: StationType,
-    /// How it answered; SC is [`Status::NoReply`] to an SRD.
+    /// The status; SC is [`Status::NoReply`] to an SRD.
     pub status: Status,
-    /// The data unit, empty where there is none.
+    /// The data unit; empty if the answer has none.
     pub du: &'a [u8],
-    /// How often the request had to be repeated.
+    /// How often the request was repeated.
     pub retries: u8,
 }
 
-/// Why there is no answer.
+/// Why a request has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Failure {
-    /// Nothing was heard.
+    /// No character was received.
     Silence,
-    /// Something was heard, but no valid telegram.
+    /// Characters were received, but no valid telegram.
     Damaged,
-    /// Only the answer to something else was heard.
+    /// Only telegrams that do not match the request were received.
     Mismatch(Mismatch),
-    /// Another master spoke, or the line is never quiet: this station is listening again.
+    /// Another master sent a telegram, or the line is never idle: this station has given up the token.
     Interrupted,
-    /// Nobody can send such a message.
+    /// No station can send such a request.
     Impossible,
 }
 
-/// What does not fit in an answer.
+/// How a telegram differs from the expected answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Mismatch {
-    /// It is from this station, not from the one that was asked.
+    /// It came from this other station.
     Source(u8),
-    /// It is for this station, not for us.
+    /// It was addressed to this other station.
     Destination(u8),
     /// Its access points are not those of the request, swapped.
     AccessPoint,
-    /// This FC is no answer to the request.
+    /// This function code does not answer the request.
     Function(u8),
-    /// SC or data where neither belongs.
+    /// SC or data where the request allows neither.
     Form,
 }
 
@@ -165,6 +169,8 @@ impl fmt::Display for Failure {
     }
 }
 
+impl core::error::Error for Failure {}
+
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -176,3 +182,5 @@ impl fmt::Display for Mismatch {
         }
     }
 }
+
+impl core::error::Error for Mismatch {}

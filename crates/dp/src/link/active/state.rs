@@ -1,32 +1,32 @@
-//! What an active station is in the middle of, and what can be told of it.
+//! The states of an active station, and its public state and counters.
 
 use super::request::{Mismatch, OpenRequest};
 use crate::link::time::{BitTime, T_SYN_TBIT};
 use core::fmt;
 
-/// Who has the word. In brackets the names of the standard.
+/// The state of an active station. In brackets the names of the standard.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum FdlState {
-    /// Somebody else for ever: this station has left the ring [Offline].
+    /// The station has left the ring [Offline].
     Offline,
-    /// Somebody else: this station is not in the ring, and learns who is [Listen_Token].
+    /// The station is not in the ring and learns its masters [Listen_Token].
     Listening,
-    /// Somebody else in the ring [Active_Idle].
+    /// The station is in the ring and does not have the token [Active_Idle].
     Idle,
-    /// Nobody, it seems: the token was sent once and will be sent again [Claim_Token].
+    /// The station claims the token: it has sent it once and sends it again [Claim_Token].
     Claiming,
-    /// This station. It speaks when the line has been idle for so long [Use_Token, Check_Access_Time]. If it was answered
-    /// just now: who was asked.
+    /// The station has the token and sends when the line has been idle for this time [Use_Token, Check_Access_Time].
+    /// `answered` is the station that has just answered.
     Holding { idle_tbit: u64, answered: Option<u8> },
-    /// A telegram that nobody answers is leaving [Use_Token, Pass_Token].
+    /// The station sends a telegram without an answer [Use_Token, Pass_Token].
     Sending(Unconfirmed),
-    /// Another station is to answer [Await_Data_Response, Await_Status_Response].
+    /// The station waits for an answer [Await_Data_Response, Await_Status_Response].
     Waiting(MessageCycle),
-    /// The successor, if it got the token [Check_Token_Pass].
+    /// The station waits for the successor to use the token [Check_Token_Pass].
     Passing(Pass),
 }
 
-/// A telegram that nobody answers.
+/// A telegram without an answer.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Unconfirmed {
     /// The first of the two tokens that claim the line.
@@ -35,32 +35,32 @@ pub(super) enum Unconfirmed {
     Token,
     /// A token to the successor.
     Pass(Pass),
-    /// A message of the layer above.
+    /// A request of the FDL user.
     Message,
 }
 
 /// A token to the successor, with its repetitions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass {
-    /// To whom.
+    /// The successor.
     pub(super) da: u8,
-    /// How often it may be sent again.
+    /// How often the token may be sent again.
     pub(super) retries_left: u8,
-    /// Something was heard since, no telegram yet.
+    /// Characters were received since, but no telegram yet.
     pub(super) heard: bool,
 }
 
-/// A message and its answer, with all repetitions, inside one token visit.
+/// A request and its answer, with all repetitions, inside one token visit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MessageCycle {
     pub(super) request: OpenRequest,
-    /// Whether the layer above asked, or the GAP.
+    /// The request comes from the FDL user, not from the GAP.
     pub(super) from_user: bool,
     pub(super) retries: u8,
     pub(super) retries_left: u8,
-    /// When the request has left.
+    /// When the last bit of the request was sent.
     pub(super) sent_at: Option<BitTime>,
-    /// What was wrong with the answer to something else that was heard since.
+    /// The mismatch of a telegram received since.
     pub(super) mismatch: Option<Mismatch>,
 }
 
@@ -70,35 +70,35 @@ impl MessageCycle {
     }
 }
 
-/// What is true from one token to the next.
+/// A token visit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Visit {
     /// When the token came.
     pub(super) began: BitTime,
-    /// The token hold time ends.
+    /// The end of the token hold time.
     pub(super) hold_until: BitTime,
     pub(super) phase: VisitPhase,
 }
 
-/// How far a token visit has come.
+/// The phase of a token visit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum VisitPhase {
-    /// One message of high priority is allowed, however late the token came.
+    /// One message of high priority is allowed, even if the token came late.
     First,
-    /// Messages as long as there is time.
+    /// Messages are allowed during the token hold time.
     Messages,
-    /// Only the token is left to be sent.
+    /// Only the token remains to be sent.
     Over,
 }
 
 /// Another station with the address of this one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DuplicateAddress {
-    /// How often it was heard.
+    /// The number of its telegrams.
     pub(super) heard: u8,
-    /// Whether it was since the last token visit. A single time may have been noise.
+    /// Whether one of them came since the last token visit. A single one may have been noise.
     pub(super) heard_since_visit: bool,
-    /// This station leaves the address to it.
+    /// This station has yielded the address.
     pub(super) yielded: bool,
 }
 
@@ -106,31 +106,31 @@ impl DuplicateAddress {
     pub(super) const NONE: Self = Self { heard: 0, heard_since_visit: false, yielded: false };
 }
 
-/// How long nobody was heard by a station that passes the token to itself.
+/// The successive token visits without a received telegram, in a station that passes the token to itself.
 ///
-/// Two masters that are alone, each for itself, may speak at the same bit times: neither hears the other, no slave
-/// understands either, and the silence after it brings them into step again. So a station that hears nobody listens a
-/// little longer now and then, in a pattern that is its address: two stations differ in one bit at least, and the one
-/// that waits hears the other begin. The standard compares what is sent with what is on the line instead; few adapters
-/// can.
+/// Two masters that are each alone in their own ring may send in the same bit times: neither receives the other, no slave
+/// understands either, and the silence after that synchronises them again. So a station that receives nothing sometimes
+/// listens a little longer, in a pattern that is its address: two stations differ in at least one bit, and the one that waits
+/// receives the other. The standard compares the sent octets with the line instead, which few adapters can do.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SilentVisits {
-    /// Token visits since a telegram was heard.
+    /// The visits since the last received telegram.
     pub(super) count: u8,
-    /// Which bit of the address is next.
+    /// The next bit of the address.
     address_bit: u8,
 }
 
-/// free choice: so many visits in a row are no accident.
+/// free choice: after this many visits the silence is no coincidence.
 const SILENT_VISITS_LIMIT: u8 = 4;
 
-/// The bits of an address.
+/// The number of bits of an address.
 const ADDRESS_BITS: u8 = 7;
 
 impl SilentVisits {
     pub(super) const NONE: Self = Self { count: 0, address_bit: 0 };
 
-    /// A visit begins. How much longer the station `own` listens before it speaks: more than a character.
+    /// Begins a visit. Returns how much longer the station `own` listens before it sends, in bit times: 0, or more than a
+    /// character.
     pub(super) fn begin_visit(&mut self, own: u8) -> u64 {
         self.count = self.count.saturating_add(1);
         if self.count < SILENT_VISITS_LIMIT {
@@ -145,18 +145,18 @@ impl SilentVisits {
     }
 }
 
-/// Where an active station stands to the ring.
+/// The relation of an active station to the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RingState {
-    /// It has left and says nothing.
+    /// The station has left the ring and sends nothing.
     Offline,
-    /// It learns who is in the ring; it says nothing but that it is not ready.
+    /// The station learns the masters of the ring; it answers FDL status with "not ready".
     Listening,
-    /// It knows the ring and waits to be let in.
+    /// The station knows the ring and waits to be let in.
     Ready,
-    /// It is in the ring.
+    /// The station is in the ring.
     InRing,
-    /// Another station uses its address, so it says nothing until that one is gone.
+    /// Another station uses the address, so this station sends nothing until the other has gone.
     AddressTaken,
 }
 
@@ -172,20 +172,20 @@ impl fmt::Display for RingState {
     }
 }
 
-/// What went wrong with the token. Counters stop at the highest value.
+/// Counters of token errors. They stop at the highest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RingCounters {
-    /// The line was silent for T_TO, and this station took the token.
+    /// The line was idle for T_TO, and this station took the token.
     pub claimed: u32,
-    /// The token was sent again because the successor did not speak.
+    /// The station sent the token again because the successor did not use it.
     pub repeated: u32,
-    /// A successor never spoke and was left out.
+    /// A successor never used the token and was removed from the list.
     pub lost_successors: u32,
-    /// Another master spoke while this station had the token; it gave the token up.
+    /// Another master sent a telegram while this station had the token; this station gave the token up.
     pub given_up: u32,
-    /// The token went past this station.
+    /// The token skipped this station.
     pub left_out: u32,
-    /// A station spoke with the address of this one.
+    /// Another station sent a telegram with the address of this one.
     pub own_address: u32,
 }
 
@@ -194,7 +194,7 @@ impl RingCounters {
         Self { claimed: 0, repeated: 0, lost_successors: 0, given_up: 0, left_out: 0, own_address: 0 };
 }
 
-/// One more.
+/// Increments a counter.
 pub(super) const fn increment(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

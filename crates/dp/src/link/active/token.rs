@@ -1,7 +1,7 @@
-//! The token: how it is passed, taken, claimed and given up, and what the telegrams of other masters mean.
+//! The token: passing, taking, claiming and giving it up, and the telegrams of other masters.
 //! profibus-wire 1.13.
 //!
-//! | State \ telegram | token to us | token past us | other token | FDL status to us | other request | our own address |
+//! | State \ telegram | token to us | token that skips us | other token | FDL status to us | other request | our own address |
 //! |---|---|---|---|---|---|---|
 //! | Offline | - | - | - | - | - | - |
 //! | Listening, list not complete | learn | learn | learn | not ready | - | twice: address taken |
@@ -9,9 +9,9 @@
 //! | Idle | take it from PS, or the second time | out of the ring: Listening | follow | in the ring | RS | twice: address taken |
 //! | Passing | the successor has it: as Idle | as Idle | as Idle | as Idle | as Idle | as Idle |
 //! | Claiming | give up: as Listening | as Listening | as Listening | as Listening | as Listening | as Listening |
-//! | any other: we have it | two tokens, give ours up: as Idle | as Idle | as Idle | as Idle | as Idle | as Idle |
+//! | any other: token holder | two tokens, give ours up: as Idle | as Idle | as Idle | as Idle | as Idle | as Idle |
 //!
-//! Who left the address to another station says nothing at all until two rotations went by without it.
+//! A station that has yielded its address sends nothing until two rotations have passed without the other station.
 
 use super::las::{self, Las};
 use super::request::{FdlUser, Kind, Mismatch};
@@ -22,33 +22,33 @@ use crate::link::time::BitTime;
 use profivac_wire::control::{Control, Function, StationType, Status};
 use profivac_wire::{BROADCAST, DataTelegram, Telegram};
 
-/// A token that nobody takes is sent so often again. profibus-wire 1.13.
+/// How often a token that is not taken is sent again. profibus-wire 1.13.
 const TOKEN_RETRIES: u8 = 2;
 
-/// So many telegrams with our own address are no noise any more.
+/// This many telegrams with the own address are not noise.
 const DUPLICATE_LIMIT: u8 = 2;
 
-/// What a telegram says that is no answer.
+/// A telegram of another master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ForeignTelegram {
-    /// Nothing: no master can have sent it.
+    /// No master can have sent it.
     Noise,
-    /// That another station has our address.
+    /// Another station has our address.
     OwnAddress,
-    /// That we are to have the token.
+    /// A token to this station.
     TokenToUs { sa: u8 },
-    /// That somebody else is to have the token.
+    /// A token to another station.
     TokenToOther { da: u8, sa: u8 },
-    /// That somebody asks for our FDL status.
+    /// A request for the FDL status of this station.
     FdlStatus { sa: u8 },
-    /// That somebody asks for a service that an active station does not have.
+    /// A request for a service that an active station does not have.
     Service { sa: u8 },
-    /// That somebody has the token.
+    /// Any other request: its sender has the token.
     Request { sa: u8 },
 }
 
 impl ForeignTelegram {
-    /// What the station `own` makes of `telegram`; `None` if it is for [`Active::heard`]: the answer of another station.
+    /// Classifies `telegram` at the station `own`; `None` if it is an answer, for [`Active::handle_answer`].
     #[inline]
     pub(super) fn of(telegram: &Telegram<'_>, own: u8) -> Option<Self> {
         match telegram {
@@ -77,7 +77,7 @@ impl ForeignTelegram {
         }
     }
 
-    /// The master that speaks.
+    /// The master that sent the telegram.
     const fn master(self) -> Option<u8> {
         match self {
             Self::TokenToUs { sa } | Self::TokenToOther { sa, .. } => Some(sa),
@@ -88,7 +88,7 @@ impl ForeignTelegram {
 }
 
 impl<R: FdlUser> Active<R> {
-    /// Another master speaks: the table above.
+    /// Handles a telegram of another master: the table above.
     #[cold]
     pub(super) fn handle_foreign(
         &mut self,
@@ -130,7 +130,7 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// Another master speaks, or the line is never quiet: whoever has the token or is about to claim it gives it up.
+    /// Gives up the token, or the claim to it: another master sent a telegram, or the line is never idle.
     pub(super) fn give_up_token(&mut self, now: BitTime) {
         match self.state {
             FdlState::Offline | FdlState::Listening | FdlState::Idle => return,
@@ -160,7 +160,7 @@ impl<R: FdlUser> Active<R> {
         self.state = if self.leaving_ring { FdlState::Offline } else { FdlState::Idle };
     }
 
-    /// A token of others, while this station is not the one that gets it.
+    /// Updates the list from a token between other stations.
     fn learn(&mut self, da: u8, sa: u8) -> Option<Transmit<'_>> {
         self.suspect = None;
         self.las.observe_token(da, sa);
@@ -170,16 +170,16 @@ impl<R: FdlUser> Active<R> {
         None
     }
 
-    /// The token goes past this station: it is not in the ring any more. What it knows of the ring is still true, so it is
-    /// ready to be let in again.
+    /// The token skips this station, so it is not in the ring any more. Its list is still valid, so it is ready to be let in
+    /// again.
     fn skipped_by_token(&mut self, da: u8, sa: u8) -> Option<Transmit<'_>> {
         increment(&mut self.counters.left_out);
         self.state = FdlState::Listening;
         self.learn(da, sa)
     }
 
-    /// A token to this station is taken from its predecessor at once. From anybody else it may be a mistake; if it comes
-    /// again from there, the ring has changed.
+    /// A token to this station. The station accepts it from its predecessor at once. From another master it may be an error;
+    /// if it comes again from there, the ring has changed.
     fn token_offered(&mut self, end: BitTime, sa: u8) -> Option<Transmit<'_>> {
         if !self.las.is_predecessor(sa) && self.suspect != Some(sa) {
             self.suspect = Some(sa);
@@ -190,7 +190,7 @@ impl<R: FdlUser> Active<R> {
         None
     }
 
-    /// Another station speaks with our address. Once may be noise.
+    /// Another station sent a telegram with our address. A single one may be noise.
     fn own_address_heard(&mut self) -> Option<Transmit<'_>> {
         increment(&mut self.counters.own_address);
         self.duplicate.heard = self.duplicate.heard.saturating_add(1);
@@ -203,7 +203,7 @@ impl<R: FdlUser> Active<R> {
         None
     }
 
-    /// Whether an adapter gives back what this station has sent last. It does so at most once.
+    /// Whether the telegram is the adapter's echo of the telegram sent last. An adapter echoes at most once.
     fn is_echo(&mut self, end: BitTime, telegram: &Telegram<'_>) -> bool {
         let sent = core::mem::take(&mut self.may_echo).then(|| self.telegram.get(..self.length)).flatten();
         if !sent.is_some_and(|sent| Telegram::parse(sent).as_ref() == Ok(telegram)) {
@@ -217,8 +217,8 @@ impl<R: FdlUser> Active<R> {
         true
     }
 
-    /// Whether whoever is being asked answers with the function code of a request. A slave that does has no token: it has
-    /// erred. A master that is asked for its FDL status may ask for ours because it has a token of its own.
+    /// Whether the station that should answer has sent the function code of a request. A slave that does so has no token: its
+    /// answer is wrong. A master asked for its FDL status may ask for ours because it has a token of its own.
     fn is_answer_with_request_code(&mut self, telegram: &Telegram<'_>) -> bool {
         let (FdlState::Waiting(cycle), Telegram::Data(frame)) = (&mut self.state, telegram) else { return false };
         let status = matches!(frame.control(), Control::Request { function: Function::FdlStatus, .. });
@@ -230,18 +230,18 @@ impl<R: FdlUser> Active<R> {
         is_spoilt
     }
 
-    /// An answer by this station, as soon as it may begin.
+    /// Answers as soon as allowed.
     fn answer(&mut self, end: BitTime, da: u8, station: StationType, status: Status) -> Option<Transmit<'_>> {
         let answer = DataTelegram::short(da, self.bus.address, Control::Response { station, status });
         let length = Telegram::Data(answer).emit(&mut self.telegram).ok()?;
         self.transmit(length, end + u64::from(self.bus.min_tsdr_tbit))
     }
 
-    /// The line was silent for T_TO. Inside the ring the token was lost: this station has it now, and the ring goes on with
-    /// the list it has. Outside nobody may be there at all: two tokens to oneself tell everybody that a new ring begins.
+    /// The line was idle for T_TO. Inside the ring the token was lost: this station has it now, and the ring continues with its
+    /// list. Outside the ring there may be no other master: two tokens to itself announce a new ring.
     pub(super) fn claim(&mut self, now: BitTime, due: BitTime) -> Option<Transmit<'_>> {
         if core::mem::take(&mut self.duplicate.yielded) {
-            // free choice: the station with our address gets one T_TO more, so that it is the first to claim.
+            // free choice: the other station with our address gets one more T_TO, so that it claims first.
             self.duplicate.heard = 0;
             self.busy_until = due;
             return None;
@@ -256,7 +256,7 @@ impl<R: FdlUser> Active<R> {
         self.send_token(self.bus.address, Unconfirmed::Claim, due)
     }
 
-    /// The visit is over: the token goes to the successor, or back to a station that is alone.
+    /// Ends the visit: the token goes to the successor, or back to a station that is alone.
     pub(super) fn pass_token(&mut self, not_before: BitTime) -> Option<Transmit<'_>> {
         let da = self.las.next();
         if da != self.bus.address {
@@ -280,10 +280,10 @@ impl<R: FdlUser> Active<R> {
         self.transmit(length, not_before)
     }
 
-    /// Nothing was heard for T_SL after a token: again, and then to the successor of the one that does not take it.
+    /// No telegram came for T_SL after a token: sends it again, and then to the successor of the one that does not take it.
     pub(super) fn check_pass(&mut self, now: BitTime, pass: Pass, due: BitTime) -> Option<Transmit<'_>> {
         if pass.heard {
-            // Somebody spoke, if not clearly: who has the token can only be the successor.
+            // Characters came, but no telegram: only the successor can have the token.
             self.enter_idle();
             return None;
         }

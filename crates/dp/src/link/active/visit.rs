@@ -1,4 +1,4 @@
-//! A token visit: messages of the layer above as long as there is hold time, one address of the GAP, the token.
+//! A token visit: requests of the FDL user during the token hold time, one address of the GAP, the token.
 //! profibus-wire 1.12.
 
 use super::request::{FdlUser, Kind, OpenRequest, Priority, Request};
@@ -10,7 +10,7 @@ use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
 
 impl<R: FdlUser> Active<R> {
-    /// The token came at `now`. Its hold time is what the last rotation left of T_TR.
+    /// The token came at `now`. The hold time is T_TR less the duration of the last rotation.
     pub(super) fn begin_visit(&mut self, now: BitTime, idle_tbit: u64) {
         let hold_until = self.visit.began + u64::from(self.bus.rotation_tbit);
         let part = if self.leaving_ring { VisitPhase::Over } else { VisitPhase::First };
@@ -25,7 +25,7 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// Holds the token and may speak.
+    /// Sends the next telegram of a station that has the token.
     #[inline]
     pub(super) fn use_token(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
         let part = self.visit.phase;
@@ -52,7 +52,7 @@ impl<R: FdlUser> Active<R> {
         }
     }
 
-    /// A message of the layer above is ready to leave.
+    /// Sends a request of the FDL user.
     #[inline]
     fn send_request(
         &mut self,
@@ -63,7 +63,7 @@ impl<R: FdlUser> Active<R> {
     ) -> Option<Transmit<'_>> {
         self.state = match asked.kind {
             Kind::Unconfirmed => FdlState::Sending(Unconfirmed::Message),
-            // A first contact is not repeated, nor is what does not count: profibus-wire 1.10.
+            // A first contact is not repeated, nor is an uncounted request: profibus-wire 1.10.
             _ if matches!(count, FrameCount::Counted(_)) => {
                 FdlState::Waiting(MessageCycle::new(asked, self.bus.retry_limit))
             }
@@ -72,9 +72,9 @@ impl<R: FdlUser> Active<R> {
         self.transmit(length, not_before)
     }
 
-    /// No message is left for this visit: at most one address of the GAP, then the token.
+    /// Ends the messages of this visit: at most one address of the GAP, then the token.
     ///
-    /// free choice: the GAP is asked even if the hold time is over, so that a busy ring does not keep newcomers out.
+    /// free choice: the station asks the GAP even after the hold time, so that a busy ring does not keep newcomers out.
     fn end_visit(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
         let over = core::mem::replace(&mut self.visit.phase, VisitPhase::Over) == VisitPhase::Over;
         match if over { None } else { self.gap.next_address(now, self.las.next()) } {
@@ -92,7 +92,7 @@ impl<R: FdlUser> Active<R> {
     }
 }
 
-/// Writes a request to the front of `out`; nothing if no station can be sent such a message.
+/// Writes a request to the front of `out`; `None` if it is impossible.
 #[inline]
 fn emit(request: &Request<'_>, sa: u8, count: FrameCount, out: &mut [u8]) -> Option<usize> {
     if !request.is_possible(sa) {

@@ -1,35 +1,17 @@
-//! What becomes of an acyclic request, in words.
+//! Results and errors that the acyclic services share.
 
 use super::response::ResponseMismatch;
 use crate::link::active::Failure;
-use crate::master::ms2::Opened;
-use crate::master::pkw;
 use core::fmt;
 use profivac_wire::acyclic::{AbortReason, Negative};
 use profivac_wire::control::Status;
 
-/// What became of a request, or of a connection.
+/// An event of an acyclic request or connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome<'a> {
-    /// The MS2 connection is open.
-    Opened(Opened),
-    /// The record that was read. May be shorter than wanted, also empty.
-    Read(&'a [u8]),
-    /// The record was written.
-    Written,
-    /// What the slave returns to a Data_Transport.
-    Transported(&'a [u8]),
-    /// The alarm was acknowledged.
-    Acknowledged,
-    /// The slave refused; an MS2 connection stays open.
-    Refused(Negative),
-    /// The value in the parameter channel.
-    Value(pkw::Value),
-    /// The slave refused in the parameter channel.
-    Denied(pkw::Error),
-    /// The request has failed: MS1 and parameter channel.
-    Failed(Cause),
-    /// The MS2 connection is gone. Its handle is used up.
+pub enum AcyclicEvent {
+    /// An outcome can be taken.
+    OutcomeReady,
+    /// The MS2 connection has ended.
     Ended(ConnectionEnd),
 }
 
@@ -42,32 +24,27 @@ pub enum ConnectionEnd {
     Refused(Negative),
     /// The slave aborted it.
     Aborted(AbortReason),
-    /// This master gave it up. The slave was told the reason, if its access point was known and still open.
+    /// This master gave it up. It sent the reason to the slave if it knew the access point and that was still open.
     Failed {
         /// The reason code.
         reason: AbortReason,
-        /// What it was.
+        /// The cause.
         cause: Cause,
     },
 }
 
-/// Why something failed at this master.
+/// Why an MS1 or MS2 request failed at this master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cause {
-    /// There was no response in time.
+    /// No response came in time.
     Timeout,
-    /// There was no answer for too long.
-    Lost(Failure),
-    /// The access point answers like this, after all repetitions.
+    /// The slave did not answer at all for too long.
+    NoAnswer(Failure),
+    /// The access point answered with this status, after all repetitions.
     Status(Status),
-    /// The response is none to the request.
+    /// The response does not fit the request.
     Mismatch(ResponseMismatch),
-    /// The parameter channel answered something else all the time.
-    Channel(pkw::AnswerMismatch),
-    /// The slave left data exchange.
-    Left,
-    /// The master left Operate: the outputs, and the parameter channel in them, are zero.
-    NotOperating,
 }
 
 impl fmt::Display for ConnectionEnd {
@@ -87,32 +64,30 @@ impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Timeout => f.write_str("no response in time"),
-            Self::Lost(failure) => failure.fmt(f),
+            Self::NoAnswer(failure) => failure.fmt(f),
             Self::Status(Status::ServiceNotActivated) => f.write_str("the service access point is closed (RS)"),
             Self::Status(Status::NoResource) => f.write_str("the slave has no room for the request (RR)"),
             Self::Status(Status::UserError) => f.write_str("the slave's application has failed (UE)"),
             Self::Status(status) => write!(f, "a function code that no DP-V1 response has: {status:?}"),
-            Self::Mismatch(wrong) => wrong.fmt(f),
-            Self::Channel(wrong) => wrong.fmt(f),
-            Self::Left => f.write_str("the slave left data exchange"),
-            Self::NotOperating => f.write_str("the master is not in Operate"),
+            Self::Mismatch(mismatch) => mismatch.fmt(f),
         }
     }
 }
 
 impl core::error::Error for Cause {}
 
-/// Why a request was not taken. Nothing was sent.
+/// Why the master did not accept a request. Nothing was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SubmitError {
-    /// There is no place left.
+    /// All slots of the service are in use.
     Full {
-        /// How many there are.
-        places: usize,
+        /// The number of slots.
+        slots: usize,
     },
-    /// The handle means nothing, or nothing any more.
+    /// The handle names nothing, or nothing any more.
     UnknownHandle,
-    /// A request is under way there, or its outcome was not taken.
+    /// A request is under way there.
     Busy,
     /// The connection is not open yet, or not any more.
     NotOpen,
@@ -120,9 +95,9 @@ pub enum SubmitError {
     Address(u8),
     /// The length of the record is 0, or more than the connection or the service carries.
     Length {
-        /// How many octets it has.
+        /// The length in octets.
         octets: usize,
-        /// How many it may have.
+        /// The most octets possible.
         room: usize,
     },
     /// The master does not exchange data with the slave.
@@ -131,16 +106,16 @@ pub enum SubmitError {
     NotEnabled(u8),
     /// The master is not in Operate.
     NotOperating,
-    /// The images of the slave have no eight octets where the parameter channel should be.
+    /// The images of the slave have no parameter channel at the given offsets.
     NoChannel,
 }
 
 impl fmt::Display for SubmitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Full { places } => write!(f, "all {places} places are in use"),
+            Self::Full { slots } => write!(f, "all {slots} slots are in use"),
             Self::UnknownHandle => f.write_str("there is no such request or connection"),
-            Self::Busy => f.write_str("the request before is not finished, or its outcome was not taken"),
+            Self::Busy => f.write_str("the request before is not finished"),
             Self::NotOpen => f.write_str("the MS2 connection is not open"),
             Self::Address(address) => write!(f, "no slave can have the address {address}"),
             Self::Length { octets, room } => write!(f, "a record of {octets} octets: it must have 1 to {room}"),

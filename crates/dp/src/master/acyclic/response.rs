@@ -1,28 +1,29 @@
 //! Whether a PDU is the response to a request. profibus-wire 4.11 and 9.5.
 //!
-//! Source, access points and function code were compared before, by the link layer. Here follow the function of the PDU,
-//! slot, index and length: what differs in any of them never becomes a value.
+//! The link layer has already compared source, access points and function code. Here follow the function of the PDU, slot,
+//! index and length: a response that differs in any of them never becomes a value.
 
 use core::fmt;
+use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::acyclic::{Access, AlarmAck, Function, PduError, Response};
 
-/// What a response must be.
+/// The response that a request expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::master) enum ExpectedResponse {
     ResourceManager,
     Initiate,
     Idle,
-    /// With the length wanted.
+    /// The access has the length that was requested.
     Read(Access),
-    /// With the length written.
+    /// The access has the length that was written.
     Write(Access),
-    /// With the longest data possible; it chooses its own.
+    /// The access has the longest length possible; the slave chooses the length.
     Transport(Access),
     AlarmAck(AlarmAck),
 }
 
 impl ExpectedResponse {
-    /// Whether the request does no harm if the slave does it twice.
+    /// Whether the request does no harm if the slave executes it twice.
     pub(in crate::master) const fn is_repeatable(&self) -> bool {
         match self {
             Self::ResourceManager | Self::Initiate | Self::Idle | Self::Read(_) => true,
@@ -31,40 +32,41 @@ impl ExpectedResponse {
     }
 }
 
-/// What does not fit in a response.
+/// How a response differs from the expected one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ResponseMismatch {
-    /// It is no response at all.
+    /// The octets are no response PDU.
     Malformed(PduError),
-    /// It responds to another function.
+    /// The response belongs to another function.
     Function {
         /// The function of the request.
         expected: Function,
         /// The function of the response.
         received: Function,
     },
-    /// It is about another record, or another alarm type and slot.
+    /// The response names another slot and index, or another slot and alarm type.
     Place {
         /// Slot and index of the request.
         expected: (u8, u8),
         /// Slot and index of the response.
         received: (u8, u8),
     },
-    /// It has more octets than wanted, or not as many as written.
+    /// The response has more octets than requested, or not as many as written.
     Length {
-        /// How many it may have, or must have.
+        /// The number of octets requested or written.
         expected: usize,
-        /// How many it has.
+        /// The number of octets received.
         received: usize,
     },
-    /// It acknowledges another alarm of the same type and slot.
+    /// The response acknowledges another alarm of the same type and slot.
     Specifier,
 }
 
 impl fmt::Display for ResponseMismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Malformed(defect) => write!(f, "the response is malformed: {defect}"),
+            Self::Malformed(error) => write!(f, "the response is malformed: {error}"),
             Self::Function { expected, received } => {
                 write!(f, "the response is one to {received} instead of {expected}")
             }
@@ -78,6 +80,8 @@ impl fmt::Display for ResponseMismatch {
         }
     }
 }
+
+impl core::error::Error for ResponseMismatch {}
 
 impl ExpectedResponse {
     const fn function(&self) -> Function {
@@ -99,8 +103,10 @@ impl ExpectedResponse {
             (_, Response::Abort(_))
             | (Self::ResourceManager, Response::ResourceManager(_))
             | (Self::Idle, Response::Idle(_)) => {}
-            (_, Response::Negative(negative)) if self.refused_as(negative.function) => {}
-            (Self::Initiate, Response::Initiate(initiate)) => at_most(240, initiate.max_len_data_unit.into())?,
+            (_, Response::Negative(negative)) if self.is_refused_as(negative.function) => {}
+            (Self::Initiate, Response::Initiate(initiate)) => {
+                at_most(MAX_RECORD_LENGTH, initiate.max_len_data_unit.into())?;
+            }
             (Self::Read(wanted), Response::Read(record)) => {
                 same_place(wanted, record.slot, record.index)?;
                 at_most(wanted.length.into(), record.data.len())?;
@@ -114,18 +120,18 @@ impl ExpectedResponse {
                 at_most(most.length.into(), record.data.len())?;
             }
             (Self::AlarmAck(sent), Response::AlarmAck(echo)) => same_alarm(sent, echo)?,
-            _ => return Err(self.other_than(&response)),
+            _ => return Err(self.other_function(&response)),
         }
         Ok(response)
     }
 
-    /// `response` is to another function.
-    pub(in crate::master) const fn other_than(&self, response: &Response<'_>) -> ResponseMismatch {
+    /// The error for a `response` to another function.
+    pub(in crate::master) const fn other_function(&self, response: &Response<'_>) -> ResponseMismatch {
         ResponseMismatch::Function { expected: self.function(), received: response.function() }
     }
 
-    /// The resource manager refuses as Initiate.
-    fn refused_as(&self, function: Function) -> bool {
+    /// Whether a negative response to `function` refuses this request. The resource manager refuses with Initiate.
+    fn is_refused_as(&self, function: Function) -> bool {
         match self {
             Self::ResourceManager => function == Function::Initiate,
             _ => function == self.function(),

@@ -1,5 +1,5 @@
-//! One request and its response, as MS1 and MS2 both carry them: the request is acknowledged, the response is fetched by
-//! polling. profibus-wire 4.2.
+//! One request and its response, as MS1 and MS2 both carry them: the slave acknowledges the request, and the master fetches
+//! the response by polling. profibus-wire 4.2.
 
 use super::outcome::Cause;
 use crate::link::BitTime;
@@ -8,40 +8,40 @@ use profivac_wire::MAX_DU;
 use profivac_wire::acyclic::Request as Pdu;
 use profivac_wire::control::{Function, Status};
 
-/// How long somebody waits for what.
+/// The timeouts and limits of a transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::master) struct Timeouts {
-    /// For the response.
+    /// The longest wait for the response.
     pub(in crate::master) response_tbit: u64,
-    /// For any answer at all.
+    /// The longest time without any answer.
     pub(in crate::master) lost_tbit: u64,
-    /// Between two messages.
+    /// The least time between two messages.
     pub(in crate::master) pace_tbit: u64,
     /// How often in a row the slave may answer RR or UE.
     pub(in crate::master) rejections: u8,
 }
 
-/// What is sent next.
+/// Which message comes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::master) enum Stage {
-    /// The request. Nothing says that the slave has it.
+    /// The request. The slave has not confirmed that it has it.
     Request,
     /// An empty data unit, which fetches the response.
     Poll,
 }
 
-/// What a confirmation means.
+/// The effect of a confirmation on the transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::master) enum Progress<'a> {
-    /// Nothing yet.
+    /// The transaction continues.
     Waiting,
-    /// A response PDU, whichever it is.
+    /// A response PDU came; the caller checks it.
     Response(&'a [u8]),
-    /// There will be none.
+    /// The transaction failed.
     Failed(Cause),
 }
 
-/// A request under way. The octets are the request's until its response takes their place.
+/// A request under way. The buffer holds the request until the response replaces it.
 #[derive(Clone, Debug)]
 pub(in crate::master) struct Transaction {
     octets: [u8; MAX_DU],
@@ -50,9 +50,10 @@ pub(in crate::master) struct Transaction {
     rejections: u8,
     /// The request was sent before, and the slave may have it.
     uncertain: bool,
+    /// The first failure since the last answer, and its time.
     lost: Option<(Failure, BitTime)>,
     not_before: BitTime,
-    /// Counted from the first time this was asked for work.
+    /// Counted from the first call of [`elapse`](Self::elapse), because a request may wait for the token before.
     deadline: Option<BitTime>,
 }
 
@@ -70,13 +71,13 @@ impl Transaction {
         }
     }
 
-    /// Puts a request in. `false` if it is too long for a telegram.
-    pub(in crate::master) fn put(&mut self, pdu: &Pdu<'_>) -> bool {
+    /// Stores a request. Returns `false` if it is too long for a telegram.
+    pub(in crate::master) fn store_request(&mut self, pdu: &Pdu<'_>) -> bool {
         self.length = pdu.emit(&mut self.octets).unwrap_or(0);
         self.length > 0
     }
 
-    /// Begins with a request, or with polling where the request was another.
+    /// Begins at a stage: with the request, or with polling if another message carried the request.
     pub(in crate::master) const fn begin(&mut self, stage: Stage) {
         self.stage = stage;
         self.rejections = 0;
@@ -85,27 +86,26 @@ impl Transaction {
         self.deadline = None;
     }
 
-    /// The octets put in, or kept.
+    /// The request, or the record of the response.
     pub(in crate::master) fn octets(&self) -> &[u8] {
         self.octets.get(..self.length).unwrap_or_default()
     }
 
-    /// Keeps a response.
-    pub(in crate::master) fn keep(&mut self, data: &[u8]) {
+    /// Replaces the request by the record of its response.
+    pub(in crate::master) fn store_response(&mut self, data: &[u8]) {
         if let Some(place) = self.octets.get_mut(..data.len()) {
             place.copy_from_slice(data);
             self.length = data.len();
         }
     }
 
-    /// Whether the next message may leave.
+    /// Whether the next message may be sent.
     pub(in crate::master) fn is_due(&self, now: BitTime) -> bool {
         self.not_before <= now
     }
 
     /// The next message to `da`, between two access points. `pdu` is the request.
-    pub(in crate::master) fn message<'a>(&self, da: u8, saps: (u8, u8), pdu: &'a [u8]) -> Request<'a> {
-        let (dsap, ssap) = saps;
+    pub(in crate::master) fn message<'a>(&self, da: u8, (dsap, ssap): (u8, u8), pdu: &'a [u8]) -> Request<'a> {
         let du = match self.stage {
             Stage::Request => pdu,
             Stage::Poll => &[],
@@ -113,37 +113,38 @@ impl Transaction {
         Request { da, function: Function::SrdLow, dsap: Some(dsap), ssap: Some(ssap), du }
     }
 
-    /// Time has come to `now`. The cause if patience is at its end.
-    pub(in crate::master) fn elapse(&mut self, now: BitTime, patience: &Timeouts) -> Option<Cause> {
-        let deadline = *self.deadline.get_or_insert(now + patience.response_tbit);
+    /// Advances the time to `now`. Returns the cause if a timeout has passed.
+    pub(in crate::master) fn elapse(&mut self, now: BitTime, timeouts: &Timeouts) -> Option<Cause> {
+        let deadline = *self.deadline.get_or_insert(now + timeouts.response_tbit);
         match self.lost {
-            Some((failure, since)) if since + patience.lost_tbit <= now || deadline <= now => {
-                Some(Cause::Lost(failure))
+            Some((failure, since)) if since + timeouts.lost_tbit <= now || deadline <= now => {
+                Some(Cause::NoAnswer(failure))
             }
             _ if deadline <= now => Some(Cause::Timeout),
             _ => None,
         }
     }
 
-    /// What became of the message. A request that `repeats` may be done twice by the slave and does no harm.
+    /// Evaluates the confirmation of the message sent last. `is_repeatable` says that the slave may execute the request
+    /// twice.
     pub(in crate::master) fn confirmed<'a>(
         &mut self,
         now: BitTime,
         confirmation: Confirmation<'a>,
-        repeats: bool,
-        patience: &Timeouts,
+        is_repeatable: bool,
+        timeouts: &Timeouts,
     ) -> Progress<'a> {
-        self.not_before = now + patience.pace_tbit;
+        self.not_before = now + timeouts.pace_tbit;
         match confirmation {
-            Confirmation::Answer(answer) => self.answered(&answer, patience),
-            Confirmation::Failed(failure @ Failure::Impossible) => Progress::Failed(Cause::Lost(failure)),
-            // Another master spoke at the same time, and neither was understood: nothing is wrong with the slave.
-            Confirmation::Failed(Failure::Interrupted) if repeats && self.stage == Stage::Request => {
+            Confirmation::Answer(answer) => self.answered(&answer, timeouts),
+            Confirmation::Failed(failure @ Failure::Impossible) => Progress::Failed(Cause::NoAnswer(failure)),
+            // Another master spoke at the same time, and neither telegram was understood: the slave is not at fault.
+            Confirmation::Failed(Failure::Interrupted) if is_repeatable && self.stage == Stage::Request => {
                 self.uncertain = true;
                 Progress::Waiting
             }
-            // Whether the slave has got the request is not known, and a write must not be done twice: from here on the
-            // response is waited for. profibus-wire 4.9, rule 6.
+            // The slave may or may not have got the request, and a write must not be executed twice: from here on the master
+            // polls for the response. profibus-wire 4.9, rule 6.
             Confirmation::Failed(failure) => {
                 self.stage = Stage::Poll;
                 let (_, since) = self.lost.unwrap_or((failure, now));
@@ -154,7 +155,7 @@ impl Transaction {
         }
     }
 
-    fn answered<'a>(&mut self, answer: &Answer<'a>, patience: &Timeouts) -> Progress<'a> {
+    fn answered<'a>(&mut self, answer: &Answer<'a>, timeouts: &Timeouts) -> Progress<'a> {
         self.lost = None;
         match answer.status {
             Status::NoReply => {
@@ -163,13 +164,13 @@ impl Transaction {
                 Progress::Waiting
             }
             Status::DataLow => Progress::Response(answer.du),
-            // It has the request already.
+            // The slave already has the request.
             Status::NoResource if self.uncertain => {
                 (self.stage, self.uncertain) = (Stage::Poll, false);
                 Progress::Waiting
             }
-            // Nothing was stored: the same again, later. profibus-wire 4.12.
-            Status::NoResource | Status::UserError if self.rejections < patience.rejections => {
+            // The slave stored nothing: the same message again, later. profibus-wire 4.12.
+            Status::NoResource | Status::UserError if self.rejections < timeouts.rejections => {
                 self.rejections = self.rejections.saturating_add(1);
                 Progress::Waiting
             }

@@ -9,16 +9,15 @@
 //!     └───────────────────────── RS, Abort of the slave ─────────────┘
 //! ```
 //!
-//! The first message to SAP 49 carries the Initiate and is answered by the resource manager at once, or by SC, and then SAP
-//! 49 is polled. An ended connection is never opened again: that is up to the user.
+//! The first message to SAP 49 carries the Initiate. The resource manager answers it at once, or with SC, and then the master
+//! polls SAP 49. This master never reopens a connection that has ended; that is up to the user.
 
 mod parameters;
 
 pub use parameters::{Ms2Parameters, Opened};
 
 use super::acyclic::{
-    AcyclicEvent, Cause, ConnectionEnd, ExpectedResponse, Outcome, Pooled, Progress, Stage, SubmitError, Timeouts,
-    Transaction,
+    AcyclicEvent, Cause, ConnectionEnd, ExpectedResponse, Pooled, Progress, Stage, SubmitError, Timeouts, Transaction,
 };
 use crate::link::BitTime;
 use crate::link::active::{Confirmation, Failure, Request};
@@ -30,18 +29,57 @@ use profivac_wire::acyclic::{
 use profivac_wire::control::{self, Status};
 use profivac_wire::sap::MASTER_MS2;
 
-/// Where a connection stands.
+/// Operation of [`Master::ms2_open`](super::Master::ms2_open): the first outcome is [`Opened`], the last one the
+/// [`ConnectionEnd`].
+#[derive(Clone, Copy, Debug)]
+pub enum Connect {}
+
+/// Operation of [`Master::ms2_read`](super::Master::ms2_read): the outcome is the record.
+#[derive(Clone, Copy, Debug)]
+pub enum Read {}
+
+/// Operation of [`Master::ms2_write`](super::Master::ms2_write).
+#[derive(Clone, Copy, Debug)]
+pub enum Write {}
+
+/// Operation of [`Master::ms2_transport`](super::Master::ms2_transport): the outcome is the data that the slave returns.
+#[derive(Clone, Copy, Debug)]
+pub enum Transport {}
+
+/// Why an MS2 request has no positive response.
+///
+/// Not `non_exhaustive`: after `Refused` the connection is open, after `Ended` it is not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RequestError {
+    /// The slave refused the request; the connection stays open.
+    Refused(Negative),
+    /// The connection has ended. Its handle is used up too.
+    Ended(ConnectionEnd),
+}
+
+impl fmt::Display for RequestError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(negative) => write!(f, "the slave refused the request: {}", negative.code_1),
+            Self::Ended(end) => end.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for RequestError {}
+
+/// The phase of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// The resource manager, and then the slave, is asked for a connection.
+    /// The master asks the resource manager, and then the server, for a connection.
     Initiating,
-    /// Requests are taken.
+    /// The master accepts requests.
     Open,
     /// A request is under way.
     Transferring,
-    /// The slave is told that the connection is over.
+    /// The master sends the slave an Abort.
     Aborting,
-    /// It is over.
+    /// The connection has ended.
     Ended,
 }
 
@@ -60,38 +98,32 @@ impl fmt::Display for Phase {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ConnectionState {
     Initiating(Step),
-    /// An Idle follows at this time, counted from the first time the connection was asked for work.
+    /// An Idle follows at this time, counted from the first call of `elapse` in this state.
     Open(Option<BitTime>),
     Transferring(ExpectedResponse),
-    /// The reason is told to the slave.
+    /// The Abort with this reason is sent.
     Aborting(AbortReason, ConnectionEnd),
     Ended(ConnectionEnd),
 }
 
-/// Who is asked for the connection.
+/// The partner that the master asks for the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Manager,
-    /// At this access point.
+    /// The server at this access point.
     Server(ResourceManager),
 }
 
-/// An outcome that waits to be taken; its octets are in the post box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Done {
-    Opened(Opened),
-    Read,
-    Written,
-    Transported,
-    Refused(Negative),
-}
-
-/// The request of the user. An Idle may be under way when it is handed in.
+/// The request of the user. An Idle may be under way when the user submits it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum UserRequest {
     None,
     Waiting(ExpectedResponse),
-    Done(Done),
+    Running,
+    /// The connection was opened, and the user has not taken that outcome.
+    Opened(Opened),
+    /// The outcome of the request was not taken. The record is in the transaction.
+    Done(Result<(), Negative>),
 }
 
 /// A connection.
@@ -101,7 +133,9 @@ pub(super) struct Connection {
     parameters: Ms2Parameters,
     state: ConnectionState,
     request: UserRequest,
-    /// The user wants it closed, for this reason.
+    /// The number of the last request.
+    number: u16,
+    /// The user closes the connection, for this reason.
     closing: Option<AbortReason>,
     server_sap: u8,
     max_len_data_unit: u8,
@@ -113,8 +147,6 @@ pub(super) struct Connection {
 }
 
 impl Pooled for Connection {
-    const SERVICE: u8 = 2;
-
     fn is_over(&self) -> bool {
         matches!(self.state, ConnectionState::Ended(_))
     }
@@ -126,19 +158,20 @@ const IDLE: [u8; 1] = [Function::Idle.number()];
 impl Connection {
     pub(super) fn new(address: u8, parameters: &Ms2Parameters) -> Self {
         let timeout_tbit = parameters.timeout_tbit(0);
-        let mut post = Transaction::new();
-        post.put(&Pdu::Initiate(parameters.initiate()));
+        let mut transaction = Transaction::new();
+        transaction.store_request(&Pdu::Initiate(parameters.initiate()));
         Self {
             address,
             parameters: *parameters,
             state: ConnectionState::Initiating(Step::Manager),
             request: UserRequest::None,
+            number: 0,
             closing: None,
             server_sap: 0,
             max_len_data_unit: 0,
             timeout_tbit,
             timeouts: parameters.timeouts(timeout_tbit),
-            transaction: post,
+            transaction,
             abort: [0; 3],
         }
     }
@@ -157,62 +190,81 @@ impl Connection {
         }
     }
 
-    /// Hands in a request with `octets` of record, wanted or sent.
+    /// Accepts a request with a record of `octets` octets, to be read or written, and returns its number. An outcome that
+    /// was not taken is dropped.
     pub(super) fn submit(
         &mut self,
         expected: ExpectedResponse,
         octets: usize,
         pdu: &Pdu<'_>,
-    ) -> Result<(), SubmitError> {
+    ) -> Result<u16, SubmitError> {
         match (self.state, self.request, self.closing) {
-            (ConnectionState::Open(_), UserRequest::None, None)
-            | (ConnectionState::Transferring(ExpectedResponse::Idle), UserRequest::None, None) => {}
-            (ConnectionState::Open(_) | ConnectionState::Transferring(_), _, None) => return Err(SubmitError::Busy),
+            (
+                ConnectionState::Open(_) | ConnectionState::Transferring(_),
+                UserRequest::Waiting(_) | UserRequest::Running,
+                None,
+            ) => return Err(SubmitError::Busy),
+            (ConnectionState::Open(_) | ConnectionState::Transferring(ExpectedResponse::Idle), _, None) => {}
             _ => return Err(SubmitError::NotOpen),
         }
         let room = usize::from(self.max_len_data_unit);
-        if octets == 0 || octets > room || !self.transaction.put(pdu) {
+        if octets == 0 || octets > room || !self.transaction.store_request(pdu) {
             return Err(SubmitError::Length { octets, room });
         }
         self.request = UserRequest::Waiting(expected);
-        Ok(())
+        self.number = self.number.wrapping_add(1);
+        Ok(self.number)
     }
 
-    /// How many octets one request carries.
+    /// The most octets of a record in one request.
     pub(super) const fn max_len_data_unit(&self) -> u8 {
         self.max_len_data_unit
     }
 
-    /// The user does not want the connection any more.
+    /// The user closes the connection.
     pub(super) const fn close(&mut self, reason: AbortReason) {
         self.closing = Some(reason);
     }
 
-    /// How it ended, when there is no other outcome to be taken before.
+    /// How the connection ended, unless an outcome can be taken before.
     pub(super) const fn ended(&self) -> Option<ConnectionEnd> {
         match (self.request, self.state) {
-            (UserRequest::None | UserRequest::Waiting(_), ConnectionState::Ended(end)) => Some(end),
+            (UserRequest::None | UserRequest::Waiting(_) | UserRequest::Running, ConnectionState::Ended(end)) => {
+                Some(end)
+            }
             _ => None,
         }
     }
 
-    /// The outcome of the request, once.
-    pub(super) fn outcome(&mut self) -> Option<Outcome<'_>> {
-        let UserRequest::Done(done) = self.request else { return None };
+    /// The properties of the connection, once after it was opened.
+    pub(super) const fn take_opened(&mut self) -> Option<Opened> {
+        let UserRequest::Opened(opened) = self.request else { return None };
         self.request = UserRequest::None;
-        Some(match done {
-            Done::Opened(opened) => Outcome::Opened(opened),
-            Done::Read => Outcome::Read(self.transaction.octets()),
-            Done::Written => Outcome::Written,
-            Done::Transported => Outcome::Transported(self.transaction.octets()),
-            Done::Refused(negative) => Outcome::Refused(negative),
-        })
+        Some(opened)
     }
 
-    /// Time has come to `now`: what is due, and whether there is a message to send.
+    /// Whether a request is waiting or under way, or its outcome was not taken.
+    pub(super) const fn has_request(&self, number: u16) -> bool {
+        self.number == number
+            && matches!(self.request, UserRequest::Waiting(_) | UserRequest::Running | UserRequest::Done(_))
+    }
+
+    /// Whether a request is waiting or under way.
+    pub(super) const fn is_running(&self, number: u16) -> bool {
+        self.has_request(number) && !matches!(self.request, UserRequest::Done(_))
+    }
+
+    /// The outcome of the request, once: the record, no octets for a write.
+    pub(super) fn take_outcome(&mut self) -> Option<Result<&[u8], Negative>> {
+        let UserRequest::Done(result) = self.request else { return None };
+        self.request = UserRequest::None;
+        Some(result.map(|()| self.transaction.octets()))
+    }
+
+    /// Advances the time to `now`: timeouts end the connection, a waiting request or an Idle begins.
     pub(super) fn elapse(&mut self, now: BitTime) -> Option<AcyclicEvent> {
         match self.state {
-            _ if self.wants_to_close() => return self.closed(),
+            _ if self.can_close() => return self.closed(),
             ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => {
                 if let Some(cause) = self.transaction.elapse(now, &self.timeouts) {
                     return self.failed(cause);
@@ -231,7 +283,7 @@ impl Connection {
         None
     }
 
-    /// Whether there is a message to send.
+    /// Whether a message is ready to be sent.
     pub(super) fn is_due(&self, now: BitTime) -> bool {
         match self.state {
             ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => self.transaction.is_due(now),
@@ -243,9 +295,8 @@ impl Connection {
     /// The next message.
     pub(super) fn message(&self) -> Option<Request<'_>> {
         let pdu = match self.state {
-            ConnectionState::Initiating(_) => self.transaction.octets(),
             ConnectionState::Transferring(ExpectedResponse::Idle) => &IDLE,
-            ConnectionState::Transferring(_) => self.transaction.octets(),
+            ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => self.transaction.octets(),
             ConnectionState::Aborting(..) => return Some(self.abort_message()),
             ConnectionState::Open(_) | ConnectionState::Ended(_) => return None,
         };
@@ -266,31 +317,31 @@ impl Connection {
         }
     }
 
-    /// What became of the message.
+    /// Evaluates the confirmation of the message sent last.
     pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<AcyclicEvent> {
         let expected = match self.state {
             ConnectionState::Initiating(Step::Manager) => ExpectedResponse::ResourceManager,
             ConnectionState::Initiating(Step::Server(_)) => ExpectedResponse::Initiate,
             ConnectionState::Transferring(expected) => expected,
-            // Nobody answers an Abort but by SC, and if it was lost the slave's own timers end the connection.
+            // A slave answers an Abort with SC only, and if the Abort was lost the slave's own timers end the connection.
             ConnectionState::Aborting(_, end) => return self.end(end),
             ConnectionState::Open(_) | ConnectionState::Ended(_) => return None,
         };
         let sent = self.transaction.stage;
         match self.transaction.confirmed(now, confirmation, expected.is_repeatable(), &self.timeouts) {
             Progress::Waiting => match (expected, sent, confirmation) {
-                // Nobody there: no connection is lost by giving up at once. profibus-wire 4.11.
+                // No station is there: no connection is lost by giving up at once. profibus-wire 4.11.
                 (ExpectedResponse::ResourceManager, Stage::Request, Confirmation::Failed(failure))
                     if failure != Failure::Interrupted =>
                 {
-                    self.failed(Cause::Lost(failure))
+                    self.failed(Cause::NoAnswer(failure))
                 }
                 _ => None,
             },
             Progress::Failed(cause) => self.failed(cause),
             Progress::Response(pdu) => match expected.matched(pdu) {
                 Ok(response) => self.responded(&response),
-                Err(wrong) => self.failed(Cause::Mismatch(wrong)),
+                Err(mismatch) => self.failed(Cause::Mismatch(mismatch)),
             },
         }
     }
@@ -313,16 +364,12 @@ impl Connection {
             (Response::Initiate(initiate), ConnectionState::Initiating(Step::Server(manager))) => {
                 self.opened(manager, initiate)
             }
-            (Response::Negative(negative), _) => self.done(Done::Refused(*negative)),
-            (Response::Read(record), _) => {
-                self.transaction.keep(record.data);
-                self.done(Done::Read)
+            (Response::Negative(negative), _) => self.done(UserRequest::Done(Err(*negative))),
+            (Response::Read(record) | Response::DataTransport(record), _) => {
+                self.transaction.store_response(record.data);
+                self.done(UserRequest::Done(Ok(())))
             }
-            (Response::DataTransport(record), _) => {
-                self.transaction.keep(record.data);
-                self.done(Done::Transported)
-            }
-            (Response::Write(_), _) => self.done(Done::Written),
+            (Response::Write(_), _) => self.done(UserRequest::Done(Ok(()))),
             (Response::Idle(_) | Response::Initiate(_) | Response::AlarmAck(_), _) => {
                 self.state = ConnectionState::Open(None);
                 None
@@ -332,7 +379,7 @@ impl Connection {
 
     fn opened(&mut self, manager: ResourceManager, initiate: &InitiateRes<'_>) -> Option<AcyclicEvent> {
         self.max_len_data_unit = initiate.max_len_data_unit;
-        self.done(Done::Opened(Opened {
+        self.done(UserRequest::Opened(Opened {
             server_sap: manager.server_sap,
             max_len_data_unit: initiate.max_len_data_unit,
             send_timeout: manager.min_send_timeout.max(self.parameters.send_timeout),
@@ -340,23 +387,23 @@ impl Connection {
         }))
     }
 
-    const fn done(&mut self, done: Done) -> Option<AcyclicEvent> {
+    const fn done(&mut self, outcome: UserRequest) -> Option<AcyclicEvent> {
         self.state = ConnectionState::Open(None);
-        self.request = UserRequest::Done(done);
+        self.request = outcome;
         Some(AcyclicEvent::OutcomeReady)
     }
 
     fn transfer(&mut self, expected: ExpectedResponse) {
         if expected != ExpectedResponse::Idle {
-            self.request = UserRequest::None;
+            self.request = UserRequest::Running;
         }
         self.transaction.begin(Stage::Request);
         self.state = ConnectionState::Transferring(expected);
     }
 
-    /// Whether the wish to close can be followed now. While the resource manager is being polled the access point is not
-    /// known yet, and the slave has reserved one.
-    fn wants_to_close(&self) -> bool {
+    /// Whether the user closes the connection and that is possible now. While the master polls the resource manager it does
+    /// not know the access point yet, and the slave has reserved one.
+    fn can_close(&self) -> bool {
         match self.state {
             ConnectionState::Initiating(Step::Manager) => {
                 self.closing.is_some() && self.transaction.stage == Stage::Request
@@ -374,7 +421,7 @@ impl Connection {
         }
     }
 
-    /// The connection cannot go on. The slave is told so, unless it has no access point for it.
+    /// The connection has failed. The master sends an Abort, unless the slave has no access point for it.
     fn failed(&mut self, cause: Cause) -> Option<AcyclicEvent> {
         let reason = reason(cause);
         let end = ConnectionEnd::Failed { reason, cause };
@@ -394,21 +441,18 @@ impl Connection {
         None
     }
 
-    /// A request that waits has no outcome of its own: the end is it.
-    fn end(&mut self, end: ConnectionEnd) -> Option<AcyclicEvent> {
-        if let UserRequest::Waiting(_) = self.request {
-            self.request = UserRequest::None;
-        }
+    const fn end(&mut self, end: ConnectionEnd) -> Option<AcyclicEvent> {
         self.state = ConnectionState::Ended(end);
         Some(AcyclicEvent::Ended(end))
     }
 }
 
-/// The reason that is told for a cause. profibus-wire 4.8.
+/// The reason that the master sends for a cause. profibus-wire 4.8: the codes of subnet FDL are those of the link layer's
+/// confirmations.
 const fn reason(cause: Cause) -> AbortReason {
     match cause {
         Cause::Timeout => AbortReason::TIMEOUT,
-        Cause::Lost(_) => AbortReason::Fdl(15),
+        Cause::NoAnswer(_) => AbortReason::Fdl(15),
         Cause::Status(Status::UserError) => AbortReason::Fdl(1),
         Cause::Status(Status::NoResource) => AbortReason::Fdl(2),
         Cause::Status(Status::ServiceNotActivated) => AbortReason::Fdl(3),
@@ -416,7 +460,5 @@ const fn reason(cause: Cause) -> AbortReason {
         Cause::Status(Status::DataLowNotTaken) => AbortReason::Fdl(12),
         Cause::Status(Status::DataHighNotTaken) => AbortReason::Fdl(13),
         Cause::Status(_) | Cause::Mismatch(_) => AbortReason::INVALID_RESPONSE,
-        // Of other services.
-        Cause::Channel(_) | Cause::Left | Cause::NotOperating => AbortReason::SEQUENCE,
     }
 }

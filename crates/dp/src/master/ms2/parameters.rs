@@ -1,34 +1,37 @@
-//! What a connection is opened with, and what the slave says to it.
+//! The parameters of a connection, and the properties that the slave grants.
 
 use crate::link::Baud;
 use crate::master::acyclic::Timeouts;
 use profivac_wire::acyclic::initiate::{AddAddr, Capabilities, Initiate};
 
-/// How a connection is opened and supervised. Times on the wire count in 10 ms, profibus-wire 4.6.3 and 4.9.
+/// The unit of times in MS2 PDUs, in milliseconds. profibus-wire 4.6.3.
+const UNIT_MS: u64 = 10;
+
+/// The parameters of an MS2 connection. Times in the PDUs are in units of 10 ms, profibus-wire 4.6.3 and 4.9.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ms2Parameters {
-    /// The rate of the segment: times on the wire become bit times.
+    /// The rate of the segment, to convert times of the PDUs to bit times.
     pub baud: Baud,
-    /// Send_Timeout, in 10 ms: the connection has the greater one of this and the slave's least. After so long without a
-    /// request an Idle is sent.
+    /// Send_Timeout, in 10 ms. The connection uses the greater of this and the slave's minimum. After that time without a
+    /// request the master sends an Idle.
     pub send_timeout: u16,
-    /// C2_Response_Timeout of the GSD file, in 10 ms: a response comes no later, unless Send_Timeout is greater.
+    /// C2_Response_Timeout of the GSD file, in 10 ms: the longest wait for a response, unless Send_Timeout is greater.
     pub response_timeout: u16,
-    /// No message follows the one before sooner, in bit times. At least the Min_Slave_Interval of the slave.
+    /// The least time between two messages, in bit times. At least the Min_Slave_Interval of the slave.
     pub pace_tbit: u64,
-    /// How often in a row the slave may answer RR or UE before the connection is given up.
+    /// How often in a row the slave may answer RR or UE before the master gives the connection up.
     pub rejections: u8,
-    /// What this master can do, and its profile.
+    /// The capabilities of this master, and its profile.
     pub capabilities: Capabilities,
-    /// API and SCL of the application at the slave: 0 and 0, except where a profile says otherwise.
+    /// API and SCL of the application at the slave: 0 and 0 unless a profile says otherwise.
     pub destination: (u8, u8),
 }
 
 impl Ms2Parameters {
     /// Read and Write, no profile; 5 s for everything.
     ///
-    /// free choice: Send_Timeout is longer than the 4 s that slaves ask for at the slow rates (profibus-wire 4.6.2), polls
-    /// are a millisecond apart, and RR or UE are taken ten times.
+    /// free choice: Send_Timeout is longer than the 4 s that slaves require at the slow rates (profibus-wire 4.6.2), polls
+    /// are a millisecond apart, and RR or UE are accepted ten times.
     #[must_use]
     pub const fn new(baud: Baud) -> Self {
         Self {
@@ -42,20 +45,23 @@ impl Ms2Parameters {
         }
     }
 
-    /// T for this least Send_Timeout of a slave, in bit times.
-    pub(super) fn timeout_tbit(&self, least: u16) -> u64 {
-        self.baud.tbit_of_ms(u64::from(self.send_timeout.max(least)).saturating_mul(10))
+    /// T for the minimum Send_Timeout of a slave, in bit times.
+    pub(super) fn timeout_tbit(&self, minimum: u16) -> u64 {
+        self.tbit(self.send_timeout.max(minimum))
     }
 
     /// profibus-wire 4.9, rules 4 and 6.
     pub(super) fn timeouts(&self, timeout_tbit: u64) -> Timeouts {
-        let response_tbit = self.baud.tbit_of_ms(u64::from(self.response_timeout).saturating_mul(10));
         Timeouts {
-            response_tbit: response_tbit.max(timeout_tbit),
+            response_tbit: self.tbit(self.response_timeout).max(timeout_tbit),
             lost_tbit: timeout_tbit,
             pace_tbit: self.pace_tbit,
             rejections: self.rejections,
         }
+    }
+
+    fn tbit(&self, time: u16) -> u64 {
+        self.baud.tbit_of_ms(u64::from(time).saturating_mul(UNIT_MS))
     }
 
     pub(super) fn initiate(&self) -> Initiate<'static> {
@@ -69,15 +75,15 @@ impl Ms2Parameters {
     }
 }
 
-/// What is known of a connection when it is open.
+/// The properties of an open connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Opened {
     /// The access point of the connection at the slave, 0 to 48.
     pub server_sap: u8,
-    /// Max_Len_Data_Unit: how many octets of a record one request carries, 1 to 240.
+    /// Max_Len_Data_Unit: the most octets of a record in one request, 1 to 240.
     pub max_len_data_unit: u8,
     /// The Send_Timeout of the connection, in 10 ms.
     pub send_timeout: u16,
-    /// What the slave can do.
+    /// The capabilities of the slave.
     pub capabilities: Capabilities,
 }

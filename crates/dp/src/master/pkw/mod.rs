@@ -1,89 +1,127 @@
-//! The parameter channel at the master: one instruction in the cyclic data of a slave, and its answer. profibus-wire 6.1,
+//! The parameter channel of a master: one task in the cyclic data of a slave, and its answer. profibus-wire 6.1,
 //! tira56e1 4.3, tira36e1 2.2.1, tira41d1 2.2.1, BG 5530 4.3.2, IF300P manual 3.2.2.
 //!
-//! AK 0 stands in the outputs until the slave answers AK 0; then the instruction, until it is answered; then AK 0 again. So
-//! whatever is answered between the two rests is the answer to this instruction and not to one before, also where a slave
-//! answers a cycle or two later (errata-bpg-bcg-tpg 25 and 153, errata-pxg55x-img400 10 and 11). An answer about something
-//! else is passed over; if nothing better comes, the last one names the reason.
+//! The master sends AK 0 in the outputs until the slave answers AK 0, then the task until the slave answers it, then AK 0
+//! again. An answer between the two AK 0 therefore belongs to this task and not to one before, also with a slave that answers
+//! a cycle or two later (errata-bpg-bcg-tpg 25 and 153, errata-pxg55x-img400 10 and 11). The master ignores an answer about
+//! something else; if no better one comes, the last one gives the reason of the failure.
 //!
-//! The channel addresses slot and index. Where a slot has several instances the selector decides which one is meant, here as
-//! with MS1 and MS2: write the parameter Channel Instance Selector first.
+//! The channel addresses slot and index. Where a slot has several instances, the Channel Instance Selector selects one of
+//! them, as with MS1 and MS2: write that parameter first.
 
 mod value;
 
-pub use value::{AnswerMismatch, Error, Value};
+pub use value::{AnswerMismatch, ErrorNumber, Value};
 
-use super::acyclic::{AcyclicEvent, Cause, Outcome, Pooled};
+use super::acyclic::{AcyclicEvent, Pooled};
+use core::fmt;
 pub(super) use value::OCTETS;
-use value::{Answer, Task, is_rest};
+use value::{Answer, Instruction, is_rest};
 
-/// Where the channel is, and how the slave speaks in it.
+/// Operation of [`Master::pkw_read`](super::Master::pkw_read) and [`Master::pkw_write`](super::Master::pkw_write): the
+/// outcome is the value in the answer.
+#[derive(Clone, Copy, Debug)]
+pub enum Task {}
+
+/// Why a task has no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TaskError {
+    /// The slave refused the task.
+    Refused(ErrorNumber),
+    /// No answer came within the number of data exchanges.
+    Timeout,
+    /// Only answers that do not fit the task came.
+    Mismatch(AnswerMismatch),
+    /// The slave left data exchange.
+    LeftExchange,
+    /// The master left Operate: the outputs, and the parameter channel in them, are zero.
+    NotOperating,
+}
+
+impl fmt::Display for TaskError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(number) => write!(f, "the slave refused the task: {number}"),
+            Self::Timeout => f.write_str("no response in time"),
+            Self::Mismatch(mismatch) => mismatch.fmt(f),
+            Self::LeftExchange => f.write_str("the slave left data exchange"),
+            Self::NotOperating => f.write_str("the master is not in Operate"),
+        }
+    }
+}
+
+impl core::error::Error for TaskError {}
+
+/// AK of a write of one octet, as most devices have it.
+pub const WRITE_BYTE: u8 = 10;
+
+/// AK of a write of one octet on devices that take octets as words (errata-bpg-bcg-tpg 133).
+pub const WRITE_BYTE_AS_WORD: u8 = 2;
+
+/// The place of the channel in the images, and the dialect of the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PkwParameters {
-    /// Where in the outputs its eight octets begin.
+    /// The offset of the eight octets in the outputs.
     pub outputs_at: usize,
-    /// Where in the inputs.
+    /// The offset in the inputs.
     pub inputs_at: usize,
-    /// How many data exchanges an instruction may take.
+    /// The most data exchanges that a task may take.
     pub cycles: u32,
-    /// AK of a write of one octet: 10, and 2 where bytes are written as words (errata-bpg-bcg-tpg 133).
+    /// AK of a write of one octet: [`WRITE_BYTE`] or [`WRITE_BYTE_AS_WORD`].
     pub byte_ak: u8,
 }
 
 impl PkwParameters {
-    /// A gauge whose telegrams begin with the channel, as all of this project do.
+    /// A gauge whose telegrams begin with the channel, as all gauges of this project do.
     ///
     /// free choice: 1000 exchanges, a few seconds on a slow bus; no manual gives a time.
-    pub const GAUGE: Self = Self { outputs_at: 0, inputs_at: 0, cycles: 1000, byte_ak: 10 };
+    pub const GAUGE: Self = Self { outputs_at: 0, inputs_at: 0, cycles: 1000, byte_ak: WRITE_BYTE };
 
     /// The controllers with an IF300P or IF301P.
-    pub const CONTROLLER: Self = Self { byte_ak: 2, ..Self::GAUGE };
+    pub const CONTROLLER: Self = Self { byte_ak: WRITE_BYTE_AS_WORD, ..Self::GAUGE };
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TaskState {
-    /// AK 0, until the slave has nothing to answer any more.
+    /// The master sends AK 0 until the slave answers AK 0.
     Rest,
-    /// The instruction.
-    Asked,
-    Value(Value),
-    Denied(Error),
-    Failed(Cause),
+    /// The master sends the task.
+    Requested,
+    Done(Result<Value, TaskError>),
 }
 
-/// One instruction.
+/// One task under way.
 #[derive(Clone, Debug)]
 pub(super) struct PkwTask {
     address: u8,
-    /// Which data exchange it belongs to: how often the slave had come there.
+    /// The data exchange that the task belongs to: how often the slave had entered data exchange.
     starts: u32,
     parameters: PkwParameters,
-    instruction: Task,
+    instruction: Instruction,
     state: TaskState,
-    /// What stands in the outputs was sent.
+    /// The octets of the present state were sent.
     sent: bool,
     exchanges_left: u32,
-    wrong: Option<AnswerMismatch>,
+    mismatch: Option<AnswerMismatch>,
 }
 
 impl Pooled for PkwTask {
-    const SERVICE: u8 = 3;
-
     fn is_over(&self) -> bool {
-        !matches!(self.state, TaskState::Rest | TaskState::Asked)
+        matches!(self.state, TaskState::Done(_))
     }
 }
 
 impl PkwTask {
     pub(super) fn read(relation: (u8, u32), (slot, index): (u8, u8), width: Option<usize>, it: &PkwParameters) -> Self {
-        Self::new(relation, Task { slot, index, write: None, width, byte_ak: it.byte_ak }, it)
+        Self::new(relation, Instruction { slot, index, write: None, width, byte_ak: it.byte_ak }, it)
     }
 
     pub(super) fn write(relation: (u8, u32), (slot, index): (u8, u8), value: Value, it: &PkwParameters) -> Self {
-        Self::new(relation, Task { slot, index, write: Some(value), width: None, byte_ak: it.byte_ak }, it)
+        Self::new(relation, Instruction { slot, index, write: Some(value), width: None, byte_ak: it.byte_ak }, it)
     }
 
-    const fn new((address, starts): (u8, u32), instruction: Task, parameters: &PkwParameters) -> Self {
+    const fn new((address, starts): (u8, u32), instruction: Instruction, parameters: &PkwParameters) -> Self {
         Self {
             address,
             starts,
@@ -92,7 +130,7 @@ impl PkwTask {
             state: TaskState::Rest,
             sent: false,
             exchanges_left: parameters.cycles,
-            wrong: None,
+            mismatch: None,
         }
     }
 
@@ -104,24 +142,22 @@ impl PkwTask {
         self.starts
     }
 
-    pub(super) const fn outcome(&self) -> Option<Outcome<'static>> {
-        Some(match self.state {
-            TaskState::Rest | TaskState::Asked => return None,
-            TaskState::Value(value) => Outcome::Value(value),
-            TaskState::Denied(error) => Outcome::Denied(error),
-            TaskState::Failed(cause) => Outcome::Failed(cause),
-        })
+    pub(super) const fn outcome(&self) -> Option<Result<Value, TaskError>> {
+        match self.state {
+            TaskState::Rest | TaskState::Requested => None,
+            TaskState::Done(result) => Some(result),
+        }
     }
 
-    /// These outputs are about to be sent: what stands in the channel is put into them.
+    /// Puts the octets of the present state into outputs that are about to be sent.
     pub(super) fn put(&mut self, outputs: &mut [u8]) {
         if let Some(place) = part_mut(outputs, self.parameters.outputs_at) {
-            *place = if self.state == TaskState::Asked { self.instruction.octets() } else { [0; OCTETS] };
+            *place = if self.state == TaskState::Requested { self.instruction.octets() } else { [0; OCTETS] };
             self.sent = true;
         }
     }
 
-    /// Inputs came in answer to outputs.
+    /// Evaluates the inputs that the slave sent in answer to outputs.
     pub(super) fn exchanged(&mut self, inputs: &[u8]) -> Option<AcyclicEvent> {
         let octets = *part(inputs, self.parameters.inputs_at)?;
         if self.is_over() || !core::mem::take(&mut self.sent) {
@@ -130,32 +166,32 @@ impl PkwTask {
         self.exchanges_left = self.exchanges_left.saturating_sub(1);
         match self.state {
             TaskState::Rest if is_rest(&octets) => {
-                self.wrong = None;
-                self.state = TaskState::Asked;
+                self.mismatch = None;
+                self.state = TaskState::Requested;
             }
-            TaskState::Rest => self.wrong = Some(AnswerMismatch::Unasked),
+            TaskState::Rest => self.mismatch = Some(AnswerMismatch::Unrequested),
             _ => match self.instruction.answer(octets) {
                 Ok(Answer::Nothing) => {}
-                Ok(Answer::Value(value)) => return self.over(TaskState::Value(value)),
-                Ok(Answer::Refused(error)) => return self.over(TaskState::Denied(error)),
-                Err(wrong) => self.wrong = Some(wrong),
+                Ok(Answer::Value(value)) => return self.finish(Ok(value)),
+                Ok(Answer::Refused(number)) => return self.finish(Err(TaskError::Refused(number))),
+                Err(mismatch) => self.mismatch = Some(mismatch),
             },
         }
         if self.exchanges_left > 0 {
             return None;
         }
-        self.fail(self.wrong.map_or(Cause::Timeout, Cause::Channel))
+        self.fail(self.mismatch.map_or(TaskError::Timeout, TaskError::Mismatch))
     }
 
-    pub(super) fn fail(&mut self, cause: Cause) -> Option<AcyclicEvent> {
+    pub(super) fn fail(&mut self, error: TaskError) -> Option<AcyclicEvent> {
         if self.is_over() {
             return None;
         }
-        self.over(TaskState::Failed(cause))
+        self.finish(Err(error))
     }
 
-    const fn over(&mut self, state: TaskState) -> Option<AcyclicEvent> {
-        self.state = state;
+    const fn finish(&mut self, result: Result<Value, TaskError>) -> Option<AcyclicEvent> {
+        self.state = TaskState::Done(result);
         Some(AcyclicEvent::OutcomeReady)
     }
 }

@@ -1,4 +1,4 @@
-//! What travels in the parameter channel: eight octets each way. errata-bpg-bcg-tpg 17 to 24, errata-pxg55x-img400 1 to 12.
+//! The eight octets that the parameter channel carries each way. errata-bpg-bcg-tpg 17 to 24, errata-pxg55x-img400 1 to 12.
 //!
 //! | Octet | 1 | 2 | 3 | 4 | 5 to 8 |
 //! |---|---|---|---|---|---|
@@ -6,10 +6,10 @@
 
 use core::fmt;
 
-/// How many octets the channel has each way.
+/// The number of octets of the channel each way.
 pub(in crate::master) const OCTETS: usize = 8;
 
-/// AK of an instruction.
+/// AK of a task.
 const READ: u8 = 1;
 const WRITE_WORD: u8 = 2;
 const WRITE_DOUBLE_WORD: u8 = 3;
@@ -55,7 +55,7 @@ impl Value {
         .to_be_bytes()
     }
 
-    /// How many octets the value has.
+    /// The width of the value in octets.
     #[must_use]
     pub const fn width(self) -> usize {
         match self {
@@ -74,12 +74,12 @@ impl Value {
     }
 }
 
-/// Why the slave does not carry out an instruction: AK 7 and a number.
+/// The error number of a refused task (AK 7).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Error(pub u16);
+pub struct ErrorNumber(pub u16);
 
-impl Error {
-    /// The words of tira56e1 4.3.3, which has all numbers of the other manuals.
+impl ErrorNumber {
+    /// The text of tira56e1 4.3.3, which has all numbers of the other manuals.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self.0 {
@@ -108,35 +108,36 @@ impl Error {
     }
 }
 
-impl fmt::Display for Error {
+impl fmt::Display for ErrorNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.name(), self.0)
     }
 }
 
-/// What does not fit in an answer.
+/// How an answer differs from the one that the task expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AnswerMismatch {
     /// No answer has this AK.
     Signature(u8),
-    /// It is about another parameter.
+    /// The answer names another parameter.
     Place {
-        /// Slot and index of the instruction.
+        /// Slot and index of the task.
         expected: (u8, u8),
         /// Slot and index of the answer.
         received: (u8, u8),
     },
-    /// The value has another width than the one that was written, or was expected.
+    /// The value has another width than the written or expected value.
     Width {
-        /// How many octets it should have.
+        /// The expected number of octets.
         expected: usize,
-        /// How many it has.
+        /// The number of octets received.
         received: usize,
     },
     /// Octets that the answer does not use are not 0.
     Padding,
-    /// There was an answer before there was an instruction: AK 0 was not answered by AK 0.
-    Unasked,
+    /// The slave answered before the task was sent: it did not answer AK 0 with AK 0.
+    Unrequested,
 }
 
 impl fmt::Display for AnswerMismatch {
@@ -150,34 +151,36 @@ impl fmt::Display for AnswerMismatch {
                 write!(f, "the parameter channel answers with {received} octets instead of {expected}")
             }
             Self::Padding => f.write_str("the parameter channel answers with octets that should be 0"),
-            Self::Unasked => f.write_str("the parameter channel goes on answering when nothing is asked"),
+            Self::Unrequested => f.write_str("the parameter channel keeps answering without a request"),
         }
     }
 }
 
-/// What a slave is told to do.
+/// A read or write of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Task {
+pub(super) struct Instruction {
     pub(super) slot: u8,
     pub(super) index: u8,
-    /// What is written.
+    /// The value to write; `None` reads.
     pub(super) write: Option<Value>,
-    /// How many octets a value that is read must have, if that is known.
+    /// The width in octets that a value read must have, if known.
     pub(super) width: Option<usize>,
     /// AK of a write of one octet.
     pub(super) byte_ak: u8,
 }
 
-/// What a slave answered.
+/// The answer of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
     Nothing,
     Value(Value),
-    Refused(Error),
+    Refused(ErrorNumber),
 }
 
-impl Task {
-    /// The octets that stand in the outputs.
+impl core::error::Error for AnswerMismatch {}
+
+impl Instruction {
+    /// The octets of the task in the outputs.
     pub(super) fn octets(&self) -> [u8; OCTETS] {
         let ak = match self.write {
             None => READ,
@@ -189,7 +192,7 @@ impl Task {
         [ak << 4, self.slot, self.index, 0, a, b, c, d]
     }
 
-    /// What the octets in the inputs answer.
+    /// The answer in the octets of the inputs.
     pub(super) fn answer(&self, [pke, slot, index, _, value @ ..]: [u8; OCTETS]) -> Result<Answer, AnswerMismatch> {
         let ak = pke >> 4;
         if ak == NOTHING {
@@ -200,16 +203,16 @@ impl Task {
             return Err(AnswerMismatch::Place { expected, received });
         }
         match (ak, value) {
-            (REFUSED, [0, 0, high, low]) => Ok(Answer::Refused(Error(u16::from_be_bytes([high, low])))),
-            (BYTE, [0, 0, 0, d]) => self.fitting(Value::Byte(d)),
-            (WORD, [0, 0, c, d]) => self.fitting(Value::Word(u16::from_be_bytes([c, d]))),
-            (DOUBLE_WORD, octets) => self.fitting(Value::DoubleWord(u32::from_be_bytes(octets))),
+            (REFUSED, [0, 0, high, low]) => Ok(Answer::Refused(ErrorNumber(u16::from_be_bytes([high, low])))),
+            (BYTE, [0, 0, 0, d]) => self.checked(Value::Byte(d)),
+            (WORD, [0, 0, c, d]) => self.checked(Value::Word(u16::from_be_bytes([c, d]))),
+            (DOUBLE_WORD, octets) => self.checked(Value::DoubleWord(u32::from_be_bytes(octets))),
             (REFUSED | BYTE | WORD, _) => Err(AnswerMismatch::Padding),
             (other, _) => Err(AnswerMismatch::Signature(other)),
         }
     }
 
-    fn fitting(&self, value: Value) -> Result<Answer, AnswerMismatch> {
+    fn checked(&self, value: Value) -> Result<Answer, AnswerMismatch> {
         let expected = match self.write {
             Some(written) if written.answer_ak() == value.answer_ak() => return Ok(Answer::Value(value)),
             // Where a byte is written as a word, the answer is as wide as the parameter: errata-bpg-bcg-tpg 133.
@@ -226,7 +229,7 @@ impl Task {
     }
 }
 
-/// Whether nothing is answered.
+/// Whether the channel carries no answer (AK 0).
 pub(super) const fn is_rest(octets: &[u8; OCTETS]) -> bool {
     let [pke, ..] = octets;
     *pke >> 4 == NOTHING

@@ -1,9 +1,9 @@
-//! Capture files that other programs read.
+//! Capture files in the pcapng format, as Wireshark reads them.
 //!
-//! A file has a section header, one interface with its link type and rate, and one packet for each entry of the trace: the
-//! octets from start to end delimiter. Times are nanoseconds since the beginning of the trace; a bit of 12 Mbit/s has 83,
-//! so the bit times come back exactly. Octets with character errors are named in a comment and by the symbol error flag,
-//! because a packet has no room for them.
+//! A file has a section header, one interface with link type and rate, and one packet for each entry of the trace: the octets
+//! from start to end delimiter. Times are in nanoseconds since the begin of the trace; a bit at 12 Mbit/s has 83 ns, so bit
+//! times are restored exactly. A comment and the symbol error flag mark octets with character errors, because a packet has
+//! no field for them.
 
 mod reader;
 
@@ -14,7 +14,7 @@ use profivac_dp::link::Baud;
 
 /// LINKTYPE_PROFIBUS_DL: data link layer telegrams of IEC 61158-4-3.
 pub const PROFIBUS_DL: u16 = 257;
-/// LINKTYPE_USER0: a type of private use, to which a dissector can be bound.
+/// LINKTYPE_USER0: a type for private use, to which a dissector can be assigned.
 pub const USER0: u16 = 147;
 
 const SECTION_HEADER: u32 = 0x0A0D_0D0A;
@@ -27,12 +27,12 @@ const EPB_FLAGS: u16 = 2;
 const IF_SPEED: u16 = 8;
 const IF_TSRESOL: u16 = 9;
 
-/// In epb_flags: a character of the link layer was wrong.
+/// Bit of epb_flags: symbol error, used for character errors.
 const SYMBOL_ERROR: u32 = 1 << 31;
 
 const NANOSECONDS: u128 = 1_000_000_000;
 
-/// The trace as a capture file of `link_type`, [`PROFIBUS_DL`] or [`USER0`].
+/// Writes a trace as a capture file with `link_type`, [`PROFIBUS_DL`] or [`USER0`].
 #[must_use]
 pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
     let mut file = file_header(trace.baud, link_type);
@@ -40,21 +40,21 @@ pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
     file
 }
 
-/// What a file begins with: for a file that grows, packet by packet.
+/// The blocks before the first packet, for a file that is written packet by packet.
 #[must_use]
 pub fn file_header(baud: Baud, link_type: u16) -> Vec<u8> {
     let mut file = Vec::new();
-    // Version 1.0, length of the section not given.
+    // Version 1.0, section length not specified.
     block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
     let mut options = option(IF_TSRESOL, &[9]);
     options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
     options.extend(option(0, &[]));
-    // No limit to the length of a packet.
+    // No limit of the packet length.
     block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
     file
 }
 
-/// The octets of one packet.
+/// The block of one packet.
 #[must_use]
 pub fn packet(entry: &Entry, baud: Baud) -> Vec<u8> {
     let (mut file, rate) = (Vec::new(), u128::from(baud.bits_per_second()));
@@ -86,17 +86,17 @@ fn option(code: u16, value: &[u8]) -> Vec<u8> {
     [&code.to_le_bytes()[..], &length.to_le_bytes(), &padded(value)].concat()
 }
 
-/// Everything begins at a multiple of four octets.
+/// Pads to a multiple of four octets.
 fn padded(octets: &[u8]) -> Vec<u8> {
     let mut padded = octets.to_vec();
     padded.resize(octets.len().next_multiple_of(4), 0);
     padded
 }
 
-/// Reads a capture file. Blocks of other kinds are skipped. A file that does not say its rate gets `otherwise`.
+/// Reads a capture file. Blocks of other types are skipped. `default_baud` applies to a file without a rate.
 ///
 /// # Errors
-/// [`BadCapture`] when the octets are no such file.
+/// [`CaptureError`] if the octets are not a complete capture file of PROFIBUS.
 pub fn read(file: &[u8], otherwise: Baud) -> Result<Trace, CaptureError> {
     let mut reader = Reader::new(otherwise);
     reader.push(file);
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read_at_every_rate_and_for_both_link_types() {
+    fn a_written_file_is_read_back_at_every_rate_and_with_both_link_types() {
         for baud in Baud::ALL {
             for link_type in [PROFIBUS_DL, USER0] {
                 let trace = trace(baud);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn the_octets_of_a_file_are_those_of_the_format() {
+    fn the_octets_of_a_file_match_the_format() {
         let mut trace = trace(Baud::B12000000);
         trace.entries.truncate(1);
         let expected = "
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn files_of_other_machines_are_read() {
-        // Big endian, microseconds, no rate, a block of another kind in between.
+        // Big endian, microseconds, no rate, a block of another type in between.
         let file = "
             0A 0D 0D 0A 00 00 00 1C 1A 2B 3C 4D 00 01 00 00 FF FF FF FF FF FF FF FF 00 00 00 1C
             00 00 00 01 00 00 00 14 00 93 00 00 00 00 00 00 00 00 00 14
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shorter_file_and_every_altered_octet_is_read_or_refused_without_harm() {
+    fn every_shorter_file_and_every_altered_octet_is_read_without_panic() {
         let file = write(&trace(Baud::B1500000), PROFIBUS_DL);
         for length in 0..file.len() {
             let _ = read(&file[..length], Baud::B9600);
@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// What a reader gives when the file comes in such portions, and what it says at the end.
+    /// The entries and the final error of a reader that gets the file in portions of `length` octets.
     fn in_portions(file: &[u8], length: usize) -> (Vec<Entry>, Option<CaptureError>) {
         let (mut reader, mut entries) = (Reader::new(Baud::B9600), Vec::new());
         for portion in file.chunks(length) {
@@ -191,10 +191,10 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_matter_in_which_portions_a_file_comes() {
+    fn the_size_of_the_portions_does_not_change_the_entries() {
         let trace = trace(Baud::B1500000);
         let mut file = write(&trace, USER0);
-        // A block of another kind between the packets.
+        // A block of another type between the packets.
         let foreign = [&[4, 0, 0, 0, 24, 0, 0, 0][..], &[7; 12], &[24, 0, 0, 0]].concat();
         file.splice(72..72, foreign);
         for length in 1..file.len() {
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_was_cut_off_is_read_up_to_there() {
+    fn a_truncated_file_is_read_up_to_its_last_whole_packet() {
         let trace = trace(Baud::B1500000);
         let file = write(&trace, USER0);
         for cut in 1..36 {
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_claims_to_be_large_is_not_waited_for() {
+    fn a_block_that_declares_a_large_size_is_an_error_at_once() {
         let mut file = write(&trace(Baud::B1500000), USER0);
         let offset = file.len() as u64;
         file.extend([6, 0, 0, 0, 4, 0, 0, 1, 0, 0, 0, 0]);
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_says_nothing_here_is_left_out_without_being_held() {
+    fn a_large_block_of_another_type_is_skipped_without_buffering() {
         let mut reader = Reader::new(Baud::B9600);
         reader.push(&write(&trace(Baud::B1500000), USER0)[..72]);
         reader.push(&[4, 0, 0, 0, 0, 0, 0, 0x80, 0, 0, 0, 0]);
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn refusals_say_why() {
+    fn each_error_names_its_cause() {
         let file = write(&trace(Baud::B1500000), 1);
         assert_eq!(read(&file, Baud::B9600), Err(CaptureError::LinkType(1)));
         assert_eq!(read(b"GIF89a", Baud::B9600), Err(CaptureError::NotPcapng));

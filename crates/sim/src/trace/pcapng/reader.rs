@@ -1,4 +1,4 @@
-//! Reads a capture file while it comes, block by block: nothing larger than one block is held, however large the file is.
+//! Reads a capture file incrementally, block by block. The buffer holds at most one block, at any file size.
 
 use super::{
     BYTE_ORDER, CharacterErrors, ENHANCED_PACKET, Entry, IF_SPEED, IF_TSRESOL, INTERFACE, OPT_COMMENT, PROFIBUS_DL,
@@ -7,36 +7,37 @@ use super::{
 use profivac_dp::link::{Baud, BitTime};
 use std::fmt;
 
-/// The largest block that is read: 16 MiB. free choice: what libpcap takes; a telegram has 255 octets at most.
+/// The largest block that is read: 16 MiB. free choice: the limit of libpcap; a telegram has at most 255 octets.
 const LARGEST: u32 = 1 << 24;
 
-/// The most interfaces of a section. free choice: a capture has one for each line that was listened to.
+/// The most interfaces of a section. free choice: a capture has one for each captured line.
 const MOST_INTERFACES: usize = 1 << 12;
 
-/// Kind and length in front, the length again behind.
+/// Octets of a block beside its body: type and length before, length after.
 const FRAMING: usize = 12;
 
-/// Why octets are no capture file that can be read.
+/// Error of a capture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CaptureError {
-    /// It does not begin with the section header of pcapng.
+    /// The file does not begin with the section header of pcapng.
     NotPcapng,
-    /// The file ends within a block: its writer was stopped, or goes on.
+    /// The file ends within a block: its writer was stopped, or is still writing.
     Cut {
-        /// Where the block begins.
+        /// The position of the block in the file, in octets.
         offset: u64,
     },
-    /// A block is shorter than its kind needs, or larger than any that is read.
+    /// A block is shorter than its type needs, or larger than the limit.
     Block {
-        /// Where it begins.
+        /// The position of the block in the file, in octets.
         offset: u64,
     },
-    /// A packet of an interface that was not described, or more interfaces than are read.
+    /// A packet has no interface, or there are more interfaces than the limit.
     Interface {
-        /// Where the block begins.
+        /// The position of the block in the file, in octets.
         offset: u64,
     },
-    /// An interface with telegrams of something else.
+    /// The link type of an interface is not PROFIBUS.
     LinkType(u16),
 }
 
@@ -58,14 +59,14 @@ impl fmt::Display for CaptureError {
 
 impl std::error::Error for CaptureError {}
 
-/// Reads packets out of octets that come in any portions.
+/// Reads packets from a file in portions of any size.
 pub struct Reader {
-    /// What was pushed last; what lies before `at` is read.
+    /// The octets pushed last; those before `at` are read.
     ahead: Vec<u8>,
     at: usize,
-    /// Where `at` is in the file.
+    /// The position of `at` in the file.
     offset: u64,
-    /// Where the last block began that says nothing here, and what is still to come of it.
+    /// The position of the last skipped block, and the octets of it that are still to skip.
     passed: u64,
     passing: u64,
     big_endian: bool,
@@ -74,24 +75,24 @@ pub struct Reader {
     stage: Stage,
 }
 
-/// How far a file is read.
+/// The progress in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// Nothing yet.
+    /// Before the section header.
     New,
-    /// Blocks, no packet yet: an interface may still say the rate.
+    /// Before the first packet: an interface may still set the rate.
     Begun,
-    /// Packets.
+    /// After the first packet.
     Packets,
-    /// After damage there is nothing more to find.
+    /// After an error: no further packets are read.
     Damaged,
 }
 
-/// A whole block: where it begins, its kind, and what is in it.
+/// A whole block: position, type, range of the body in the buffer.
 type Block = (u64, u32, std::ops::Range<usize>);
 
 impl Reader {
-    /// A file that does not say its rate gets `otherwise`.
+    /// A reader; `default_baud` applies to a file without a rate.
     #[must_use]
     pub const fn new(otherwise: Baud) -> Self {
         Self {
@@ -107,30 +108,30 @@ impl Reader {
         }
     }
 
-    /// The rate of the line: what the interfaces before the first packet say. Times of all packets are bit times of it.
+    /// The baud rate, from the interfaces before the first packet. The times of all packets are in its bit times.
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
     }
 
-    /// More of the file has come.
+    /// Adds the next octets of the file.
     pub fn push(&mut self, octets: &[u8]) {
         self.ahead.drain(..self.at);
         self.at = 0;
         self.ahead.extend(octets);
     }
 
-    /// How many octets are held.
+    /// The number of octets in the buffer.
     #[cfg(test)]
     pub(super) fn buffered(&self) -> usize {
         self.ahead.len()
     }
 
-    /// The next packet. `None` when more of the file is needed first, or after damage.
+    /// The next packet. `None` if more of the file is needed, or after an error.
     ///
     /// # Errors
-    /// [`BadCapture`], once: there is nothing behind it.
-    #[expect(clippy::should_implement_trait, reason = "after `None` there may be more")]
+    /// [`CaptureError`], once.
+    #[expect(clippy::should_implement_trait, reason = "more packets may follow `None`")]
     pub fn next(&mut self) -> Option<Result<Entry, CaptureError>> {
         while self.stage != Stage::Damaged {
             let (offset, kind, body) = match self.block()? {
@@ -146,10 +147,10 @@ impl Reader {
         None
     }
 
-    /// There is no more of the file: whether it ends where it may.
+    /// Ends the file.
     ///
     /// # Errors
-    /// [`BadCapture`] unless it was told before.
+    /// [`CaptureError`] if the file is empty or ends within a block, unless an error was returned before.
     pub fn end(&mut self) -> Result<(), CaptureError> {
         match self.stage {
             Stage::Damaged => Ok(()),
@@ -166,7 +167,7 @@ impl Reader {
         if is_new { CaptureError::NotPcapng } else { damage }
     }
 
-    /// The next block that says something here, if it is there as a whole.
+    /// The next whole block of a known type.
     fn block(&mut self) -> Option<Result<Block, CaptureError>> {
         loop {
             self.pass();
@@ -195,7 +196,7 @@ impl Reader {
         }
     }
 
-    /// Leaves out what says nothing here.
+    /// Skips the rest of a block of an unknown type.
     fn pass(&mut self) {
         let there = self.ahead.len() - self.at;
         let passed = usize::try_from(self.passing).unwrap_or(usize::MAX).min(there);
@@ -204,7 +205,7 @@ impl Reader {
         self.offset += passed as u64;
     }
 
-    /// The packet in a block, if it is one.
+    /// The packet of a block, or `None` for a block of another type.
     fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Entry>, CaptureError> {
         let octets = self.ahead.get(body).unwrap_or_default();
         let body = Fields { octets, big_endian: self.big_endian };
@@ -317,14 +318,14 @@ fn rate(speed: u64) -> Option<Baud> {
     u32::try_from(speed).ok().and_then(Baud::from_bits_per_second)
 }
 
-/// if_tsresol: a negative power of ten, or of two if bit 7 is set.
+/// Ticks per second from if_tsresol: a power of ten, or of two if bit 7 is set.
 fn ticks(resolution: u64) -> Option<u128> {
     let base: u128 = if resolution & 0x80 != 0 { 2 } else { 10 };
-    // 2^64 ticks a second are finer than any clock; more would leave no room for the product with the rate.
+    // More than 2^64 ticks per second could overflow the product with the rate.
     base.checked_pow((resolution & 0x7F) as u32).filter(|ticks| *ticks <= 1 << 64)
 }
 
-/// The comment that [`packet`] wrote. Any other says nothing about octets.
+/// The positions in a comment that [`packet`](super::packet) wrote; `None` for any other comment.
 fn character_errors(comment: &[u8]) -> Option<Vec<usize>> {
     let numbers = std::str::from_utf8(comment).ok()?.strip_prefix(CharacterErrors::WORDS)?;
     numbers.split(", ").map(|number| number.parse::<usize>().ok()?.checked_sub(1)).collect()

@@ -1,121 +1,106 @@
-// Who did what to which gauge or alarm, and what came of it: the latest first.
+// The audit trail: every command, parameter change, alarm action and change of control, with its user and outcome.
 
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
-import { audit, auditAddress, type Audited, type Filter } from '../acting.ts'
-import { useLive } from '../live.ts'
-import { useAsked } from '../parts/use.ts'
-import { clock, day } from '../pure/format.ts'
+import { type AuditFilter, auditAddress, fetchAudit } from '../api/calls.ts'
+import type { AuditAction, AuditEntry } from '../api/types.ts'
+import { Choice, SearchField, sameText } from '../components/fields.tsx'
+import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
+import { useMoment } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 
-const AGAIN_MS = 3_000
-const PAGE = 100
 const DAY_MS = 86_400_000
 
-const WHATS: Record<Audited['what'], string> = {
-  fired: 'fired',
+const ACTIONS: Record<AuditAction, string> = {
+  fired: 'sent',
   outcome: 'outcome',
   refused: 'refused',
   disarmed: 'disarmed',
-  mastership: 'mastership',
+  mastership: 'control',
   acknowledged: 'acknowledged',
   'taken-out-of-service': 'out of service',
   'returned-to-service': 'back in service',
 }
 
-const TIMES: [string, number | null][] = [
-  ['all times', null],
-  ['last day', DAY_MS],
-  ['last week', 7 * DAY_MS],
-  ['last month', 30 * DAY_MS],
+const PERIODS: [string, string][] = [
+  ['', 'all times'],
+  [`${DAY_MS}`, 'last day'],
+  [`${7 * DAY_MS}`, 'last week'],
+  [`${30 * DAY_MS}`, 'last month'],
+]
+
+const COLUMNS: Column<AuditEntry>[] = [
+  {
+    title: 'Time',
+    class: 'time',
+    cell: ({ id, at_ms }) => (
+      <>
+        <Time at={at_ms} /> <span class="muted">#{id}</span>
+      </>
+    ),
+  },
+  {
+    title: 'User',
+    cell: ({ who, role, peer }) => (
+      <>
+        {who} <span class="muted">{[role, peer].filter(Boolean).join(', ')}</span>
+      </>
+    ),
+  },
+  {
+    title: 'Action',
+    cell: ({ what, of }) => (
+      <>
+        <span class={`kind ${what}`}>{ACTIONS[what]}</span>
+        {of !== null && <span class="muted"> of #{of}</span>}
+      </>
+    ),
+  },
+  {
+    title: 'Gauge',
+    cell: ({ gauge, address }) =>
+      gauge && (
+        <>
+          <Link to={gaugePath(gauge)}>{gauge}</Link> {address !== null && <span class="muted">{address}</span>}
+        </>
+      ),
+  },
+  { title: 'Target', cell: ({ target }) => target },
+  {
+    title: 'Before → after',
+    cell: ({ before, after }) => (before === null ? after : `${before} → ${after ?? 'unknown'}`),
+  },
+  { title: 'Outcome', cell: ({ outcome }) => outcome },
 ]
 
 export function Audit(): JSX.Element {
-  const live = useLive()
-  const [most, setMost] = useState(PAGE)
+  const { gauges, station } = useMoment()
   const [gauge, setGauge] = useState('')
   const [who, setWho] = useState('')
-  const [back, setBack] = useState<number | null>(null)
-  const filter: Filter = { gauge, who, most, from: back === null ? null : live.now - back, to: null }
-  const asked = useAsked(`${most} ${gauge} ${who} ${back}`, AGAIN_MS, (signal) => audit(filter, signal))
-  const rows = asked.value ?? []
+  const [period, setPeriod] = useState('')
+  const filter: AuditFilter = { gauge, who, from: period ? station.now_ms - Number(period) : null }
+  const log = useLog(`${gauge} ${who} ${period}`, (most, signal) => fetchAudit(filter, most, signal))
+  const names = sameText(gauges.map(({ name }) => name))
   return (
-    <section class="panel events audit" aria-label="Audit">
+    <section class="panel audit" aria-label="Audit">
       <div class="bar">
         <h1>Audit</h1>
-        <select aria-label="Gauge" value={gauge} onChange={(event) => setGauge(event.currentTarget.value)}>
-          <option value="">all gauges</option>
-          {live.moment!.gauges.map(({ name }) => (
-            <option value={name} key={name}>
-              {name}
-            </option>
-          ))}
-        </select>
-        <input type="search" placeholder="Who" aria-label="Who" value={who} onInput={(event) => setWho(event.currentTarget.value.trim())} />
-        <select aria-label="Time" value={String(back)} onChange={(event) => setBack(event.currentTarget.value === 'null' ? null : Number(event.currentTarget.value))}>
-          {TIMES.map(([words, ms]) => (
-            <option value={String(ms)} key={words}>
-              {words}
-            </option>
-          ))}
-        </select>
+        <Choice label="Gauge" value={gauge} options={[['', 'all gauges'], ...names]} onChange={setGauge} />
+        <SearchField label="User" placeholder="User" value={who} onInput={(text) => setWho(text.trim())} />
+        <Choice label="Time" value={period} options={PERIODS} onChange={setPeriod} />
         <a class="button" href={auditAddress(filter)} download="audit.csv">
           Save as CSV
         </a>
       </div>
-      {asked.error && <p class="alarm">{asked.error}</p>}
-      <table>
-        <thead>
-          <tr>
-            <th>Time</th>
-            <th>Who</th>
-            <th>What</th>
-            <th>Gauge</th>
-            <th>Target</th>
-            <th>Before → after</th>
-            <th>Outcome</th>
-          </tr>
-        </thead>
-        <tbody>
-          {rows.map((row) => (
-            <Row row={row} key={row.id} />
-          ))}
-        </tbody>
-      </table>
-      {asked.value && rows.length === 0 && <p class="muted">{gauge || who || back !== null ? 'Nothing matches.' : 'Nobody has done anything yet.'}</p>}
-      {rows.length === most && (
-        <button type="button" onClick={() => setMost(most + PAGE)}>
-          Older ones
-        </button>
-      )}
+      <LogTable
+        caption="Audit trail, the latest entry first"
+        columns={COLUMNS}
+        log={log}
+        shown={log.entries}
+        keyOf={({ id }) => id}
+        kindOf={({ what }) => what}
+        empty={{ none: 'No entries yet.', filtered: 'No entry matches.', isFiltered: Boolean(gauge || who || period) }}
+      />
     </section>
-  )
-}
-
-function Row({ row }: { row: Audited }): JSX.Element {
-  const { id, at_ms, what, of, who, role, peer, gauge, address, target, before, after, outcome } = row
-  return (
-    <tr data-what={what}>
-      <td class="time">
-        <span class="muted">{day(at_ms)}</span> {clock(at_ms)} <span class="muted">#{id}</span>
-      </td>
-      <td>
-        {who} <span class="muted">{[role, peer].filter(Boolean).join(', ')}</span>
-      </td>
-      <td>
-        <span class={`kind ${what}`}>{WHATS[what]}</span>
-        {of !== null && <span class="muted"> of #{of}</span>}
-      </td>
-      <td>
-        {gauge && (
-          <>
-            <Link to={gaugePath(gauge)}>{gauge}</Link> {address !== null && <span class="muted">{address}</span>}
-          </>
-        )}
-      </td>
-      <td>{target}</td>
-      <td>{before === null ? after : `${before} → ${after ?? 'unknown'}`}</td>
-      <td>{outcome}</td>
-    </tr>
   )
 }

@@ -1,71 +1,78 @@
-// Who is on the bus: all addresses of a segment at once, in plain colours, with words.
+// The bus map: all addresses of each segment, with the bus status of the station at each address.
 
+import './bus.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
-import type { OnBus, Segment, Standing } from '../api.ts'
-import { useLive } from '../live.ts'
-import { StandingMark } from '../parts/standing.tsx'
-import { number } from '../pure/format.ts'
-import { baud, segmentSentence, STANDINGS, STATES } from '../pure/words.ts'
+import type { BusStation, BusStatus, Segment } from '../api/types.ts'
+import { BusStatusMark } from '../components/bus-status.tsx'
+import { number } from '../lib/format.ts'
+import { BUS_STATUS, baud, SEGMENT_STATES, segmentSentence } from '../lib/labels.ts'
+import { useMoment } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 
-/** Every address that a station can have; 126 is that of a slave that was given none yet. */
+/** All station addresses; 126 is the address of a slave that has none yet. */
 const ADDRESSES = Array.from({ length: 127 }, (_, address) => address)
 
-export function Bus(): JSX.Element {
-  const { segments } = useLive().moment!
+export function BusMap(): JSX.Element {
+  const { segments } = useMoment()
   return (
     <>
-      <h1 class="unseen">Bus map</h1>
+      <h1 class="visually-hidden">Bus map</h1>
       <Legend segments={segments} />
       {segments.map((segment) => (
-        <Map segment={segment} key={segment.name} />
+        <SegmentMap segment={segment} key={segment.name} />
       ))}
     </>
   )
 }
 
 function Legend({ segments }: { segments: Segment[] }): JSX.Element {
-  const count = (standing: Standing): number => segments.flatMap(({ stations }) => stations).filter((one) => one.standing === standing).length
+  const stations = segments.flatMap(({ stations }) => stations)
+  const count = (status: BusStatus): number => stations.filter(({ standing }) => standing === status).length
   return (
-    <ul class="legend" aria-label="Colours">
-      {(Object.keys(STANDINGS) as Standing[]).map((standing) => (
-        <li key={standing}>
-          <StandingMark standing={standing} /> <span class="count">{count(standing)}</span>
+    <ul class="legend" aria-label="Bus status">
+      {(Object.keys(BUS_STATUS) as BusStatus[]).map((status) => (
+        <li key={status}>
+          <BusStatusMark status={status} /> <span>{count(status)}</span>
         </li>
       ))}
     </ul>
   )
 }
 
-function Map({ segment }: { segment: Segment }): JSX.Element {
+function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
   const [chosen, setChosen] = useState<number | null>(null)
-  const at = new globalThis.Map(segment.stations.map((station) => [station.address, station]))
-  const station = chosen === null ? null : (at.get(chosen) ?? null)
+  const stations = new Map(segment.stations.map((station) => [station.address, station]))
+  const station = chosen === null ? null : (stations.get(chosen) ?? null)
   return (
-    <section class="panel map" aria-label={`Segment ${segment.name}`} data-segment={segment.name}>
+    <section class="panel segment-map" aria-label={`Segment ${segment.name}`} data-segment={segment.name}>
       <h2>{segment.name}</h2>
       <p class={`sentence ${segment.trouble ? 'bad' : ''}`}>{segmentSentence(segment)}</p>
       <Facts segment={segment} />
       <div class="addresses">
         {ADDRESSES.map((address) => (
-          <Cell address={address} station={at.get(address)} chosen={address === chosen} choose={setChosen} key={address} />
+          <Cell
+            address={address}
+            station={stations.get(address)}
+            chosen={address === chosen}
+            choose={setChosen}
+            key={address}
+          />
         ))}
       </div>
-      <Detail station={station} />
+      <Details station={station} />
     </section>
   )
 }
 
 function Facts({ segment }: { segment: Segment }): JSX.Element {
-  const cycle = segment.cycle_ms === null ? '–' : `${number(segment.cycle_ms)} ms`
   const facts: [string, string][] = [
     ['port', segment.port],
-    ['rate', baud(segment.baud)],
-    ['state', STATES[segment.state]],
-    ['cycle', cycle],
+    ['baud rate', baud(segment.baud)],
+    ['state', SEGMENT_STATES[segment.state]],
+    ['cycle time', segment.cycle_ms === null ? '–' : `${number(segment.cycle_ms)} ms`],
     ['damaged telegrams', `${segment.damaged}`],
-    ['our master', `${segment.master}`],
+    ['master address', `${segment.master}`],
   ]
   return (
     <dl class="facts">
@@ -81,29 +88,36 @@ function Facts({ segment }: { segment: Segment }): JSX.Element {
 
 interface CellProps {
   address: number
-  station: OnBus | undefined
+  station: BusStation | undefined
   chosen: boolean
   choose: (address: number) => void
 }
 
 function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
   if (!station) return <span class="cell empty">{address}</span>
-  const words = `${address}: ${station.name ?? STANDINGS[station.standing].word}, ${station.words}`
+  const text = `${address}: ${station.name ?? BUS_STATUS[station.standing].label}, ${station.words}`
   return (
-    <button type="button" class={`cell ${station.standing}`} aria-pressed={chosen} aria-label={words} title={words} onClick={() => choose(address)}>
+    <button
+      type="button"
+      class={`cell ${station.standing}`}
+      aria-pressed={chosen}
+      aria-label={text}
+      title={text}
+      onClick={() => choose(address)}
+    >
       {address}
     </button>
   )
 }
 
-function Detail({ station }: { station: OnBus | null }): JSX.Element {
-  if (!station) return <p class="detail muted">Press an address to see who it is.</p>
+function Details({ station }: { station: BusStation | null }): JSX.Element {
+  if (!station) return <p class="station-details muted">Press an address for details.</p>
   return (
-    <p class="detail" role="status">
-      <strong>{station.address}</strong> <StandingMark standing={station.standing} />{' '}
+    <p class="station-details" role="status">
+      <strong>{station.address}</strong> <BusStatusMark status={station.standing} />{' '}
       {station.name && <Link to={gaugePath(station.name)}>{station.name}</Link>}{' '}
       {[station.device, station.ident, station.words].filter(Boolean).join(' · ')}
-      <span class="muted"> {STANDINGS[station.standing].sentence}</span>
+      <span class="muted"> {BUS_STATUS[station.standing].sentence}</span>
     </p>
   )
 }

@@ -1,55 +1,64 @@
-// Who are you? Instead of any page, which stays in the address and comes back afterwards.
+// The login page. It replaces any other page, whose address stays and is shown after the login.
 
+import './login.css'
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import { Password } from '../parts/password.tsx'
-import { sentence } from '../parts/use.ts'
-import { login, useHere } from '../session.ts'
+import { errorText } from '../components/hooks.ts'
+import { PasswordField } from '../components/password-field.tsx'
+import { login, useSessionState } from '../session.ts'
 
 export function Login(): JSX.Element {
-  const { lost } = useHere()
+  const { expiredUser } = useSessionState()
   const [error, setError] = useState<string | null>(null)
   const [busy, setBusy] = useState(false)
   const form = useRef<HTMLFormElement>(null)
-  const field = (name: string): HTMLInputElement => form.current!.elements.namedItem(name) as HTMLInputElement
-  useEffect(() => field(lost ? 'password' : 'username').focus(), [])
+  const field = (name: string): HTMLInputElement | null | undefined =>
+    form.current?.querySelector(`input[name=${name}]`)
+  useEffect(() => field(expiredUser ? 'password' : 'username')?.focus(), [])
   const submit = async (event: Event): Promise<void> => {
     event.preventDefault()
     setBusy(true)
     setError(null)
     try {
-      await login(field('username').value.trim(), field('password').value)
+      await login(field('username')?.value.trim() ?? '', field('password')?.value ?? '')
     } catch (error) {
-      setError(sentence(error))
+      setError(errorText(error))
       setBusy(false)
-      field('password').select()
+      field('password')?.select()
     }
   }
   return (
     <section class="panel login" aria-labelledby="login">
       <h1 id="login">Log in</h1>
-      {lost && (
+      {expiredUser && (
         <p class="notice" role="status">
-          Your session has ended. Log in again, and you are back where you were.
+          Your session has ended. Log in again to return to this page.
         </p>
       )}
       {error && (
-        <p class="alarm" role="alert">
-          Not logged in: {error}.
+        <p class="error" role="alert">
+          Login failed: {error}.
         </p>
       )}
       <form ref={form} method="post" onSubmit={(event) => void submit(event)}>
         <label>
           <span>Name</span>
-          <input name="username" autocomplete="username" autocapitalize="none" spellcheck={false} required defaultValue={lost ?? ''} />
+          <input
+            name="username"
+            autocomplete="username"
+            autocapitalize="none"
+            spellcheck={false}
+            required
+            defaultValue={expiredUser ?? ''}
+          />
         </label>
-        <Password name="password" label="Password" autocomplete="current-password" />
+        <PasswordField name="password" label="Password" autocomplete="current-password" />
         <button type="submit" class="main" disabled={busy}>
           {busy ? 'Logging in …' : 'Log in'}
         </button>
       </form>
       <p class="muted">
-        Whoever runs the station makes users, with <code>profivac user add</code>.
+        Users are created on the station with <code>profivac user add</code>.
       </p>
     </section>
   )

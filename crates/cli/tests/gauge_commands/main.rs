@@ -1,0 +1,88 @@
+//! The commands for gauges as a program: output, errors and exit codes, with virtual devices on a pty.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod commands;
+mod harmless;
+mod list;
+mod ownership;
+mod read;
+mod settings;
+mod write;
+
+use common::{Folder, Program, run};
+use std::path::Path;
+
+/// Devices on a pty.
+struct Line {
+    simulation: Program,
+    path: String,
+    folder: Folder,
+}
+
+/// The result of a command.
+#[derive(Debug, PartialEq, Eq)]
+struct Done {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl Line {
+    fn with(arguments: &[&str]) -> Self {
+        let folder = Folder::new();
+        let path = folder.name("line");
+        let simulation = Program::start(&[&["simulate", "--pty", &path], arguments].concat());
+        simulation.ready();
+        Self { simulation, path, folder }
+    }
+
+    /// Runs a command: its name, the address, and the rest.
+    fn run(&self, command: &str, address: u8, rest: &[&str]) -> Done {
+        let address = address.to_string();
+        let arguments = [&[command, "--port", &self.path, "--address", &address], rest].concat();
+        let output = run(&arguments);
+        Done {
+            code: output.status.code().unwrap(),
+            out: String::from_utf8(output.stdout).unwrap(),
+            err: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    /// Runs a command that must succeed, and returns what it prints.
+    fn output(&self, command: &str, address: u8, rest: &[&str]) -> String {
+        let done = self.run(command, address, rest);
+        assert_eq!(done.code, 0, "{command} {rest:?}: {}", done.err);
+        done.out
+    }
+
+    /// Runs a command that must fail with this code and sentence.
+    fn fails(&self, command: &str, address: u8, rest: &[&str], code: i32, sentence: &str) {
+        let done = self.run(command, address, rest);
+        assert_eq!(
+            (done.code, done.err.as_str()),
+            (code, format!("profivac: {sentence}\n").as_str()),
+            "{command} {rest:?}"
+        );
+        assert_eq!(done.out, "", "{command} {rest:?}");
+    }
+
+    /// Sends a command to the simulation, which must answer `ok`.
+    fn tell(&mut self, line: &str) {
+        assert_eq!(self.simulation.tell(line), "ok", "{line}");
+    }
+}
+
+/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
+fn golden(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
+    if std::env::var_os("PROFIVAC_BLESS").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(text == expected, "{name} differs; PROFIVAC_BLESS=1 accepts it:\n{text}");
+}

@@ -1,0 +1,191 @@
+//! `dump --out`, `diff` and `restore`: the settings of a gauge and its replacement.
+
+use crate::Line;
+use serde_json::Value;
+use std::fs;
+
+/// The name of a file with the settings of the gauge at `address`.
+fn dumped(line: &Line, address: u8) -> String {
+    let file = line.folder.name("gauge.toml");
+    let done = line.run("dump", address, &["--out", &file]);
+    assert_eq!((done.code, done.out.as_str()), (0, ""), "{}", done.err);
+    assert!(done.err.ends_with(&format!("readings in {file}\n")), "{}", done.err);
+    file
+}
+
+fn replaced(file: &str, old: &str, new: &str) {
+    let text = fs::read_to_string(file).unwrap();
+    assert!(text.contains(old), "no {old} in {text}");
+    fs::write(file, text.replacen(old, new, 1)).unwrap();
+}
+
+#[test]
+fn only_different_settings_are_written_to_a_replacement() {
+    let line = Line::with(&["pcg550@5", "pcg550@6:unit=torr,serial=4711"]);
+    line.output("write", 5, &["trip-point.1/low-trip-point", "2e-3"]);
+    line.output("write", 5, &["trip-point.1/low-trip-point-hysteresis", "1e-4"]);
+    line.output("write", 5, &["trip-point.2/setpoint-mode", "setpoint-mode-profibus-only"]);
+    line.output("write", 5, &["trip-point.2/high-trip-enable", "on"]);
+    line.output("write", 5, &["cdg.safe-state", "use-safe-value"]);
+    let file = dumped(&line, 5);
+    assert_eq!(line.run("diff", 5, &[&file]).err, "profivac: no differences in 34 settings\n");
+
+    let would = line.run("restore", 6, &[&file, "--dry-run"]);
+    assert_eq!(would.code, 0);
+    let planned = "\
+cdg.data-unit: Torr -> mbar
+pirani.data-unit: Torr -> mbar
+atm.data-unit: Torr -> mbar
+trip-point.1/data-units: Torr -> mbar
+trip-point.2/data-units: Torr -> mbar
+cdg.safe-state: zero -> use-safe-value
+trip-point.2/setpoint-mode: setpoint-mode -> setpoint-mode-profibus-only
+trip-point.1/low-trip-point: 3.7503083e-5 Torr -> 1.5001234e-3 Torr
+trip-point.1/low-trip-point-hysteresis: 3.7503085e-6 Torr -> 7.5006166e-5 Torr
+trip-point.2/high-trip-enable: false -> true
+";
+    assert_eq!(would.out, planned);
+    assert_eq!(would.err, "profivac: 10 of 34 settings differed and would be written\n");
+    assert_eq!(line.output("read", 6, &["cdg.data-unit"]), "cdg.data-unit = Torr\n");
+
+    // All instances share one unit, so it is written once.
+    let done = line.run("restore", 6, &[&file]);
+    let written = "\
+cdg.data-unit: Torr -> mbar
+cdg.safe-state: zero -> use-safe-value
+trip-point.2/setpoint-mode: setpoint-mode -> setpoint-mode-profibus-only
+trip-point.1/low-trip-point: 5e-5 mbar -> 2e-3 mbar
+trip-point.1/low-trip-point-hysteresis: 5e-6 mbar -> 1e-4 mbar
+trip-point.2/high-trip-enable: false -> true
+";
+    assert_eq!((done.code, done.out.as_str()), (0, written));
+    assert_eq!(done.err, "profivac: 6 of 34 settings differed and were written\n");
+    assert_eq!(line.run("restore", 6, &[&file]).err, "profivac: 0 of 34 settings differed and were written\n");
+    assert_eq!(line.output("read", 6, &["serial-number"]), "device.serial-number = 4711\n");
+}
+
+#[test]
+fn differences_are_shown_as_a_table_and_as_json() {
+    let line = Line::with(&["img400@5"]);
+    let file = dumped(&line, 5);
+    line.output("write", 5, &["relay.1/low-trip-point", "1e-4"]);
+    let table = "\
+NAME                              FILE      GAUGE
+relay.1/low-trip-point            1e-3 hPa  1e-4 hPa
+relay.1/low-trip-upper-threshold  2e-3 hPa  1.1e-3 hPa
+";
+    assert_eq!(line.output("diff", 5, &[&file]), table);
+    let rows: Vec<Value> = serde_json::from_str(&line.output("diff", 5, &[&file, "--json"])).unwrap();
+    let expected = serde_json::json!({"name": "relay.1/low-trip-point", "file": "1e-3 hPa", "gauge": "1e-4 hPa"});
+    assert_eq!((rows.len(), &rows[0]), (2, &expected));
+    let restored: Vec<Value> = serde_json::from_str(&line.output("restore", 5, &[&file, "--json"])).unwrap();
+    assert_eq!((&restored[0]["before"], &restored[0]["after"]), (&"1e-4 hPa".into(), &"1e-3 hPa".into()));
+}
+
+/// Settings that change each other end as in the file.
+#[test]
+fn settings_that_change_each_other_are_all_restored() {
+    let line = Line::with(&["img400@5", "img400@6"]);
+    line.output("write", 5, &["relay.1/low-trip-point", "1e-4"]);
+    line.output("write", 5, &["relay.1/hysteresis", "5e-5"]);
+    let file = dumped(&line, 5);
+    line.output("write", 6, &["relay.1/low-trip-point", "3e-3"]);
+    line.output("write", 6, &["relay.1/hysteresis", "2e-3"]);
+    line.output("restore", 6, &[&file]);
+    assert_eq!(line.run("diff", 6, &[&file]).err, "profivac: no differences in 49 settings\n");
+}
+
+#[test]
+fn a_refused_setting_is_reported_and_the_others_are_written() {
+    let line = Line::with(&["bcg450@5"]);
+    let file = dumped(&line, 5);
+    replaced(&file, "\"pirani.data-units\" = \"mbar\"", "\"pirani.data-units\" = \"Torr\"");
+    replaced(&file, "\"ba.safe-state\" = \"zero\"", "\"ba.safe-state\" = \"full-scale\"");
+    line.output("write", 5, &["execute"]);
+    let done = line.run("restore", 5, &[&file]);
+    assert_eq!(done.code, 1);
+    let mut lines = done.out.lines();
+    assert!(
+        lines
+            .next()
+            .unwrap()
+            .starts_with("pirani.data-units: mbar unchanged: bcg450 at address 5, pirani.data-units (slot 1"),
+        "{}",
+        done.out
+    );
+    assert_eq!((lines.next(), lines.next()), (Some("ba.safe-state: zero -> full-scale"), None));
+    assert_eq!(done.err, "profivac: the gauge refused 1 of 2 differing settings\n");
+}
+
+#[test]
+fn a_file_of_another_device_is_refused() {
+    let line = Line::with(&["bcg450@5", "bpg400@6"]);
+    let file = dumped(&line, 5);
+    for command in ["diff", "restore"] {
+        let other =
+            format!("{file}: the file is of bcg450 with the ident number 0x08E6, the gauge is bpg400 with 0x06A9");
+        line.fails(command, 6, &[&file], 2, &other);
+    }
+}
+
+#[test]
+fn the_error_for_a_wrong_file_has_line_and_column_before_anything_is_written() {
+    let line = Line::with(&["bcg450@5"]);
+    let good = dumped(&line, 5);
+    let text = fs::read_to_string(&good).unwrap();
+    let bad = line.folder.name("bad.toml");
+    for (old, new, sentence) in [
+        ("\"pirani.safe-state\" = \"zero\"", "\"pirani.safe-state\" = ", "line 8, column 23: "),
+        (
+            "\"zero\"",
+            "\"never\"",
+            "line 8, column 23: pirani.safe-state (1:1/39): expected one of zero, full-scale, hold-last-value, use-safe-value, got \"never\"",
+        ),
+        (
+            "\"pirani.safe-value\"",
+            "\"pirani.save-value\"",
+            "line 9, column 23: bcg450 has no parameter or command \"pirani.save-value\"; did you mean pirani.safe-value",
+        ),
+        (
+            "\"pirani.safe-value\"",
+            "\"pirani.process-value\"",
+            "line 9, column 26: pirani.process-value is no setting of bcg450",
+        ),
+        ("device = ", "devize = ", "line 1, column 1: "),
+    ] {
+        fs::write(
+            &bad,
+            text.replacen("\"ba.safe-state\" = \"zero\"", "\"ba.safe-state\" = \"full-scale\"", 1)
+                .replacen(old, new, 1),
+        )
+        .unwrap();
+        let done = line.run("restore", 5, &[&bad]);
+        assert_eq!((done.code, done.out.as_str()), (2, ""), "{new}: {}", done.err);
+        assert!(done.err.starts_with(&format!("profivac: {bad}: {sentence}")), "{new}: {}", done.err);
+    }
+    assert_eq!(line.output("read", 5, &["ba.safe-state"]), "ba.safe-state = zero\n");
+    let missing = line.run("diff", 5, &["/nowhere.toml"]);
+    assert_eq!(missing.code, 2);
+    assert!(missing.err.starts_with("profivac: /nowhere.toml cannot be read: No such file"), "{}", missing.err);
+    let nowhere = line.run("dump", 5, &["--out", "/nowhere/gauge.toml"]);
+    assert_eq!(nowhere.code, 2, "{}", nowhere.err);
+}
+
+/// A controller: sets of thresholds are opened and closed, and a notice names what is not stored.
+#[test]
+fn a_controller_is_restored_by_the_parameter_channel() {
+    let line = Line::with(&["tpg300@5"]);
+    let file = line.folder.name("gauge.toml");
+    let pkw = ["--via", "pkw", "--own"];
+    let with = |rest: &[&'static str]| [&pkw[..], rest].concat();
+    assert_eq!(line.run("dump", 5, &[&pkw[..], &["--out", &file]].concat()).code, 0);
+    replaced(&file, "\"relay.2/upper-threshold\" = \"2e-3 mbar\"", "\"relay.2/upper-threshold\" = \"7e-3 mbar\"");
+    replaced(&file, "\"a1.filter-time-constant\" = \"medium\"", "\"a1.filter-time-constant\" = \"slow\"");
+    let done = line.run("restore", 5, &[&pkw[..], &[file.as_str()]].concat());
+    let written = "a1.filter-time-constant: medium -> slow\nrelay.2/upper-threshold: 2e-3 mbar -> 7e-3 mbar\n";
+    assert_eq!((done.code, done.out.as_str()), (0, written), "{}", done.err);
+    assert!(done.err.contains("only when it is stderr to: write store"), "{}", done.err);
+    let valid = line.output("read", 5, &with(&["relay.2/threshold-validation"]));
+    assert_eq!(valid, "relay.2/threshold-validation = valid\n");
+    assert_eq!(line.output("write", 5, &with(&["--yes", "store"])), "device.volatility: store done\n");
+}

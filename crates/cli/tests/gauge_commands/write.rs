@@ -1,0 +1,148 @@
+//! `write`: values and commands, the checks before anything is sent, and refusals of the gauge.
+
+use crate::Line;
+use crate::common::{interrupted_on_terminal, run_on_terminal};
+use serde_json::{Value, json};
+
+#[test]
+fn a_value_is_written_and_the_old_value_shown() {
+    let line = Line::with(&["bcg450@5", "pcg550@6", "img400@7", "bpg400@8"]);
+    for (address, target, value, printed) in [
+        (5, "pirani.safe-state", "use-safe-value", "pirani.safe-state: zero -> use-safe-value\n"),
+        (5, "1:1/39", "0", "pirani.safe-state: use-safe-value -> zero\n"),
+        (5, "ba.safe-value", "12.5 Pascal", "ba.safe-value: 0 mbar -> 0.125 mbar\n"),
+        (
+            5,
+            "setpoint-a.setpoint-function",
+            "atmosphere",
+            "setpoint-a.setpoint-function: potentiometer -> atmosphere\n",
+        ),
+        (5, "pirani.data-units", "Torr", "pirani.data-units: mbar -> Torr\n"),
+        (5, "ba.safe-value", "1", "ba.safe-value: 0.09375771 Torr -> 1 Torr\n"),
+        (6, "trip-point.1/low-trip-point", "2e-3 mbar", "trip-point.1/low-trip-point: 5e-5 mbar -> 2e-3 mbar\n"),
+        (6, "trip-point.1/low-trip-enable", "off", "trip-point.1/low-trip-enable: true -> false\n"),
+        (6, "pirani.pirani-off", "automatic", "pirani.pirani-off: always-on -> automatic\n"),
+        (7, "relay.7/low-trip-point", "1e-4", "relay.7/low-trip-point: 1e-3 hPa -> 1e-4 hPa\n"),
+        (7, "key-lock", "full-lock", "device.key-lock: off -> full-lock\n"),
+        (8, "ba.safe-state", "hold-last-value", "ba.safe-state: zero -> hold-last-value\n"),
+    ] {
+        assert_eq!(line.output("write", address, &[target, value]), printed, "{address} {target}");
+    }
+    let printed = line.output("write", 6, &["--json", "cdg.safe-value", "5"]);
+    let change: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!((&change["name"], &change["written"]), (&json!("cdg.safe-value"), &json!("5 mbar")));
+    assert_eq!((&change["before"]["value"], &change["after"]["value"]), (&json!(0.0), &json!(5.0)));
+}
+
+#[test]
+fn a_value_that_the_table_forbids_is_not_sent() {
+    let line = Line::with(&["bcg450@5", "img400@7"]);
+    let fails = |address, rest: &[&str], code, sentence: &str| line.fails("write", address, rest, code, sentence);
+    let states = "bcg450 at address 5, pirani.safe-state (slot 1, index 39, instance 1): expected one of zero, full-scale, \
+                  hold-last-value, use-safe-value, got";
+    fails(5, &["pirani.safe-state", "never"], 2, &format!("{states} \"never\""));
+    fails(5, &["pirani.safe-state", "4"], 1, &format!("{states} \"4\""));
+    let pressure = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): expected a pressure of 0 mbar or \
+                    more, got \"-1\"";
+    fails(5, &["pirani.safe-value", "-1"], 1, pressure);
+    let range = "bcg450 at address 5, setpoint-a.percentage-of-atmosphere (slot 1, index 202, instance 5): expected a number \
+                 from 10 to 1400, got \"1401\"";
+    fails(5, &["setpoint-a.percentage-of-atmosphere", "1401"], 1, range);
+    let read_only = "bcg450 at address 5, device.serial-number (slot 0, index 23): it is read-only (access 1/2_R)";
+    fails(5, &["serial-number", "4711"], 1, read_only);
+    let prm = "img400 at address 7, channel.1/data-units (slot 1, index 22): only the user parameters of its master set it (access \
+               2_R prm)";
+    fails(7, &["channel.1/data-units", "Torr"], 1, prm);
+    let value =
+        "expected a VALUE for pirani.safe-state (1:1/39), got none; `profivac list` shows the values it accepts";
+    fails(5, &["pirani.safe-state"], 2, value);
+    let unknown = "bcg450 has no parameter or command \"explode\"; `profivac list` shows all";
+    fails(5, &["explode"], 2, unknown);
+    assert_eq!(line.output("read", 5, &["pirani.safe-state"]), "pirani.safe-state = zero\n");
+}
+
+/// Unit and data type change only in IDLE: the gauge refuses, and the error advises the next step.
+#[test]
+fn the_error_explains_a_wrong_state() {
+    let line = Line::with(&["bcg450@5"]);
+    line.output("write", 5, &["execute"]);
+    let mode = "bcg450 at address 5, pirani.data-units (slot 1, index 22, instance 1): writing was refused with state conflict \
+                (B5), code 17: instruction not allowed in this state; unit and number type change only in IDLE and without \
+                cyclic exchange: write stop first, or let the owning master go";
+    line.fails("write", 5, &["pirani.data-units", "Torr"], 1, mode);
+    line.output("write", 5, &["--yes", "stop"]);
+    line.output("write", 5, &["pirani.data-units", "Torr"]);
+}
+
+#[test]
+fn the_conditions_of_a_command_are_checked_before_it_is_sent() {
+    let mut line = Line::with(&["--pressure", "1e-3 mbar", "bcg450@5"]);
+    let degas = |reason: &str| {
+        format!(
+            "bcg450 at address 5, ba.hot-cathode-block-state-command (slot 1, index 14, instance 2): degas-on was not sent: {reason}"
+        )
+    };
+    let on = ["--yes", "degas", "on"];
+    line.fails("write", 5, &on, 1, &degas("the gauge is in IDLE and must be in EXECUTING; write execute first"));
+    assert_eq!(line.output("write", 5, &["execute"]), "device.device-block-state-command: execute done\n");
+    let again = "bcg450 at address 5, device.device-block-state-command (slot 0, index 15): execute was not sent: the gauge is in \
+                 EXECUTING, and it is possible from IDLE only";
+    line.fails("write", 5, &["execute"], 1, again);
+    let high = "ba.process-value is 1e-3 mbar and must be below 7.2e-6 mbar; pump down first";
+    line.fails("write", 5, &on, 1, &degas(high));
+    line.tell("pressure 1e-6 mbar");
+    assert_eq!(line.output("write", 5, &on), "ba.hot-cathode-block-state-command: degas-on done\n");
+    assert_eq!(line.output("read", 5, &["ba.degas-status"]), "ba.degas-status = on\n");
+    assert_eq!(line.output("write", 5, &["degas", "off"]), "ba.hot-cathode-block-state-command: degas-off done\n");
+    assert_eq!(
+        line.output("write", 5, &["--yes", "emission off"]),
+        "ba.hot-cathode-block-state-command: emission-off done\n"
+    );
+    line.fails("write", 5, &on, 1, &degas("the emission is off; it must be on"));
+}
+
+#[test]
+fn a_command_with_a_risk_needs_yes_in_a_script() {
+    let mut line = Line::with(&["bcg450@5", "pcg550@6"]);
+    line.output("write", 5, &["execute"]);
+    let risk = "device.device-block-state-command stop stops the measurement; relays and outputs go to their safe state; nothing \
+                was sent; without a terminal add --yes";
+    line.fails("write", 5, &["stop"], 2, risk);
+    assert_eq!(line.simulation.state(5)["device_state"], "EXECUTING");
+    let zero = "cdg.ai-block-adjust-command zero-adjust moves the zero: the pressure must be two decades below the range of the \
+                gauge; nothing was sent; without a terminal add --yes";
+    line.fails("write", 6, &["cdg.zero-adjust"], 2, zero);
+    let ambiguous = "\"zero-adjust\" is ambiguous: it may be cdg.zero-adjust, pirani.zero-adjust";
+    line.fails("write", 6, &["zero-adjust"], 2, ambiguous);
+}
+
+/// A refusal that the tables do not contain: a trip point that the gauge calculates itself.
+#[test]
+fn a_refusal_of_the_gauge_is_shown_with_its_reason() {
+    let line = Line::with(&["pcg550@6"]);
+    line.output("write", 6, &["trip-point.1/setpoint-mode", "low-trip-point-by-atmosphere"]);
+    let refused = "pcg550 at address 6, trip-point.1/low-trip-point (slot 2, index 19): writing was refused with state conflict \
+                   (B5), code 17: instruction not allowed in this state; read device.device-state, and the parameter that says \
+                   who sets this one";
+    line.fails("write", 6, &["trip-point.1/low-trip-point", "1"], 1, refused);
+}
+
+/// On a terminal the user is asked for confirmation.
+#[test]
+fn a_command_with_a_risk_asks_on_a_terminal() {
+    let mut line = Line::with(&["bcg450@5"]);
+    line.output("write", 5, &["execute"]);
+    let stop = ["write", "--port", &line.path, "--address", "5", "stop"];
+    let (ended, out, _) = interrupted_on_terminal(&stop, "[y/N] ");
+    assert_eq!((ended, out.as_str()), (2, ""), "Ctrl-C needs no Enter");
+    for (typed, code, printed, state) in [
+        ("n\n", 2, "", "EXECUTING"),
+        ("\n", 2, "", "EXECUTING"),
+        ("y\n", 0, "device.device-block-state-command: stop done\n", "IDLE"),
+    ] {
+        let (ended, out, shown) = run_on_terminal(&stop, "[y/N] ", typed);
+        assert!(shown.contains("relays and outputs go to their safe state. Continue?"), "{shown}");
+        assert_eq!((ended, out.as_str()), (code, printed), "{typed:?}");
+        assert_eq!(line.simulation.state(5)["device_state"], state);
+    }
+}

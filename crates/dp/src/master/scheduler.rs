@@ -1,0 +1,363 @@
+//! The acyclic requests of a master: the next message among them, and its confirmation.
+//!
+//! The user submits a request and gets a [`Handle`]; the outcome waits until the user takes it. An [`AcyclicEvent`] in the
+//! event queue announces it. MS1 and MS2 send messages of low priority, one after the other in turn; the parameter channel
+//! needs no messages of its own. The scheduler knows no slaves: the master passes it the state of those that exchange data.
+
+use super::acyclic::{
+    AcyclicEvent, AcyclicId, ConnectionEnd, ExpectedResponse, Handle, Key, Pool, Pooled, Service, SubmitError,
+};
+use super::event::{Event, EventKind, Sink};
+use super::ms1::{self, Ms1Request};
+use super::ms2::{self, Connection, Ms2Parameters, Opened};
+use super::pkw::{self, PkwTask, TaskError};
+use crate::link::BitTime;
+use crate::link::active::{Confirmation, Request};
+use profivac_wire::acyclic::Request as Pdu;
+
+/// An acyclic operation. [`Handle<O>`](Handle) names one, and [`Master::outcome`](super::Master::outcome) returns its
+/// outcome.
+///
+/// Implemented by the types in [`ms1`], [`ms2`] and [`pkw`] only.
+pub trait Operation: Sized {
+    /// The type of the outcome.
+    type Outcome<'a>;
+
+    #[doc(hidden)]
+    const SERVICE: Service;
+
+    #[doc(hidden)]
+    fn take<const SLOTS: usize>(scheduler: &mut Scheduler<SLOTS>, handle: Handle<Self>) -> Option<Self::Outcome<'_>>;
+
+    #[doc(hidden)]
+    fn is_over<const SLOTS: usize>(scheduler: &Scheduler<SLOTS>, handle: Handle<Self>) -> bool;
+}
+
+impl<O: Operation> Handle<O> {
+    /// The identification in events. The requests of an MS2 connection have that of the connection.
+    #[must_use]
+    pub const fn id(self) -> AcyclicId {
+        AcyclicId::new(O::SERVICE, self.key)
+    }
+}
+
+/// The operations of MS1, whose outcomes differ in the type of the value only.
+macro_rules! ms1_operation {
+    ($operation:ty, $value:ty, $of:expr) => {
+        impl Operation for $operation {
+            type Outcome<'a> = Result<$value, ms1::RequestError>;
+            const SERVICE: Service = Service::Ms1;
+
+            fn take<const SLOTS: usize>(
+                scheduler: &mut Scheduler<SLOTS>,
+                handle: Handle<Self>,
+            ) -> Option<Self::Outcome<'_>> {
+                scheduler.ms1.get_mut(handle.key)?.take_outcome().map(|outcome| outcome.map($of))
+            }
+
+            fn is_over<const SLOTS: usize>(scheduler: &Scheduler<SLOTS>, handle: Handle<Self>) -> bool {
+                scheduler.ms1.get(handle.key).is_none_or(Pooled::is_over)
+            }
+        }
+    };
+}
+
+ms1_operation!(ms1::Read, &'a [u8], |record| record);
+ms1_operation!(ms1::Write, (), drop);
+ms1_operation!(ms1::AcknowledgeAlarm, (), drop);
+
+/// The requests of MS2, whose outcomes differ in the type of the value only.
+macro_rules! ms2_operation {
+    ($operation:ty, $value:ty, $of:expr) => {
+        impl Operation for $operation {
+            type Outcome<'a> = Result<$value, ms2::RequestError>;
+            const SERVICE: Service = Service::Ms2;
+
+            fn take<const SLOTS: usize>(
+                scheduler: &mut Scheduler<SLOTS>,
+                handle: Handle<Self>,
+            ) -> Option<Self::Outcome<'_>> {
+                scheduler.take_ms2(handle.key, handle.request).map(|outcome| outcome.map($of))
+            }
+
+            fn is_over<const SLOTS: usize>(scheduler: &Scheduler<SLOTS>, handle: Handle<Self>) -> bool {
+                let connection = scheduler.ms2.get(handle.key);
+                connection.is_none_or(|connection| connection.is_over() || !connection.is_running(handle.request))
+            }
+        }
+    };
+}
+
+ms2_operation!(ms2::Read, &'a [u8], |record| record);
+ms2_operation!(ms2::Write, (), drop);
+ms2_operation!(ms2::Transport, &'a [u8], |data| data);
+
+impl Operation for ms2::Connect {
+    type Outcome<'a> = Result<Opened, ConnectionEnd>;
+    const SERVICE: Service = Service::Ms2;
+
+    fn take<const SLOTS: usize>(scheduler: &mut Scheduler<SLOTS>, handle: Handle<Self>) -> Option<Self::Outcome<'_>> {
+        let connection = scheduler.ms2.get_mut(handle.key)?;
+        if let Some(opened) = connection.take_opened() {
+            return Some(Ok(opened));
+        }
+        let end = connection.ended()?;
+        scheduler.ms2.remove(handle.key);
+        Some(Err(end))
+    }
+
+    fn is_over<const SLOTS: usize>(scheduler: &Scheduler<SLOTS>, handle: Handle<Self>) -> bool {
+        scheduler.ms2.get(handle.key).is_none_or(Pooled::is_over)
+    }
+}
+
+impl Operation for pkw::Task {
+    type Outcome<'a> = Result<pkw::Value, TaskError>;
+    const SERVICE: Service = Service::Pkw;
+
+    fn take<const SLOTS: usize>(scheduler: &mut Scheduler<SLOTS>, handle: Handle<Self>) -> Option<Self::Outcome<'_>> {
+        let outcome = scheduler.pkw.get(handle.key)?.outcome()?;
+        scheduler.pkw.remove(handle.key);
+        Some(outcome)
+    }
+
+    fn is_over<const SLOTS: usize>(scheduler: &Scheduler<SLOTS>, handle: Handle<Self>) -> bool {
+        scheduler.pkw.get(handle.key).is_none_or(Pooled::is_over)
+    }
+}
+
+/// The state of a slave in data exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ExchangeStatus {
+    /// How often the slave has entered data exchange.
+    pub(super) starts: u32,
+    /// The master sends the slave its outputs, and not zeros.
+    pub(super) operating: bool,
+}
+
+/// A place in the queue for messages: first the slots of MS2, then those of MS1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct QueueIndex(usize);
+
+/// Up to `SLOTS` connections of MS2, as many requests of MS1 and as many tasks in parameter channels.
+#[derive(Clone, Debug)]
+pub struct Scheduler<const SLOTS: usize> {
+    pub(super) ms2: Pool<Connection, SLOTS>,
+    ms1: Pool<Ms1Request, SLOTS>,
+    pkw: Pool<PkwTask, SLOTS>,
+    /// The user has submitted nothing yet, so a master that only exchanges data skips all work here.
+    idle: bool,
+    /// The place in the queue that is considered first.
+    first: usize,
+    /// The address of a slave that may still respond to an MS1 request that has failed.
+    late: Option<u8>,
+}
+
+impl<const SLOTS: usize> Scheduler<SLOTS> {
+    pub(super) const fn new() -> Self {
+        Self { ms2: Pool::new(), ms1: Pool::new(), pkw: Pool::new(), idle: true, first: 0, late: None }
+    }
+
+    pub(super) fn open(
+        &mut self,
+        address: u8,
+        parameters: &Ms2Parameters,
+    ) -> Result<Handle<ms2::Connect>, SubmitError> {
+        self.idle = false;
+        named(self.ms2.insert(Connection::new(address, parameters)), SLOTS)
+    }
+
+    /// Submits a request on a connection; `octets` is the length of the record.
+    pub(super) fn submit_ms2<O: Operation>(
+        &mut self,
+        connection: Handle<ms2::Connect>,
+        expected: ExpectedResponse,
+        octets: usize,
+        pdu: &Pdu<'_>,
+    ) -> Result<Handle<O>, SubmitError> {
+        let number =
+            self.ms2.get_mut(connection.key).ok_or(SubmitError::UnknownHandle)?.submit(expected, octets, pdu)?;
+        Ok(Handle::new(connection.key, number))
+    }
+
+    /// The outcome of a request on a connection. If the connection has ended its slot becomes free.
+    fn take_ms2(&mut self, key: Key, number: u16) -> Option<Result<&[u8], ms2::RequestError>> {
+        let connection = self.ms2.get(key).filter(|connection| connection.has_request(number))?;
+        if let Some(end) = connection.ended() {
+            self.ms2.remove(key);
+            return Some(Err(ms2::RequestError::Ended(end)));
+        }
+        let outcome = self.ms2.get_mut(key)?.take_outcome()?;
+        Some(outcome.map_err(ms2::RequestError::Refused))
+    }
+
+    pub(super) fn submit_ms1<O: Operation>(&mut self, request: Ms1Request) -> Result<Handle<O>, SubmitError> {
+        self.idle = false;
+        if self.ms1.iter().any(|other| other.address() == request.address() && !other.is_over()) {
+            return Err(SubmitError::Busy);
+        }
+        named(self.ms1.insert(request), SLOTS)
+    }
+
+    pub(super) fn submit_pkw(&mut self, task: PkwTask) -> Result<Handle<pkw::Task>, SubmitError> {
+        self.idle = false;
+        if self.pkw.iter().any(|other| other.address() == task.address() && !other.is_over()) {
+            return Err(SubmitError::Busy);
+        }
+        named(self.pkw.insert(task), SLOTS)
+    }
+
+    /// Advances the time to `now`. `status` gives the state of a slave that exchanges data.
+    pub(super) fn elapse(
+        &mut self,
+        now: BitTime,
+        status: impl Fn(u8) -> Option<ExchangeStatus>,
+        events: &mut Sink<'_>,
+    ) {
+        if self.idle {
+            return;
+        }
+        for number in 0..SLOTS {
+            self.elapse_ms2(now, number, events);
+            self.elapse_ms1(now, number, &status, events);
+            self.elapse_pkw(now, number, &status, events);
+        }
+    }
+
+    fn elapse_ms2(&mut self, now: BitTime, number: usize, events: &mut Sink<'_>) {
+        let Some(connection) = self.ms2.at(number) else { return };
+        let report = connection.elapse(now).map(|event| (connection.address(), event));
+        push(now, Service::Ms2, self.ms2.key(number), report, events);
+    }
+
+    fn elapse_ms1(
+        &mut self,
+        now: BitTime,
+        number: usize,
+        status: impl Fn(u8) -> Option<ExchangeStatus>,
+        events: &mut Sink<'_>,
+    ) {
+        let Some(request) = self.ms1.at(number) else { return };
+        let event = match status(request.address()) {
+            Some(ExchangeStatus { starts, .. }) if starts == request.starts() => request.elapse(now),
+            _ => request.left_exchange(),
+        };
+        self.ms1_event(now, number, event, events);
+    }
+
+    fn ms1_event(&mut self, now: BitTime, number: usize, event: Option<AcyclicEvent>, events: &mut Sink<'_>) {
+        let (Some(event), Some(request)) = (event, self.ms1.at(number)) else { return };
+        let address = request.address();
+        if request.may_respond_late() {
+            self.late = Some(address);
+        }
+        push(now, Service::Ms1, self.ms1.key(number), Some((address, event)), events);
+    }
+
+    fn elapse_pkw(
+        &mut self,
+        now: BitTime,
+        number: usize,
+        status: impl Fn(u8) -> Option<ExchangeStatus>,
+        events: &mut Sink<'_>,
+    ) {
+        let Some(task) = self.pkw.at(number) else { return };
+        let event = match status(task.address()) {
+            Some(ExchangeStatus { starts, operating: true }) if starts == task.starts() => None,
+            Some(ExchangeStatus { operating: false, .. }) => task.fail(TaskError::NotOperating),
+            _ => task.fail(TaskError::LeftExchange),
+        };
+        let report = event.map(|event| (task.address(), event));
+        push(now, Service::Pkw, self.pkw.key(number), report, events);
+    }
+
+    /// The slave that may still respond to a failed MS1 request, once.
+    pub(super) const fn take_late(&mut self) -> Option<u8> {
+        self.late.take()
+    }
+
+    /// The place in the queue that sends the next message.
+    pub(super) fn due(&mut self, now: BitTime) -> Option<QueueIndex> {
+        if self.idle {
+            return None;
+        }
+        let all = SLOTS.saturating_mul(2);
+        let index = (self.first..all).chain(0..self.first).find(|index| self.is_due(*index, now))?;
+        self.first = index.saturating_add(1);
+        Some(QueueIndex(index))
+    }
+
+    fn is_due(&mut self, index: usize, now: BitTime) -> bool {
+        match index.checked_sub(SLOTS) {
+            None => self.ms2.at(index).is_some_and(|connection| connection.is_due(now)),
+            Some(number) => self.ms1.at(number).is_some_and(|request| request.is_due(now)),
+        }
+    }
+
+    /// The message at this place in the queue.
+    pub(super) fn message(&mut self, index: QueueIndex) -> Option<Request<'_>> {
+        match index.0.checked_sub(SLOTS) {
+            None => self.ms2.at(index.0)?.message(),
+            Some(number) => self.ms1.at(number)?.message(),
+        }
+    }
+
+    /// Evaluates the confirmation of that message.
+    pub(super) fn confirmed(
+        &mut self,
+        index: QueueIndex,
+        now: BitTime,
+        confirmation: Confirmation<'_>,
+        events: &mut Sink<'_>,
+    ) {
+        match index.0.checked_sub(SLOTS) {
+            None => {
+                let Some(connection) = self.ms2.at(index.0) else { return };
+                let report = connection.confirmed(now, confirmation).map(|event| (connection.address(), event));
+                push(now, Service::Ms2, self.ms2.key(index.0), report, events);
+            }
+            Some(number) => {
+                let Some(request) = self.ms1.at(number) else { return };
+                let event = request.confirmed(now, confirmation);
+                self.ms1_event(now, number, event, events);
+            }
+        }
+    }
+
+    /// Whether the user has never submitted anything. Then none of the other functions has anything to do.
+    #[inline]
+    pub(super) const fn is_idle(&self) -> bool {
+        self.idle
+    }
+
+    /// The outputs of a slave as they are sent: with a task under way, a copy in `du` that has the channel filled in. The
+    /// image itself belongs to the user.
+    #[inline(never)]
+    pub(super) fn with_channel<'a>(&mut self, address: u8, outputs: &'a [u8], du: &'a mut [u8]) -> &'a [u8] {
+        let task = self.pkw.iter_mut().find(|task| task.address() == address && !task.is_over());
+        let (Some(task), Some(copy)) = (task, du.get_mut(..outputs.len())) else { return outputs };
+        copy.copy_from_slice(outputs);
+        task.put(copy);
+        copy
+    }
+
+    /// Evaluates the inputs of a slave.
+    pub(super) fn exchanged(&mut self, now: BitTime, address: u8, inputs: &[u8], events: &mut Sink<'_>) {
+        for number in 0..SLOTS {
+            let task = self.pkw.at(number).filter(|task| task.address() == address);
+            let event = task.and_then(|task| task.exchanged(inputs));
+            push(now, Service::Pkw, self.pkw.key(number), event.map(|event| (address, event)), events);
+        }
+    }
+}
+
+/// The handle of a slot that was found.
+fn named<O>(key: Option<Key>, slots: usize) -> Result<Handle<O>, SubmitError> {
+    key.map(|key| Handle::new(key, 0)).ok_or(SubmitError::Full { slots })
+}
+
+fn push(at: BitTime, service: Service, key: Option<Key>, report: Option<(u8, AcyclicEvent)>, events: &mut Sink<'_>) {
+    if let (Some(key), Some((address, event))) = (key, report) {
+        events.push(Event { at, address, kind: EventKind::Acyclic(AcyclicId::new(service, key), event) });
+    }
+}

@@ -1,0 +1,228 @@
+//! A test rig for a slave: masters that send it one telegram after the other.
+//!
+//! The rig keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
+//! checked for its earliest moment, its addresses and its access points before the test sees it.
+
+#![allow(dead_code, unused_imports, reason = "every test file uses a part of the rig")]
+#![allow(clippy::panic, clippy::expect_used, reason = "a rig that cannot go on stops the test")]
+
+mod device;
+pub mod golden;
+
+pub use device::{Gauge, Seen};
+
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
+use profivac_dp::slave::Slave;
+use profivac_wire::acyclic::Response;
+use profivac_wire::control::{Control, FrameCount, Function, Status};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
+use std::collections::HashMap;
+
+/// Where the slave is, and the master of the printed examples.
+pub const SLAVE: u8 = 8;
+pub const MASTER: u8 = 2;
+
+/// The answer of the slave.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    Silence,
+    Ack,
+    Status(Status),
+    Low(Vec<u8>),
+    High(Vec<u8>),
+}
+
+pub const RS: Answer = Answer::Status(Status::ServiceNotActivated);
+pub const RR: Answer = Answer::Status(Status::NoResource);
+
+/// DL with the octets of `text`.
+pub fn low(text: &str) -> Answer {
+    Answer::Low(hex(text))
+}
+
+/// Initiate.req as printed in profibus-wire 4.6.6: Send_Timeout 1 s, no profile.
+pub const INITIATE: &str = "57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
+
+/// A slave and the time.
+pub struct Rig<const CONNECTIONS: usize = 2> {
+    pub slave: Slave<Gauge, CONNECTIONS>,
+    pub now: BitTime,
+    /// When the last request ended.
+    pub asked: BitTime,
+    counts: HashMap<u8, FrameCount>,
+    /// The last telegram sent.
+    last: Vec<u8>,
+}
+
+impl Rig {
+    pub fn new(device: Gauge) -> Self {
+        Self::at(device, Baud::B1500000)
+    }
+
+    /// Master 2 owns the slave and exchanges data; DPV1_Enable is set.
+    pub fn exchanging(device: Gauge) -> Self {
+        let mut rig = Self::new(device);
+        rig.start(MASTER, "80 00 00");
+        rig
+    }
+}
+
+impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
+    /// A slave that has just been switched on.
+    pub fn at(device: Gauge, baud: Baud) -> Self {
+        let slave = Slave::with_connections(device, SLAVE, baud);
+        Self { slave, now: BitTime(0), asked: BitTime(0), counts: HashMap::new(), last: Vec::new() }
+    }
+
+    /// Master `sa` parameterises with `user` octets and configures.
+    pub fn start(&mut self, sa: u8, user: &str) {
+        let prm = hex(&format!("80 01 01 00 12 34 00 {user}"));
+        assert_eq!(self.ms0(sa, 61, &prm), Answer::Ack);
+        assert_eq!(self.ms0(sa, 62, &hex("11 21")), Answer::Ack);
+    }
+
+    pub fn device(&mut self) -> &mut Gauge {
+        self.slave.device_mut()
+    }
+
+    /// Time passes, timers expire one by one.
+    pub fn pass(&mut self, tbit: u64) {
+        let until = self.now + tbit;
+        while let Some(wake) = self.slave.wake_at().filter(|wake| *wake <= until) {
+            self.now = self.now.max(wake);
+            assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
+            assert!(self.slave.wake_at().is_none_or(|next| next > wake), "an expired timer does not expire again");
+        }
+        self.now = until;
+    }
+
+    /// Sends octets as they are and returns the answer as it comes.
+    pub fn raw(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+        self.last = octets.to_vec();
+        self.pass(T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64);
+        self.asked = self.now;
+        let telegram = Telegram::parse(octets).expect("the rig sends telegrams");
+        let transmit = self.slave.telegram(self.now, &telegram)?;
+        assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
+        let answer = transmit.octets.to_vec();
+        self.now = transmit.not_before + CHARACTER_TBIT * answer.len() as u64;
+        Some(answer)
+    }
+
+    /// Sends a telegram of the reference, an SRD with the frame count bit this master has reached, and returns the answer as
+    /// the reference would print it.
+    pub fn say(&mut self, text: &str) -> String {
+        let octets = hex(text);
+        let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
+        let counts = matches!(frame.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
+        let answer = if counts { self.counted(frame) } else { self.raw(&octets) };
+        answer.map_or_else(|| "silence".to_owned(), |answer| print(&answer))
+    }
+
+    /// Octets 0 to 3 of the diagnosis, as master `sa` reads it.
+    pub fn diag(&mut self, sa: u8) -> String {
+        match self.ms0(sa, 60, &[]) {
+            Answer::Low(du) => print(&du[..4]),
+            other => panic!("no diagnosis: {other:?}"),
+        }
+    }
+
+    /// The same octets once more, because the answer was lost.
+    pub fn again(&mut self) -> String {
+        let last = self.last.clone();
+        self.raw(&last).map_or_else(|| "silence".to_owned(), |answer| print(&answer))
+    }
+
+    /// A counted request.
+    pub fn srd(&mut self, sa: u8, dsap: Option<u8>, ssap: Option<u8>, du: &[u8]) -> Answer {
+        let fc = Control::Request { function: Function::SrdLow, count: FrameCount::Uncounted }.to_octet();
+        let frame = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
+        let answer = self.counted(frame);
+        read(&frame, answer.as_deref())
+    }
+
+    /// A service of DP-V0, with the source access point of a class 1 master.
+    pub fn ms0(&mut self, sa: u8, dsap: u8, du: &[u8]) -> Answer {
+        self.srd(sa, Some(dsap), Some(62), du)
+    }
+
+    /// Data_Exchange.
+    pub fn dx(&mut self, sa: u8, outputs: &[u8]) -> Answer {
+        self.srd(sa, None, None, outputs)
+    }
+
+    /// Octets of a PDU to SAP 51, empty for a poll.
+    pub fn ms1(&mut self, pdu: &str) -> Answer {
+        self.srd(MASTER, Some(51), Some(51), &hex(pdu))
+    }
+
+    /// Octets of a PDU to SAP 51, and the response that the first poll fetches.
+    pub fn ms1_job(&mut self, pdu: &str) -> Answer {
+        assert_eq!(self.ms1(pdu), Answer::Ack);
+        self.ms1("")
+    }
+
+    /// Octets of a PDU to an MS2 access point, empty for a poll.
+    pub fn ms2(&mut self, sa: u8, sap: u8, pdu: &str) -> Answer {
+        self.srd(sa, Some(sap), Some(50), &hex(pdu))
+    }
+
+    /// Octets of a PDU to an MS2 access point, and the response that the first poll fetches.
+    pub fn ms2_job(&mut self, sa: u8, sap: u8, pdu: &str) -> Answer {
+        assert_eq!(self.ms2(sa, sap, pdu), Answer::Ack);
+        self.ms2(sa, sap, "")
+    }
+
+    /// Opens a connection and returns its access point.
+    pub fn connect(&mut self, sa: u8) -> u8 {
+        let Answer::Low(answer) = self.ms2(sa, 49, INITIATE) else { panic!("no connection is free") };
+        let Ok(Response::ResourceManager(answer)) = Response::parse(&answer) else { panic!("no RM PDU: {answer:?}") };
+        let opened = self.ms2(sa, answer.server_sap, "");
+        assert_eq!(opened, low("57 F0 01 00 00 00 00 00 00 02 00 02 00 00 00 00"));
+        answer.server_sap
+    }
+
+    /// The frame with the count this master has reached.
+    fn counted(&mut self, frame: DataTelegram<'_>) -> Option<Vec<u8>> {
+        let Control::Request { function, .. } = frame.control() else { panic!("no request") };
+        let count = self.counts.get(&frame.sa).copied().unwrap_or(FrameCount::First);
+        self.counts.insert(frame.sa, FrameCount::Counted(count == FrameCount::Counted(false)));
+        let frame = DataTelegram { fc: Control::Request { function, count }.to_octet(), ..frame };
+        self.raw(&emit(&Telegram::Data(frame)))
+    }
+}
+
+pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
+    let mut out = [0; MAX_TELEGRAM];
+    let length = telegram.emit(&mut out).expect("the rig sends telegrams");
+    out[..length].to_vec()
+}
+
+/// The answer to `request`, which swaps addresses and access points.
+pub fn read(request: &DataTelegram<'_>, answer: Option<&[u8]>) -> Answer {
+    let Some(octets) = answer else { return Answer::Silence };
+    let frame = match Telegram::parse(octets).expect("a slave sends telegrams") {
+        Telegram::ShortAck => return Answer::Ack,
+        Telegram::Token { .. } => panic!("a slave has no token"),
+        Telegram::Data(frame) => frame,
+    };
+    assert_eq!((frame.da, frame.sa), (request.sa, request.da));
+    let Control::Response { status, .. } = frame.control() else { panic!("a slave never asks") };
+    if !matches!(status, Status::DataLow | Status::DataHigh) {
+        assert_eq!((frame.dsap, frame.ssap, frame.du), (None, None, &[][..]));
+        return Answer::Status(status);
+    }
+    assert_eq!((frame.dsap, frame.ssap), (request.ssap, request.dsap));
+    let du = frame.du.to_vec();
+    if status == Status::DataLow { Answer::Low(du) } else { Answer::High(du) }
+}
+
+/// The octets of `text`.
+pub fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).expect("two hexadecimal digits")).collect()
+}
+
+/// Octets of a trace in hexadecimal.
+pub fn print(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,165 @@
+// Login, logout, sessions that end, and the change of a password.
+
+import assert from 'node:assert/strict'
+import { readFile, rename, writeFile } from 'node:fs/promises'
+import { after, before, test } from 'node:test'
+import { openContext, startBrowser, startPlant } from './setup.mjs'
+
+const PASSWORD = 'tin whisker plateau'
+
+let browser
+let plant
+
+before(async () => {
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant('127.0.0.1:0', 'users')])
+})
+
+after(async () => {
+  await browser?.close()
+  await plant?.stop()
+})
+
+/** Opens a page in a browser without a session. Refused requests are the only errors that the console may show. */
+async function visit(path, look) {
+  const { page, complaints, close } = await openContext(browser)
+  try {
+    await page.goto(plant.url + path)
+    await look(page)
+    assert.deepEqual(
+      complaints.filter((complaint) => !/status of (401|403|400)/.test(complaint)),
+      [],
+    )
+  } finally {
+    await close()
+  }
+}
+
+async function login(page, name, password = PASSWORD) {
+  await page.getByLabel('Name').fill(name)
+  await page.getByLabel('Password', { exact: true }).fill(password)
+  await page.getByLabel('Password', { exact: true }).press('Enter')
+}
+
+const live = (page) => page.locator('header .connection.good').waitFor()
+const loggedOut = (page) => page.getByRole('heading', { name: 'Log in' }).waitFor()
+
+test('the station shows nothing before the login, and afterwards the page of the address', async () => {
+  await visit('/events', async (page) => {
+    await loggedOut(page)
+    assert.equal(await page.title(), 'Log in · profivac')
+    assert.equal(await page.locator('nav').count(), 0)
+    assert.ok(!(await page.locator('body').innerText()).includes('Target hall'))
+    await login(page, 'ada')
+    await live(page)
+    assert.equal(await page.locator('nav [aria-current]').innerText(), 'Events')
+    assert.match(await page.locator('header .user').innerText(), /ada\s+engineer/)
+    await page.locator('.events td').getByText('ada (engineer) logged in from 127.0.0.1').first().waitFor()
+  })
+})
+
+test('the login works with the keyboard alone, and with a password manager', async () => {
+  await visit('/', async (page) => {
+    await loggedOut(page)
+    assert.equal(await page.evaluate(() => document.activeElement.autocomplete), 'username')
+    await page.keyboard.type('vera')
+    await page.keyboard.press('Tab')
+    assert.equal(await page.evaluate(() => document.activeElement.autocomplete), 'current-password')
+    await page.keyboard.insertText(PASSWORD)
+    await page.keyboard.press('Tab')
+    await page.keyboard.press('Space')
+    assert.equal(await page.getByLabel('Password', { exact: true }).getAttribute('type'), 'text')
+    await page.keyboard.press('Space')
+    assert.equal(await page.getByLabel('Password', { exact: true }).getAttribute('type'), 'password')
+    await page.keyboard.press('Tab')
+    await page.keyboard.press('Enter')
+    await live(page)
+    assert.match(await page.locator('header .user').innerText(), /vera\s+viewer/)
+  })
+})
+
+test('a wrong password and an unknown name are refused with the same text', async () => {
+  await visit('/', async (page) => {
+    const said = []
+    for (const name of ['ada', 'nobody']) {
+      await login(page, name, 'wrong password')
+      said.push(await page.getByRole('alert').innerText())
+      assert.equal(await page.evaluate(() => document.activeElement.autocomplete), 'current-password')
+    }
+    assert.deepEqual(said, Array(2).fill('Login failed: this name and this password do not belong together.'))
+  })
+})
+
+test('a logout holds for every window', async () => {
+  await visit('/', async (page) => {
+    await login(page, 'olga')
+    await live(page)
+    const other = await page.context().newPage()
+    await other.goto(`${plant.url}/bus`)
+    await live(other)
+    await page.getByRole('button', { name: 'Log out' }).click()
+    await loggedOut(page)
+    assert.equal(await page.getByText('Your session has ended').count(), 0)
+    await other.getByText('Your session has ended').waitFor()
+    await other.goBack().catch(() => {})
+    await page.reload()
+    await loggedOut(page)
+  })
+})
+
+test('after a session has ended, a new login returns to the same page', async () => {
+  await visit('/gauge/chamber', async (page) => {
+    await login(page, 'vera')
+    await live(page)
+    await page.context().clearCookies()
+    await page.getByRole('button', { name: 'Read again' }).click()
+    await page.getByText('Your session has ended').waitFor()
+    assert.equal(await page.getByLabel('Name').inputValue(), 'vera')
+    assert.equal(await page.evaluate(() => document.activeElement.autocomplete), 'current-password')
+    await page.keyboard.insertText(PASSWORD)
+    await page.keyboard.press('Enter')
+    await live(page)
+    assert.equal(new URL(page.url()).pathname, '/gauge/chamber')
+    await page.locator('h2', { hasText: 'chamber' }).waitFor()
+  })
+})
+
+test('a user who is removed is logged out within two seconds', async () => {
+  const file = plant.users
+  const users = await readFile(file, 'utf8')
+  await visit('/', async (page) => {
+    await login(page, 'olga')
+    await live(page)
+    await writeFile(`${file}.new`, users.replace(/\[\[user\]\]\nname = "olga"[^[]*/, ''), { mode: 0o600 })
+    await rename(`${file}.new`, file)
+    await loggedOut(page)
+    await writeFile(`${file}.new`, users, { mode: 0o600 })
+    await rename(`${file}.new`, file)
+  })
+})
+
+test('a user changes the password, and a weak one is refused', async () => {
+  await visit('/', async (page) => {
+    await login(page, 'vera')
+    await live(page)
+    await page.getByRole('button', { name: 'vera viewer' }).click()
+    const change = async (next) => {
+      await page.getByLabel('Current password', { exact: true }).fill(PASSWORD)
+      await page.getByLabel('New password', { exact: true }).fill(next)
+      await page.getByRole('button', { name: 'Change password' }).click()
+    }
+    await change('password1')
+    assert.match(
+      await page.getByRole('alert').innerText(),
+      /^The password is not changed: this password is easily guessed/,
+    )
+    await change('orchid ladder seventeen')
+    await page.getByText('The password is changed.').waitFor()
+    await page.getByRole('button', { name: 'Close' }).click()
+    await live(page)
+    await page.getByRole('button', { name: 'Log out' }).click()
+    await login(page, 'vera')
+    await page.getByRole('alert').waitFor()
+    await login(page, 'vera', 'orchid ladder seventeen')
+    await live(page)
+  })
+})

@@ -1,0 +1,116 @@
+// What the tests in a browser share: stations with made-up data, and the Chromium of the system.
+
+import { spawn } from 'node:child_process'
+import { once } from 'node:events'
+import { existsSync } from 'node:fs'
+import { createInterface } from 'node:readline'
+import { fileURLToPath } from 'node:url'
+import { chromium } from 'playwright-core'
+
+const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+const ROOT = fileURLToPath(new URL('../../../..', import.meta.url))
+
+const EXAMPLES = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/examples`
+
+/** A station with made-up data; `cargo build -p profivac-station --example fake_plant` makes it. */
+const PLANT = process.env.FAKE_PLANT ?? `${EXAMPLES}/fake_plant`
+
+/** A station with a gauge in memory that takes commands; `cargo build -p profivac-station --example acting_plant` makes it. */
+const ACTING = process.env.ACTING_PLANT ?? `${EXAMPLES}/acting_plant`
+
+export const startPlant = (address = '127.0.0.1:0', ...more) => startProgram(PLANT, address, ...more)
+export const startActing = () => startProgram(ACTING, '127.0.0.1:0')
+
+async function startProgram(program, address, ...more) {
+  const child = spawn(program, [address, ...more], { stdio: ['pipe', 'pipe', 'inherit'] })
+  const lines = createInterface({ input: child.stdout })
+  const failed = once(child, 'error').then(([error]) => Promise.reject(error))
+  const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${program} ended with ${code}`)))
+  ended.catch(() => {})
+  failed.catch(() => {})
+  // The second line is the path of the users file.
+  const said = []
+  const both = new Promise((done) => lines.on('line', (line) => said.push(line) === 2 && done()))
+  await Promise.race([both, failed, ended])
+  const [url, users] = said
+  return {
+    url,
+    users,
+    address: url.replace('http://', ''),
+    json: async (path) => (await fetch(url + path)).json(),
+    /** Sends a line to the program; its source lists the commands. */
+    tell: (line) => child.stdin.write(`${line}\n`),
+    stop: async () => {
+      if (child.exitCode !== null || child.signalCode !== null) return
+      const gone = once(child, 'exit')
+      child.kill('SIGKILL')
+      await gone
+    },
+  }
+}
+
+/** The demo plant with its dashboard, until it is stopped; `cargo build -p profivac-cli` makes it. */
+export async function startDemo(...more) {
+  const program = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/profivac`
+  const child = spawn(program, ['demo', '--headless', '--listen', '127.0.0.1:0', ...more], {
+    stdio: ['pipe', 'ignore', 'pipe'],
+  })
+  const lines = createInterface({ input: child.stderr })
+  const failed = once(child, 'error').then(([error]) => Promise.reject(error))
+  const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${program} ended with ${code}`)))
+  ended.catch(() => {})
+  failed.catch(() => {})
+  const [said] = await Promise.race([once(lines, 'line'), failed, ended])
+  const url = said.slice(said.indexOf('http://'))
+  return {
+    url,
+    json: async (path) => (await fetch(url + path)).json(),
+    stop: async () => {
+      const gone = once(child, 'exit')
+      child.kill('SIGTERM')
+      await gone
+    },
+  }
+}
+
+export function startBrowser() {
+  const executablePath = BROWSERS.find((path) => existsSync(path))
+  if (!executablePath) throw new Error(`expected a browser at one of ${BROWSERS.join(', ')}`)
+  // The sandbox of Chromium does not start for root.
+  const args = process.getuid?.() === 0 ? ['--no-sandbox'] : []
+  return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' } })
+}
+
+/** An empty page that collects its complaints: script errors, errors on the console, dialogs. */
+export async function openContext(browser, options = {}) {
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    reducedMotion: 'reduce',
+    locale: 'en-GB',
+    ...options,
+  })
+  context.setDefaultTimeout(60_000)
+  const page = await context.newPage()
+  const complaints = []
+  page.on('pageerror', (error) => complaints.push(String(error)))
+  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()))
+  page.on('dialog', (dialog) => {
+    complaints.push(`dialog: ${dialog.message()}`)
+    void dialog.dismiss()
+  })
+  return { page, complaints, close: () => context.close() }
+}
+
+/** Opens a page of the station, and waits until it is live. */
+export async function openPage(browser, url, options = {}) {
+  const opened = await openContext(browser, options)
+  await opened.page.goto(url)
+  await opened.page.locator('header .connection.good').waitFor()
+  return opened
+}
+
+/** Waits until a chart has drawn its data. */
+export async function drawn(page) {
+  await page.waitForFunction(() => Number(document.querySelector('.chart')?.dataset.points) > 1)
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))))
+}

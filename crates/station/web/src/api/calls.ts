@@ -1,0 +1,111 @@
+// A function for each request of the dashboard.
+
+import { addressOf, get, post, RequestError, remove } from './request.ts'
+import type {
+  AcknowledgedAlarms,
+  Alarm,
+  AlarmEvent,
+  ArmedCommand,
+  AuditEntry,
+  Block,
+  Command,
+  Condition,
+  Control,
+  ControlAction,
+  Outcome,
+  Refusal,
+  Request,
+  Rise,
+  Session,
+  StationEvent,
+  Trend,
+  Webhook,
+} from './types.ts'
+
+export const fetchSession = (): Promise<Session> => get('/api/session', {})
+export const login = (name: string, password: string): Promise<Session> =>
+  post('/api/login', { body: { name, password } })
+export const logout = (): Promise<undefined> => post('/api/logout', {})
+export const changePassword = (current: string, next: string): Promise<Session> =>
+  post('/api/password', { body: { current, new: next } })
+
+export const fetchTrend = (
+  series: string,
+  from: number,
+  to: number,
+  pixels: number,
+  signal?: AbortSignal,
+): Promise<Trend> => get('/api/trend', { query: { series, from, to, pixels }, signal })
+
+export const fetchEvents = (from: number, to: number, most: number, signal?: AbortSignal): Promise<StationEvent[]> =>
+  get('/api/events', { query: { from, to, most }, signal })
+
+export const fitRise = (series: string, from: number, to: number, volume_m3: number | null): Promise<Rise> =>
+  get('/api/rise', { query: { series, from, to, ...(volume_m3 === null ? {} : { volume_m3 }) } })
+
+export const exportAddress = (series: string[], from: number, to: number): string =>
+  addressOf('/api/export.csv', { query: { from, to, series } })
+
+/** Reads all parameters from the gauge. */
+export const readBlocks = (gauge: string): Promise<Block[]> =>
+  get('/api/gauges/{name}/blocks', { path: { name: gauge } })
+
+export const fetchAlarms = (signal?: AbortSignal): Promise<Alarm[]> => get('/api/alarms', { signal })
+export const fetchWebhooks = (signal?: AbortSignal): Promise<Webhook[]> => get('/api/webhooks', { signal })
+
+export const fetchAlarmHistory = (
+  from: number,
+  to: number,
+  most: number,
+  signal?: AbortSignal,
+): Promise<AlarmEvent[]> => get('/api/alarms/history', { query: { from, to, most }, signal })
+
+/** Acknowledges the occurrence that the user has seen, and no later one. */
+export const acknowledge = (name: string, occurrence: number): Promise<Alarm> =>
+  post('/api/alarms/{name}/acknowledge', { path: { name }, body: { occurrence } })
+
+/** Each alarm is acknowledged or refused separately. */
+export const acknowledgeAll = (alarms: { name: string; occurrence: number }[]): Promise<AcknowledgedAlarms> =>
+  post('/api/alarms/acknowledge', { body: { alarms } })
+
+export const takeOutOfService = (name: string, reason: string, minutes: number | null): Promise<Alarm> =>
+  post('/api/alarms/{name}/out-of-service', { path: { name }, body: { reason, minutes } })
+
+export const returnToService = (name: string): Promise<Alarm> =>
+  post('/api/alarms/{name}/return-to-service', { path: { name } })
+
+export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/mastership/${action}`, {})
+
+export const fetchCommands = (gauge: string, signal?: AbortSignal): Promise<Command[]> =>
+  get('/api/gauges/{name}/commands', { path: { name: gauge }, signal })
+
+export const arm = (gauge: string, request: Request): Promise<ArmedCommand> =>
+  post('/api/gauges/{name}/arm', { path: { name: gauge }, body: request })
+
+export const sendArmed = (id: string): Promise<Outcome> => post('/api/orders/{id}/fire', { path: { id } })
+export const disarm = (id: string): Promise<undefined> => remove('/api/orders/{id}', { path: { id } })
+
+/** The conditions that a refusal lists. */
+export function conditionsOf(error: unknown): Condition[] {
+  return (error instanceof RequestError && (error.body as Partial<Refusal> | null)?.conditions) || []
+}
+
+export interface AuditFilter {
+  gauge: string
+  who: string
+  from: number | null
+}
+
+const auditQuery = ({ gauge, who, from }: AuditFilter, most: number) => ({
+  most,
+  ...(gauge ? { gauge } : {}),
+  ...(who ? { who } : {}),
+  ...(from === null ? {} : { from }),
+})
+
+export const fetchAudit = (filter: AuditFilter, most: number, signal?: AbortSignal): Promise<AuditEntry[]> =>
+  get('/api/audit', { query: auditQuery(filter, most), signal })
+
+/** The CSV file has all entries. */
+export const auditAddress = (filter: AuditFilter): string =>
+  addressOf('/api/audit.csv', { query: auditQuery(filter, 100_000) })

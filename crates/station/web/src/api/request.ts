@@ -1,0 +1,106 @@
+// Requests to the API. Paths, parameters, bodies and answers are checked against the generated description.
+
+import type { paths } from './schema.d.ts'
+
+type Method = 'get' | 'post' | 'delete'
+
+/** The paths that have a method. */
+type PathOf<M extends Method> = {
+  [P in keyof paths]: paths[P] extends Record<M, { responses: unknown }> ? P : never
+}[keyof paths]
+
+type JsonOf<T> = T extends { content: { 'application/json': infer Json } } ? Json : undefined
+
+/** The body of a successful answer; `undefined` if it has none. */
+type AnswerOf<Operation> = Operation extends { responses: { 200: infer Answer } } ? JsonOf<Answer> : undefined
+
+type ParametersOf<Operation> = Operation extends { parameters: infer All }
+  ? Pick<All, keyof All & ('path' | 'query')>
+  : never
+
+type BodyOf<Operation> = Operation extends { requestBody: infer Body } ? { body: JsonOf<Body> } : { body?: never }
+
+type Signal = { signal?: AbortSignal | undefined }
+
+/** The station refused a request, or did not answer. The message is the station's own sentence. */
+export class RequestError extends Error {
+  constructor(
+    message: string,
+    /** The HTTP status; 0 if there was no answer. */
+    readonly status = 0,
+    readonly body: unknown = null,
+  ) {
+    super(message)
+  }
+}
+
+const NO_ANSWER = 'The station does not answer.'
+
+/** What requests need of the session; session.ts sets it. */
+export const csrf = {
+  /** Proves that a request that changes something comes from this page. */
+  token: '',
+  /** Called when the station answers that nobody is logged in. */
+  onSessionEnd: (): void => {},
+  /** Fetches the session again; whether the same user has a new token, from another window. */
+  refresh: (): Promise<boolean> => Promise.resolve(false),
+}
+
+export function get<P extends PathOf<'get'>>(
+  path: P,
+  input: ParametersOf<paths[P]['get']> & Signal,
+): Promise<AnswerOf<paths[P]['get']>> {
+  return send(addressOf(path, input), input.signal ? { signal: input.signal } : {})
+}
+
+export function post<P extends PathOf<'post'>>(
+  path: P,
+  input: ParametersOf<paths[P]['post']> & BodyOf<paths[P]['post']>,
+): Promise<AnswerOf<paths[P]['post']>> {
+  return change('POST', addressOf(path, input), input.body ?? null)
+}
+
+export function remove<P extends PathOf<'delete'>>(
+  path: P,
+  input: ParametersOf<paths[P]['delete']>,
+): Promise<AnswerOf<paths[P]['delete']>> {
+  return change('DELETE', addressOf(path, input), null)
+}
+
+type Scalar = string | number
+type Values = Record<string, Scalar | readonly Scalar[] | null | undefined>
+
+/** The address of a path with its parameters. A list is repeated: `series=a&series=b`. */
+export function addressOf(path: keyof paths, { path: inPath, query }: { path?: Values; query?: Values }): string {
+  const filled = path.replace(/\{(\w+)\}/g, (_, name: string) => encodeURIComponent(String(inPath?.[name])))
+  const text = new URLSearchParams()
+  for (const [name, value] of Object.entries(query ?? {})) {
+    for (const one of [value ?? []].flat()) text.append(name, String(one))
+  }
+  const search = text.toString()
+  return search ? `${filled}?${search}` : filled
+}
+
+async function change<T>(method: string, address: string, body: unknown): Promise<T> {
+  const once = (): Promise<T> => {
+    const headers = { 'content-type': 'application/json', 'x-csrf-token': csrf.token }
+    return send(address, { method, headers, body: JSON.stringify(body) })
+  }
+  return once().catch(async (error: unknown) => {
+    if (error instanceof RequestError && error.status === 403 && (await csrf.refresh())) return once()
+    throw error
+  })
+}
+
+const LOGIN: PathOf<'post'> = '/api/login'
+
+async function send<T>(address: string, request: RequestInit): Promise<T> {
+  const answer = await fetch(address, request).catch((error: unknown) => {
+    throw request.signal?.aborted ? error : new RequestError(NO_ANSWER)
+  })
+  const body: unknown = await answer.json().catch(() => null)
+  if (answer.ok) return body as T
+  if (answer.status === 401 && address !== LOGIN) csrf.onSessionEnd()
+  const problem = (body as { problem?: string } | null)?.problem
+  throw new RequestError(problem ?? `The station answers with ${answer.status}.`, answer.status, body)
+}

@@ -1,0 +1,59 @@
+// The dashboard's names for the types of the API. The types themselves are generated: schema.d.ts. Pressures are in Pa, times
+// in milliseconds since 1970.
+
+import type { components } from './schema.d.ts'
+
+type Schemas = components['schemas']
+
+/** What /api/live sends four times a second. */
+export type Moment = Schemas['Moment']
+export type Station = Schemas['Station']
+export type Recorder = Schemas['RecorderView']
+
+export type Segment = Schemas['Segment']
+export type SegmentState = Schemas['SegmentState']
+/** A master or slave on a segment. */
+export type BusStation = Schemas['OnBus']
+/** The relation of a master or slave to this station: our gauge in data exchange, another master, ... */
+export type BusStatus = Schemas['Standing']
+
+export type Gauge = Schemas['Gauge']
+export type Reading = Schemas['Reading']
+export type Quality = Reading['quality']
+export type Principle = NonNullable<Reading['principle']>
+export type Block = Schemas['Block']
+export type Parameter = Schemas['Parameter']
+
+export type Trend = Schemas['Trend']
+export type StationEvent = Schemas['Happening']
+export type EventKind = StationEvent['kind']
+export type Rise = Schemas['RiseView']
+
+export type Alarm = Schemas['Alarm']
+export type AlarmState = Schemas['State']
+export type AlarmCounts = Schemas['Count']
+export type ActiveAlarms = Schemas['ActiveAlarms']
+export type AlarmEvent = Schemas['Event']
+export type AlarmChange = AlarmEvent['what']
+export type AcknowledgedAlarms = Schemas['Together']
+export type Priority = Schemas['Priority']
+export type Webhook = Schemas['WebhookView']
+
+export type Session = Schemas['Session']
+export type Role = Schemas['Role']
+
+/** Who has control of the gauges, and who requests it. */
+export type Control = Schemas['Mastership']
+export type ControlAction = 'ask' | 'release' | 'grant' | 'take-over'
+export type Command = Schemas['Command']
+export type Condition = Schemas['Held']
+export type Risk = Schemas['Risk']
+export type RiskClass = Schemas['Class']
+/** A command, or a parameter and its new value, to be armed. */
+export type Request = { command: string } | { target: string; value: string }
+export type ArmedCommand = Schemas['Armed']
+export type Outcome = Schemas['Outcome']
+/** The answer when a command is refused: the reason, and all conditions. */
+export type Refusal = Schemas['Unmet']
+export type AuditEntry = Schemas['Audited']
+export type AuditAction = AuditEntry['what']

@@ -1,0 +1,81 @@
+// Marks of alarms: colour, shape and word.
+
+import './alarm-marks.css'
+import type { JSX } from 'preact'
+import type { Alarm, AlarmState, Moment, Priority } from '../api/types.ts'
+import { ALARM_STATES, isActive, SHAPES, summary } from '../lib/alarms.ts'
+import { Link } from '../router.tsx'
+
+export function PriorityMark({ priority }: { priority: Priority }): JSX.Element {
+  return (
+    <span class={`priority ${priority}`}>
+      <span class="shape" aria-hidden="true">
+        {SHAPES[priority]}
+      </span>{' '}
+      {priority}
+    </span>
+  )
+}
+
+export function AlarmStateMark({ state }: { state: AlarmState }): JSX.Element {
+  const { label, sentence } = ALARM_STATES[state]
+  return (
+    <span class={`alarm-state ${state}`} title={sentence}>
+      {label}
+    </span>
+  )
+}
+
+/** In the header of all pages: the number of alarms, and the highest priority. */
+export function AlarmBadge({ moment }: { moment: Moment }): JSX.Element {
+  const { alarms } = moment
+  const counts = summary(alarms)
+  if (alarms.trouble) {
+    return (
+      <Link to="/alarms" class="badge high" title={alarms.trouble}>
+        <span aria-hidden="true">✖ </span>alarms not monitored
+      </Link>
+    )
+  }
+  if (!counts) {
+    return (
+      <Link to="/alarms" class="badge none">
+        <span aria-hidden="true">○ </span>no alarms
+      </Link>
+    )
+  }
+  const { priority, activeOfPriority, active, unacknowledged } = counts
+  const text = `${active} active, ${unacknowledged} not acknowledged, highest priority ${priority}`
+  return (
+    <Link
+      to="/alarms"
+      class={`badge ${priority} ${unacknowledged ? '' : 'acknowledged'}`}
+      title={text}
+      aria-label={`Alarms: ${text}`}
+    >
+      <span aria-hidden="true">{SHAPES[priority]} </span>
+      {activeOfPriority > 0 ? `${activeOfPriority} ${priority}` : `${priority}, cleared`}
+      {unacknowledged > 0 && <span class="new"> {unacknowledged} new</span>}
+    </Link>
+  )
+}
+
+/** On the card of a gauge: its active alarms. */
+export function CardAlarms({ alarms }: { alarms: Alarm[] }): JSX.Element | null {
+  const active = alarms.filter(isActive)
+  if (active.length === 0) return null
+  return (
+    <ul class="card-alarms">
+      {active.map(({ name, priority }) => (
+        <li key={name} class={`priority ${priority}`}>
+          <Link to="/alarms">
+            <span class="shape" aria-hidden="true">
+              {SHAPES[priority]}
+            </span>{' '}
+            {name}
+          </Link>
+        </li>
+      ))}
+    </ul>
+  )
+}

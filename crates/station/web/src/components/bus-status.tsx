@@ -1,0 +1,17 @@
+// The bus status of a gauge or another station, as a symbol and a word.
+
+import './bus-status.css'
+import type { JSX } from 'preact'
+import type { BusStatus } from '../api/types.ts'
+import { BUS_STATUS } from '../lib/labels.ts'
+
+/** `stale` shows the status as old: it is the last one that is known. */
+export function BusStatusMark({ status, stale = false }: { status: BusStatus; stale?: boolean }): JSX.Element {
+  const { label, sentence } = BUS_STATUS[status]
+  return (
+    <span class={`bus-status ${stale ? 'stale' : status}`} title={sentence}>
+      <span class="dot" aria-hidden="true" />
+      {label}
+    </span>
+  )
+}

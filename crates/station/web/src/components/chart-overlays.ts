@@ -1,0 +1,186 @@
+// Overlays of a chart: bands outside the range, levels, events.
+
+import type uPlot from 'uplot'
+import type { Stretch } from '../lib/series.ts'
+import { tokenColour } from './palette.ts'
+
+/** A curve, by its look; its values are in the data of the chart. */
+export interface Line {
+  name: string
+  colour: string
+  dashed?: boolean
+  stretches: Stretch[]
+}
+
+/** A horizontal line: a trip level, or the limit of an alarm. */
+export interface Level {
+  name: string
+  colour: string
+  value: number
+}
+
+/** A vertical line: an event, or the start and end of a rise. */
+export interface TimeMark {
+  at: number
+  name: string
+  /** Drawn as a solid line with its name. */
+  strong?: boolean
+}
+
+/** The height of the bar for `not valid`, in CSS pixels. */
+const BAR_PX = 5
+
+/** A band fades out over the first, and is never lower than the second. */
+const BAND_PX = 56
+const LEAST_BAND_PX = 16
+
+const LABELS = { over: 'over range', under: 'under range', invalid: 'not valid' }
+
+/** Draws the stretches of all lines; the bars of several lines lie above each other. */
+export function drawAllStretches(chart: uPlot, lines: Line[]): void {
+  let lane = 0
+  for (const line of lines) {
+    drawStretches(chart, line, lane)
+    if (line.stretches.some(({ kind }) => kind === 'invalid')) lane += 1
+  }
+}
+
+/**
+ * Draws stretches without a pressure. Outside the range: a shaded band that begins at the end of the range. Not valid: a bar
+ * at the bottom.
+ */
+function drawStretches(chart: uPlot, line: Line, lane: number): void {
+  const { ctx, bbox } = chart
+  const dpr = devicePixelRatio
+  ctx.save()
+  clip(chart)
+  for (const stretch of line.stretches) {
+    const left = Math.max(bbox.left, chart.valToPos(stretch.from, 'x', true))
+    const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
+    if (right <= left) continue
+    const [top, bottom] = edges(chart, stretch, lane)
+    ctx.fillStyle =
+      stretch.kind === 'invalid'
+        ? tokenColour('bad')
+        : faded(ctx, line.colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
+    ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
+    const text = `${line.name} ${LABELS[stretch.kind]}`
+    const y = stretch.kind === 'over' ? bottom - 13 * dpr : stretch.kind === 'under' ? top + 2 * dpr : top - 14 * dpr
+    label(
+      chart,
+      text,
+      left + 130 * dpr,
+      y,
+      right - left - 136 * dpr,
+      stretch.kind === 'invalid' ? tokenColour('bad') : line.colour,
+    )
+  }
+  ctx.restore()
+}
+
+/** A gradient from the end of the range outwards. */
+function faded(ctx: CanvasRenderingContext2D, colour: string, [from, to]: [number, number]): CanvasGradient {
+  const paint = ctx.createLinearGradient(0, from, 0, to)
+  paint.addColorStop(0, `${colour}59`)
+  paint.addColorStop(1, `${colour}00`)
+  return paint
+}
+
+/** The top and bottom of a stretch. */
+function edges({ bbox, valToPos }: uPlot, { kind, limit }: Stretch, lane: number): [number, number] {
+  const dpr = devicePixelRatio
+  const bottom = bbox.top + bbox.height
+  if (kind === 'invalid' || limit === null) {
+    const y = bottom - (BAR_PX + 1) * dpr * lane
+    return [y - BAR_PX * dpr, y]
+  }
+  const y = valToPos(limit, 'y', true)
+  const [least, most] = [LEAST_BAND_PX * dpr, BAND_PX * dpr]
+  if (kind === 'over') {
+    const end = Math.max(y, bbox.top + least)
+    return [Math.max(bbox.top, end - most), end]
+  }
+  const end = Math.min(y, bottom - least)
+  return [end, Math.min(bottom, end + most)]
+}
+
+export function drawMarks(chart: uPlot, levels: Level[], marks: TimeMark[]): void {
+  chart.ctx.save()
+  clip(chart)
+  for (const level of levels) drawLevel(chart, level)
+  for (const mark of marks) drawMark(chart, mark)
+  chart.ctx.restore()
+}
+
+function drawLevel(chart: uPlot, level: Level): void {
+  const { ctx, bbox } = chart
+  const dpr = devicePixelRatio
+  const y = Math.round(chart.valToPos(level.value, 'y', true)) + 0.5
+  if (y < bbox.top || y > bbox.top + bbox.height) return
+  ctx.strokeStyle = level.colour
+  ctx.lineWidth = dpr
+  ctx.setLineDash([6 * dpr, 4 * dpr])
+  stroke(ctx, bbox.left, y, bbox.left + bbox.width, y)
+  label(chart, level.name, bbox.left + 8 * dpr, y - 15 * dpr, bbox.width, level.colour)
+}
+
+function drawMark(chart: uPlot, mark: TimeMark): void {
+  const { bbox } = chart
+  const x = Math.round(chart.valToPos(mark.at, 'x', true)) + 0.5
+  if (x < bbox.left || x > bbox.left + bbox.width) return
+  if (mark.strong) drawNamedMark(chart, mark.name, x)
+  else drawEventMark(chart, x)
+}
+
+function drawNamedMark(chart: uPlot, name: string, x: number): void {
+  const { ctx, bbox } = chart
+  const dpr = devicePixelRatio
+  ctx.strokeStyle = tokenColour('accent')
+  ctx.lineWidth = 2 * dpr
+  ctx.setLineDash([])
+  stroke(ctx, x, bbox.top, x, bbox.top + bbox.height)
+  ctx.font = `${11 * dpr}px system-ui, sans-serif`
+  const width = ctx.measureText(name).width + 6 * dpr
+  // To the right of the line, or to the left where there is no room.
+  const left = x + width > bbox.left + bbox.width ? x - width : x + 6 * dpr
+  label(chart, name, left, bbox.top + 6 * dpr, width, tokenColour('accent'))
+}
+
+/** A dotted line with a triangle at the bottom. */
+function drawEventMark(chart: uPlot, x: number): void {
+  const { ctx, bbox } = chart
+  const dpr = devicePixelRatio
+  const bottom = bbox.top + bbox.height
+  ctx.strokeStyle = tokenColour('muted')
+  ctx.lineWidth = dpr
+  ctx.setLineDash([2 * dpr, 4 * dpr])
+  stroke(ctx, x, bbox.top, x, bottom)
+  ctx.fillStyle = tokenColour('muted')
+  ctx.beginPath()
+  ctx.moveTo(x - 4 * dpr, bottom)
+  ctx.lineTo(x + 4 * dpr, bottom)
+  ctx.lineTo(x, bottom - 7 * dpr)
+  ctx.fill()
+}
+
+function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX: number, toY: number): void {
+  ctx.beginPath()
+  ctx.moveTo(fromX, fromY)
+  ctx.lineTo(toX, toY)
+  ctx.stroke()
+}
+
+function label(chart: uPlot, text: string, x: number, y: number, room: number, colour = tokenColour('muted')): void {
+  const { ctx } = chart
+  ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`
+  ctx.textBaseline = 'top'
+  ctx.textAlign = 'left'
+  ctx.fillStyle = colour
+  if (ctx.measureText(text).width <= room) ctx.fillText(text, x, y)
+}
+
+function clip({ ctx, bbox }: uPlot): void {
+  ctx.beginPath()
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height)
+  ctx.clip()
+}

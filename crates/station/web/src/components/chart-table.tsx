@@ -1,0 +1,60 @@
+// The data of a chart as a table, for those who do not see the curves.
+
+import './chart-table.css'
+import type { ComponentChildren, JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { moment } from '../lib/format.ts'
+import { tableTimes } from '../lib/range.ts'
+
+const MOST_ROWS = 30
+
+interface Column {
+  name: string
+  cell: (at: number) => ComponentChildren
+}
+
+interface Props {
+  caption: string
+  window: [number, number]
+  columns: Column[]
+}
+
+export function ChartTable(props: Props): JSX.Element {
+  const [open, setOpen] = useState(false)
+  return (
+    <details class="chart-table" onToggle={(event) => setOpen(event.currentTarget.open)}>
+      <summary>Data table</summary>
+      {open && <Table {...props} />}
+    </details>
+  )
+}
+
+function Table({ caption, window, columns }: Props): JSX.Element {
+  return (
+    <div class="scroll">
+      <table>
+        <caption class="muted">{caption}, the latest first. Zoom in for shorter steps.</caption>
+        <thead>
+          <tr>
+            <th scope="col">Time</th>
+            {columns.map(({ name }) => (
+              <th scope="col" key={name}>
+                {name}
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {tableTimes(window, MOST_ROWS).map((at) => (
+            <tr key={at}>
+              <th scope="row">{moment(at)}</th>
+              {columns.map(({ name, cell }) => (
+                <td key={name}>{cell(at)}</td>
+              ))}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  )
+}

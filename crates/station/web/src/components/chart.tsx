@@ -1,0 +1,204 @@
+// Curves over time with uPlot: logarithmic or linear, with bands, levels, events and a cursor. The page gives it the data and
+// reacts to zoom, selection, cursor and keys.
+
+import './chart.css'
+import type { JSX } from 'preact'
+import { useEffect, useRef } from 'preact/hooks'
+import uPlot from 'uplot'
+import 'uplot/dist/uPlot.min.css'
+import { decade, number } from '../lib/format.ts'
+import type { Curve } from '../lib/series.ts'
+import { drawAllStretches, drawMarks, type Level, type Line, type TimeMark } from './chart-overlays.ts'
+import { tokenColour } from './palette.ts'
+
+export interface ChartProps {
+  /** The accessible name. */
+  label: string
+  times: number[]
+  /** Values in `unit`. */
+  curves: Curve[]
+  lines: Line[]
+  window: [number, number]
+  scale: [number, number]
+  log: boolean
+  unit: string
+  levels?: Level[]
+  marks?: TimeMark[]
+  width: number
+  height: number
+  dark: boolean
+  onSelect: (from: number, to: number) => void
+  onZoom?: (at: number, factor: number) => void
+  /** The position of the cursor, 0 at the left edge to 1 at the right: the time under it moves on. */
+  onCursor?: (position: number | null) => void
+  /** Whether the page uses the key. */
+  onKey?: (key: string) => boolean
+}
+
+/** The width of the pressure axis, and the margin at the other edge. */
+const AXIS_PX = { log: 58, linear: 84 }
+const EDGE_PX = 24
+
+/** The width of the plot area in pixels. */
+export function timePixels(width: number, log: boolean): number {
+  return Math.max(0, width - (log ? AXIS_PX.log : AXIS_PX.linear) - EDGE_PX)
+}
+
+/** The height of a label on the pressure axis. */
+const LABEL_PX = 18
+
+export function Chart(props: ChartProps): JSX.Element {
+  const box = useRef<HTMLDivElement>(null)
+  const plot = useRef<uPlot | null>(null)
+  const latest = useRef(props)
+  latest.current = props
+  const structure = `${props.dark} ${props.log} ${props.unit} ${props.lines.map((line) => line.colour + line.name).join()}`
+  useEffect(() => {
+    if (props.width === 0 || !box.current) return
+    const chart = new uPlot(options(latest), data(latest.current), box.current)
+    plot.current = chart
+    const wheel = (event: WheelEvent): void => zoomed(event, chart, latest.current)
+    chart.over.addEventListener('wheel', wheel, { passive: false })
+    return () => {
+      chart.destroy()
+      plot.current = null
+    }
+  }, [structure, props.width === 0])
+  useEffect(() => plot.current?.setSize({ width: props.width, height: props.height }), [props.width, props.height])
+  useEffect(() => {
+    const chart = plot.current
+    chart?.batch(() => {
+      chart.setData(data(props), false)
+      chart.setScale('x', { min: props.window[0], max: props.window[1] })
+      chart.setScale('y', { min: props.scale[0], max: props.scale[1] })
+    })
+  })
+  const onKeyDown = (event: KeyboardEvent): void => {
+    if (!event.ctrlKey && !event.metaKey && !event.altKey && props.onKey?.(event.key)) event.preventDefault()
+  }
+  return (
+    <div
+      class="chart"
+      ref={box}
+      style={{ height: `${props.height}px` }}
+      // biome-ignore lint/a11y/noNoninteractiveTabindex: the chart takes keys
+      tabIndex={0}
+      role="application"
+      aria-label={props.label}
+      data-from={props.window[0]}
+      data-to={props.window[1]}
+      data-points={props.times.length}
+      onKeyDown={onKeyDown}
+    />
+  )
+}
+
+function zoomed(event: WheelEvent, chart: uPlot, props: ChartProps): void {
+  if (!props.onZoom) return
+  event.preventDefault()
+  const at = chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, 'x')
+  props.onZoom(at, 2 ** (Math.max(-150, Math.min(150, event.deltaY)) / 200))
+}
+
+/** Times first, then lowest, highest and mean values of each curve. */
+function data(props: ChartProps): uPlot.AlignedData {
+  return [props.times, ...props.curves.flatMap(({ low, high, mean }) => [low, high, mean])] as uPlot.AlignedData
+}
+
+function options(latest: { current: ChartProps }): uPlot.Options {
+  const { width, height, log, lines } = latest.current
+  const series = lines.flatMap(({ colour, dashed }): uPlot.Series[] => {
+    const hidden = { stroke: 'transparent', width: 0, points: { show: false } }
+    return [hidden, hidden, { stroke: colour, width: 1.8, dash: dashed ? [8, 5] : [], points: { show: false } }]
+  })
+  const bands = lines.map(
+    ({ colour }, index): uPlot.Band => ({ series: [3 * index + 2, 3 * index + 1], fill: `${colour}38` }),
+  )
+  return {
+    width,
+    height,
+    ms: 1,
+    legend: { show: false },
+    padding: [12, EDGE_PX, 0, 0],
+    scales: {
+      x: { time: true, range: () => latest.current.window },
+      y: { distr: log ? 3 : 1, range: () => latest.current.scale },
+    },
+    axes: [timeAxis(), pressureAxis(log)],
+    series: [{}, ...series],
+    bands,
+    cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
+    hooks: hooks(latest),
+  }
+}
+
+const FONT = '12px system-ui, sans-serif'
+
+function timeAxis(): uPlot.Axis {
+  // Hours from 0 to 24; the date is below where it changes.
+  const values: uPlot.Axis.DynamicValues | (string | number | null)[][] = [
+    [365 * 86_400_000, '{YYYY}', null, null, null, null, null, null, 1],
+    [28 * 86_400_000, '{MMM}', '\n{YYYY}', null, null, null, null, null, 1],
+    [86_400_000, '{D} {MMM}', '\n{YYYY}', null, null, null, null, null, 1],
+    [3_600_000, '{HH}:{mm}', '\n{D} {MMM}', null, '\n{D} {MMM}', null, null, null, 1],
+    [60_000, '{HH}:{mm}', '\n{D} {MMM}', null, '\n{D} {MMM}', null, null, null, 1],
+    [1_000, '{HH}:{mm}:{ss}', '\n{D} {MMM}', null, '\n{D} {MMM}', null, null, null, 1],
+    [1, '{ss}.{fff}', '\n{HH}:{mm}', null, '\n{HH}:{mm}', null, null, null, 1],
+  ]
+  return {
+    stroke: tokenColour('muted'),
+    font: FONT,
+    grid: { stroke: tokenColour('grid'), width: 1 },
+    ticks: { show: false },
+    size: 44,
+    space: 80,
+    values,
+  }
+}
+
+function pressureAxis(log: boolean): uPlot.Axis {
+  const axis: uPlot.Axis = {
+    stroke: tokenColour('muted'),
+    font: FONT,
+    grid: { stroke: tokenColour('grid'), width: 1 },
+    ticks: { show: false },
+    size: AXIS_PX.log,
+  }
+  if (!log) return { ...axis, values: (_, splits) => splits.map(number), size: AXIS_PX.linear }
+  return {
+    ...axis,
+    splits: (chart, _, low, high) => powers(low, high, chart.bbox.height / devicePixelRatio),
+    filter: (_, splits) => splits,
+    values: (_, splits) => splits.map(decade),
+  }
+}
+
+/** The powers of ten between two, as many as fit. */
+function powers(low: number, high: number, height: number): number[] {
+  const [from, to] = [Math.round(Math.log10(low)), Math.round(Math.log10(high))]
+  const step = Math.max(1, Math.ceil(((to - from) * LABEL_PX) / height))
+  const made: number[] = []
+  for (let exponent = from; exponent <= to; exponent += step) made.push(10 ** exponent)
+  return made
+}
+
+function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
+  return {
+    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
+    draw: [(chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? [])],
+    setSelect: [
+      (chart) => {
+        const { left, width } = chart.select
+        if (width < 4) return
+        latest.current.onSelect(Math.round(chart.posToVal(left, 'x')), Math.round(chart.posToVal(left + width, 'x')))
+        chart.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false)
+      },
+    ],
+    setCursor: [
+      (chart) => {
+        const { left = -1 } = chart.cursor
+        latest.current.onCursor?.(left < 0 ? null : left / chart.over.clientWidth)
+      },
+    ],
+  }
+}

@@ -1,0 +1,202 @@
+// The dialog of a command or a new parameter value, in two steps: it is armed, then sent.
+
+import './command-dialog.css'
+import type { JSX } from 'preact'
+import { useEffect, useState } from 'preact/hooks'
+import { arm, conditionsOf, disarm, sendArmed } from '../api/calls.ts'
+import type { ArmedCommand, Condition, Outcome, Request, Risk } from '../api/types.ts'
+import { RISKS } from '../lib/labels.ts'
+import { errorText, useModal } from './hooks.ts'
+
+/** The countdown is drawn this often. */
+const TICK_MS = 200
+
+type State =
+  | { step: 'checking' }
+  | { step: 'armed'; armed: ArmedCommand; until: number }
+  | { step: 'sending'; armed: ArmedCommand }
+  | { step: 'done'; armed: ArmedCommand; outcome: Outcome }
+  | { step: 'refused'; problem: string; conditions: Condition[] }
+  | { step: 'expired' }
+
+interface Props {
+  gauge: string
+  request: Request
+  /** Called when the dialog closes; with the outcome if the command was sent. */
+  close: (outcome: Outcome | null) => void
+}
+
+export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
+  const dialog = useModal()
+  const [state, setState] = useState<State>({ step: 'checking' })
+  const refused = (error: unknown): void =>
+    setState({ step: 'refused', problem: errorText(error), conditions: conditionsOf(error) })
+  useEffect(() => {
+    let isClosed = false
+    arm(gauge, request).then(
+      (armed) => {
+        if (isClosed) void disarm(armed.order).catch(() => {})
+        else setState({ step: 'armed', armed, until: performance.now() + armed.left_ms })
+      },
+      (error: unknown) => {
+        if (!isClosed) refused(error)
+      },
+    )
+    return () => {
+      isClosed = true
+    }
+  }, [])
+  // The harmless button has the focus, so that Enter pressed once too often sends nothing.
+  useEffect(() => dialog.current?.querySelector<HTMLButtonElement>('.buttons button:not(.send)')?.focus(), [state.step])
+  const leave = (): void => {
+    if (state.step === 'armed') disarm(state.armed.order).catch(() => {})
+    close(state.step === 'done' ? state.outcome : null)
+  }
+  const send = (armed: ArmedCommand): void => {
+    setState({ step: 'sending', armed })
+    sendArmed(armed.order).then((outcome) => setState({ step: 'done', armed, outcome }), refused)
+  }
+  // A command that is being sent cannot be cancelled: the dialog stays until the outcome is known.
+  const cancel = (event: Event): void => {
+    if (state.step === 'sending') event.preventDefault()
+  }
+  return (
+    <dialog
+      ref={dialog}
+      class={`command-dialog ${state.step}`}
+      onClose={leave}
+      onCancel={cancel}
+      aria-label={'command' in request ? 'Command' : 'Change of a parameter'}
+    >
+      <h2>
+        {'command' in request ? request.command : `${request.target} = ${request.value}`}{' '}
+        <span class="muted">{gauge}</span>
+      </h2>
+      <div aria-live="polite">
+        <Body state={state} />
+      </div>
+      <form method="dialog" class="buttons">
+        {state.step === 'armed' && (
+          <button type="button" class="main send" onClick={() => send(state.armed)}>
+            Send
+          </button>
+        )}
+        {state.step !== 'sending' && <button type="submit">{CLOSE_LABELS[state.step]}</button>}
+        {state.step === 'armed' && <Countdown until={state.until} expired={() => setState({ step: 'expired' })} />}
+      </form>
+    </dialog>
+  )
+}
+
+const CLOSE_LABELS: Record<Exclude<State['step'], 'sending'>, string> = {
+  checking: 'Cancel',
+  armed: 'Disarm',
+  done: 'Close',
+  refused: 'Close',
+  expired: 'Close',
+}
+
+function Body({ state }: { state: State }): JSX.Element {
+  switch (state.step) {
+    case 'checking':
+      return <p class="progress busy">reading the conditions from the gauge …</p>
+    case 'armed':
+      return <Details armed={state.armed} />
+    case 'sending':
+      return (
+        <>
+          <Details armed={state.armed} />
+          <p class="progress busy">sending …</p>
+        </>
+      )
+    case 'done':
+      return <Result armed={state.armed} outcome={state.outcome} />
+    case 'refused':
+      return (
+        <>
+          <p class="error">{state.problem}</p>
+          <Conditions conditions={state.conditions} />
+        </>
+      )
+    case 'expired':
+      return <p class="error">The time to send is over. Nothing was sent.</p>
+  }
+}
+
+function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
+  const { is_command, manual, before, after, octets, risk, conditions } = armed
+  return (
+    <>
+      <dl class="details">
+        <dt>{is_command ? 'Command' : 'Parameter'}</dt>
+        <dd>{manual}</dd>
+        <dt>{is_command ? 'Sends' : 'Value'}</dt>
+        <dd>
+          {!is_command && (
+            <>
+              <span class="before">{before ?? 'unknown'}</span> →{' '}
+            </>
+          )}
+          <strong>{after}</strong> <code>{octets}</code>
+        </dd>
+        <dt>Risk</dt>
+        <dd>
+          <RiskMark risk={risk} /> {risk.words}
+        </dd>
+      </dl>
+      <Conditions conditions={conditions} />
+    </>
+  )
+}
+
+export function RiskMark({ risk }: { risk: Risk }): JSX.Element {
+  const { label, sentence } = RISKS[risk.class]
+  return (
+    <span class={`risk ${risk.class}`} title={sentence}>
+      {label}
+    </span>
+  )
+}
+
+function Conditions({ conditions }: { conditions: Condition[] }): JSX.Element | null {
+  if (conditions.length === 0) return null
+  return (
+    <ul class="conditions">
+      {conditions.map(({ wanted, found, holds }) => (
+        <li class={holds ? 'met' : 'unmet'} key={wanted}>
+          <span class="mark" role="img" aria-label={holds ? 'met:' : 'not met:'}>
+            {holds ? '✓' : '✗'}
+          </span>{' '}
+          {wanted} <span class="muted">· {found}</span>
+        </li>
+      ))}
+    </ul>
+  )
+}
+
+function Result({ armed, outcome: { before, after } }: { armed: ArmedCommand; outcome: Outcome }): JSX.Element {
+  return (
+    <p class="success">
+      Done: {armed.target}
+      {after !== null && (
+        <>
+          {' '}
+          was {before ?? 'unknown'} and reads <strong>{after}</strong>
+        </>
+      )}
+      . The audit trail has an entry.
+    </p>
+  )
+}
+
+function Countdown({ until, expired }: { until: number; expired: () => void }): JSX.Element {
+  const [left, setLeft] = useState(until - performance.now())
+  useEffect(() => {
+    const timer = setInterval(() => setLeft(until - performance.now()), TICK_MS)
+    return () => clearInterval(timer)
+  }, [until])
+  useEffect(() => {
+    if (left <= 0) expired()
+  }, [left <= 0])
+  return <span class="muted">armed for {Math.max(0, Math.ceil(left / 1000))} s</span>
+}

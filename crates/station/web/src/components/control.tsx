@@ -1,0 +1,73 @@
+// Control of the gauges, in the header of every page: the user who has it, and the buttons to request and hand it over.
+
+import './control.css'
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { changeControl } from '../api/calls.ts'
+import type { Control, ControlAction, Session } from '../api/types.ts'
+import { hasRole, useSession } from '../session.ts'
+import { errorText } from './hooks.ts'
+
+/** After this long without an answer, an operator who has requested control can take it. */
+const ANSWER_MS = 60_000
+
+/** The actions that the user has now. */
+export function controlActions(control: Control, session: Session, now: number): ControlAction[] {
+  const { holder, asked_by, asked_ms } = control
+  if (!hasRole(session, 'operator')) return []
+  if (holder === null) return ['ask']
+  if (holder === session.name) return asked_by === null ? ['release'] : ['grant', 'release']
+  const hasWaited = asked_by === session.name && asked_ms !== null && now - asked_ms >= ANSWER_MS
+  const take: ControlAction[] = hasRole(session, 'engineer') || hasWaited ? ['take-over'] : []
+  return asked_by === null ? ['ask', ...take] : take
+}
+
+const ACTIONS: Record<ControlAction, { label: string; title: string }> = {
+  ask: { label: 'Request control', title: 'Request control: only the user in control can send commands to gauges' },
+  release: { label: 'Release control', title: 'Release control' },
+  grant: { label: 'Hand over control', title: 'Give control to the user who requests it' },
+  'take-over': {
+    label: 'Take control',
+    title: 'Take control: commands that the user in control has armed are disarmed',
+  },
+}
+
+/** `Otto has control`. */
+export function controlText({ holder, asked_by }: Control, { name }: Session): string {
+  if (holder === null) return 'No one has control'
+  const has = holder === name ? 'You have control' : `${holder} has control`
+  if (asked_by === null) return has
+  return asked_by === name ? `${has}, you have requested it` : `${has}, ${asked_by} requests it`
+}
+
+export function ControlStatus({ control, now }: { control: Control; now: number }): JSX.Element {
+  const session = useSession()
+  const [error, setError] = useState<string | null>(null)
+  const act = (action: ControlAction): void => {
+    setError(null)
+    changeControl(action).catch((error: unknown) => setError(errorText(error)))
+  }
+  const isOwn = control.holder !== null && control.holder === session.name
+  return (
+    // biome-ignore lint/a11y/useSemanticElements: a fieldset is for fields
+    <div class={isOwn ? 'control own' : 'control'} aria-label="Control" role="group">
+      <span role="status">{controlText(control, session)}</span>
+      {controlActions(control, session, now).map((action) => (
+        <button
+          type="button"
+          class={action === 'grant' ? 'main' : undefined}
+          key={action}
+          title={ACTIONS[action].title}
+          onClick={() => act(action)}
+        >
+          {ACTIONS[action].label}
+        </button>
+      ))}
+      {error && (
+        <span class="refusal" role="alert">
+          {error}
+        </span>
+      )}
+    </div>
+  )
+}

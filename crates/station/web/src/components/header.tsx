@@ -1,0 +1,92 @@
+// The header of all pages: connection, alarms, control, user, unit, theme, navigation.
+
+import './header.css'
+import type { JSX } from 'preact'
+import { age } from '../lib/format.ts'
+import { isUnit, UNIT_NAMES } from '../lib/units.ts'
+import type { Live } from '../live.ts'
+import { PAGES } from '../navigation.ts'
+import { Link } from '../router.tsx'
+import { useSessionState } from '../session.ts'
+import { nextTheme, setUnit, useShortcuts, useTheme, useUnit } from '../settings.ts'
+import { AccountMenu } from './account-menu.tsx'
+import { AlarmBadge } from './alarm-marks.tsx'
+import { ControlStatus } from './control.tsx'
+import { Choice, sameText } from './fields.tsx'
+
+interface Props {
+  /** The path of the page that is shown. */
+  current: string | undefined
+  live: Live
+  showHelp: () => void
+}
+
+export function Header({ current, live, showHelp }: Props): JSX.Element {
+  const { moment } = live
+  const isLoggedOut = useSessionState().session?.door === 'out'
+  return (
+    <header>
+      <div class="station">
+        <strong>{moment?.station.name ?? 'profivac'}</strong>
+        {!isLoggedOut && <Connection live={live} />}
+        {!isLoggedOut && moment && <AlarmBadge moment={moment} />}
+      </div>
+      {moment && !isLoggedOut && <ControlStatus control={moment.mastership} now={live.now} />}
+      <div class="choices">
+        <AccountMenu />
+        {!isLoggedOut && <UnitChoice />}
+        <ThemeButton />
+        <button type="button" onClick={showHelp} aria-label="Help" title="Help (?)">
+          ?
+        </button>
+      </div>
+      {!isLoggedOut && <Navigation current={current} />}
+    </header>
+  )
+}
+
+function Connection({ live }: { live: Live }): JSX.Element {
+  const text = live.connected ? 'live' : live.moment ? `lost for ${age(live.since)}` : 'connecting'
+  return (
+    <span class={live.connected ? 'connection good' : 'connection lost'} role="status">
+      <span class="dot" aria-hidden="true" />
+      {text}
+    </span>
+  )
+}
+
+function Navigation({ current }: { current: string | undefined }): JSX.Element {
+  const hasShortcuts = useShortcuts()
+  return (
+    <nav aria-label="Pages">
+      {PAGES.map(({ path, name, key }) => (
+        <Link
+          to={path}
+          key={path}
+          aria-current={path === current ? 'page' : undefined}
+          aria-keyshortcuts={hasShortcuts ? key : undefined}
+        >
+          {name}
+        </Link>
+      ))}
+    </nav>
+  )
+}
+
+function UnitChoice(): JSX.Element {
+  const change = (name: string): void => {
+    if (isUnit(name)) setUnit(name)
+  }
+  return <Choice label="Unit of pressure" value={useUnit()} options={sameText(UNIT_NAMES)} onChange={change} />
+}
+
+const THEME_SYMBOLS = { auto: '◐', light: '☀', dark: '☾' }
+
+function ThemeButton(): JSX.Element {
+  const theme = useTheme()
+  return (
+    <button type="button" class="theme" onClick={nextTheme} aria-label={`Theme: ${theme}`} title="Theme (t)">
+      {THEME_SYMBOLS[theme]} <span class="theme-name">{theme}</span>
+    </button>
+  )
+}

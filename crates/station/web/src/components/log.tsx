@@ -1,0 +1,93 @@
+// A log as a table, the latest entry first: events, alarm history, audit trail.
+
+import './log.css'
+import type { ComponentChildren, JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { clock, day } from '../lib/format.ts'
+import { useQuery } from './hooks.ts'
+
+const REFRESH_MS = 3_000
+
+/** The number of entries at first, and with each press of `Show older entries`. */
+const PAGE = 100
+
+export interface Log<T> {
+  entries: T[]
+  error: string | null
+  isLoaded: boolean
+  /** Fetches more entries; `null` if there are no more. */
+  showOlder: (() => void) | null
+}
+
+/** The latest entries, fetched again when `key` changes and every few seconds. */
+export function useLog<T>(key: string, fetch: (most: number, signal: AbortSignal) => Promise<T[]>): Log<T> {
+  const [most, setMost] = useState(PAGE)
+  const { value, error } = useQuery(`${most} ${key}`, REFRESH_MS, (signal) => fetch(most, signal))
+  const showOlder = value?.length === most ? () => setMost(most + PAGE) : null
+  return { entries: value ?? [], error, isLoaded: value !== null, showOlder }
+}
+
+export interface Column<T> {
+  title: string
+  class?: string
+  cell: (entry: T) => ComponentChildren
+}
+
+interface Props<T> {
+  caption: string
+  columns: Column<T>[]
+  log: Log<T>
+  /** The entries that pass the filter. */
+  shown: T[]
+  keyOf: (entry: T) => string | number
+  /** The kind of an entry, for tests and styles. */
+  kindOf?: (entry: T) => string
+  /** The text without entries, and the text if none passes the filter. */
+  empty: { none: string; filtered: string; isFiltered: boolean }
+}
+
+export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty }: Props<T>): JSX.Element {
+  return (
+    <>
+      {log.error && <p class="error">{log.error}</p>}
+      <table class="log">
+        <caption class="visually-hidden">{caption}</caption>
+        <thead>
+          <tr>
+            {columns.map(({ title }) => (
+              <th scope="col" key={title}>
+                {title}
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {shown.map((entry) => (
+            <tr key={keyOf(entry)} data-kind={kindOf?.(entry)}>
+              {columns.map((column) => (
+                <td class={column.class} key={column.title}>
+                  {column.cell(entry)}
+                </td>
+              ))}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      {log.isLoaded && shown.length === 0 && <p class="muted">{empty.isFiltered ? empty.filtered : empty.none}</p>}
+      {log.showOlder && (
+        <button type="button" onClick={log.showOlder}>
+          Show older entries
+        </button>
+      )}
+    </>
+  )
+}
+
+/** Day and time of an entry. */
+export function Time({ at }: { at: number }): JSX.Element {
+  return (
+    <>
+      <span class="muted">{day(at)}</span> {clock(at)}
+    </>
+  )
+}

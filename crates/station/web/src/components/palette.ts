@@ -1,0 +1,27 @@
+// Colours of curves. They can be told apart by people who do not distinguish red and green, on light and on dark ground.
+
+const LIGHT = ['#0b63b6', '#c2410c', '#0f7a52', '#8b35c9', '#a16207', '#0e7490', '#be185d', '#4b5b76']
+const DARK = ['#5aa9f5', '#f08a4b', '#4cc38a', '#c084f5', '#e2b341', '#3fc1d8', '#f472b0', '#9aabc8']
+
+export function curveColour(index: number, dark: boolean): string {
+  const colours = dark ? DARK : LIGHT
+  return colours[index % colours.length] ?? 'gray'
+}
+
+/** A colour for each name. Chosen names have different colours while there are enough. */
+export function curveColours(names: string[], chosen: string[], dark: boolean): Map<string, string> {
+  const taken = new Set<number>()
+  const colours = new Map(names.map((name, index) => [name, curveColour(index, dark)]))
+  for (const name of names.filter((name) => chosen.includes(name))) {
+    let index = names.indexOf(name) % LIGHT.length
+    while (taken.has(index) && taken.size < LIGHT.length) index = (index + 1) % LIGHT.length
+    taken.add(index)
+    colours.set(name, curveColour(index, dark))
+  }
+  return colours
+}
+
+/** The present value of a colour in styles/tokens.css, for a canvas. */
+export function tokenColour(name: string): string {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()
+}

@@ -1,0 +1,35 @@
+// The state of a gauge beside its readings: faults, and the age of the data.
+
+import './reading-state.css'
+import type { JSX } from 'preact'
+import type { Gauge } from '../api/types.ts'
+import { age, clock, day } from '../lib/format.ts'
+import { ageOf, isStale } from '../lib/stale.ts'
+import type { Live } from '../live.ts'
+
+/** The reason why a gauge does not measure, and everything it reports. */
+export function Faults({ gauge }: { gauge: Gauge }): JSX.Element | null {
+  const sentences = gauge.trouble ? [gauge.trouble, ...gauge.exceptions] : gauge.exceptions
+  if (sentences.length === 0) return null
+  return (
+    <ul class="faults">
+      {sentences.map((sentence) => (
+        <li key={sentence}>{sentence}</li>
+      ))}
+    </ul>
+  )
+}
+
+/** The age of the readings, or since when there are none. */
+export function Age({ gauge, live }: { gauge: Gauge; live: Live }): JSX.Element {
+  const ms = ageOf(gauge, live.since)
+  if (ms === null) return <span class="age">no data yet</span>
+  if (!isStale(gauge, live.since)) return <span class="age">{ms < 1000 ? 'now' : `${age(ms)} ago`}</span>
+  const since = live.now - ms
+  return (
+    <span class="age stale">
+      no data since {day(since) === day(live.now) ? '' : `${day(since)} `}
+      {clock(since)} ({age(ms)})
+    </span>
+  )
+}

@@ -1,0 +1,71 @@
+// The series below a chart: which are drawn, and their values at the cursor or now. The list is never empty, so the page does
+// not jump when the cursor comes and goes.
+
+import './series-list.css'
+import type { JSX } from 'preact'
+import type { Gauge, Quality, StationEvent } from '../api/types.ts'
+import { moment } from '../lib/format.ts'
+import { qualityOf, type Sample } from '../lib/series.ts'
+import { currentQuality } from '../lib/stale.ts'
+import type { Unit } from '../lib/units.ts'
+import { useLive } from '../live.ts'
+import { ReadingText } from './pressure.tsx'
+
+export interface SeriesListProps {
+  all: { series: string; gauge: Gauge }[]
+  chosen: string[]
+  colourOf: (series: string) => string
+  toggle: (series: string) => void
+  unit: Unit
+  /** The time at the cursor; `null` without a cursor. */
+  at: number | null
+  sampleOf: (series: string, at: number) => Sample | null
+  /** The events at the cursor. */
+  events: StationEvent[]
+}
+
+export function SeriesList(props: SeriesListProps): JSX.Element {
+  const { at, all, events } = props
+  return (
+    <div class="series-list panel">
+      <p class="cursor-time">
+        <strong>{at === null ? 'now' : moment(at)}</strong>
+        <span class="muted">{events.map(({ text }) => text).join('; ')}</span>
+      </p>
+      <ul>
+        {all.map(({ series, gauge }) => (
+          <Item series={series} gauge={gauge} {...props} key={series} />
+        ))}
+      </ul>
+    </div>
+  )
+}
+
+function Item(props: SeriesListProps & { series: string; gauge: Gauge }): JSX.Element {
+  const { series, chosen, colourOf, toggle, unit, at } = props
+  const drawn = chosen.includes(series)
+  const [pa, quality] = useValue(props, drawn)
+  const colour = colourOf(series)
+  return (
+    <li class={drawn ? '' : 'off'}>
+      <label>
+        <input type="checkbox" checked={drawn} onChange={() => toggle(series)} style={{ accentColor: colour }} />
+        <span class="swatch" style={drawn ? { background: colour, borderColor: colour } : {}} aria-hidden="true" />
+        <span class="name">{series}</span>
+        <span class="value">{(at === null || drawn) && <ReadingText pa={pa} quality={quality} unit={unit} />}</span>
+      </label>
+    </li>
+  )
+}
+
+/** The value at the cursor if the series is drawn, the present value otherwise. */
+function useValue(props: SeriesListProps & { series: string; gauge: Gauge }, drawn: boolean): [number | null, Quality] {
+  const { series, gauge, at, sampleOf } = props
+  const { since } = useLive()
+  if (at !== null && drawn) {
+    const sample = sampleOf(series, at)
+    return sample ? [sample.mean, qualityOf(sample)] : [null, 'gap']
+  }
+  const reading = gauge.readings.find((reading) => reading.series === series)
+  return reading ? [reading.pa, currentQuality(gauge, reading, since)] : [null, 'gap']
+}

@@ -1,0 +1,76 @@
+// The last ten minutes of a series as a small line. Gaps are gaps.
+
+import './sparkline.css'
+import type { JSX } from 'preact'
+import { fetchTrend } from '../api/calls.ts'
+import type { Trend } from '../api/types.ts'
+import { number } from '../lib/format.ts'
+import { aligned } from '../lib/range.ts'
+import { decades, join, withRecent } from '../lib/series.ts'
+import { inUnit, type Unit } from '../lib/units.ts'
+import { live, recentSamples } from '../live.ts'
+import { useUnit } from '../settings.ts'
+import { useQuery } from './hooks.ts'
+
+const WIDTH = 240
+const HEIGHT = 44
+const SPAN_MS = 600_000
+const REFRESH_MS = 60_000
+
+export function Sparkline({ series, stale }: { series: string; stale: boolean }): JSX.Element {
+  const unit = useUnit()
+  const query = useQuery(series, REFRESH_MS, (signal) => {
+    const now = Math.round(live().now)
+    const { from, to, count } = aligned([now - SPAN_MS, now], WIDTH)
+    return fetchTrend(series, from, to, count, signal)
+  })
+  const trend = query.value && withRecent(query.value, recentSamples(series))
+  return (
+    <svg
+      class={stale ? 'sparkline stale' : 'sparkline'}
+      viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
+      preserveAspectRatio="none"
+      role="img"
+      aria-label={description(trend, series, unit)}
+    >
+      {trend && linesOf(trend, live().now).map((points) => <polyline points={points} key={points} />)}
+    </svg>
+  )
+}
+
+/** The text for those who do not see the line. */
+function description(trend: Trend | null, series: string, unit: Unit): string {
+  const [low, high] = extent(trend?.mean ?? [])
+  if (low === undefined || high === undefined) return `No data of ${series} in the last ten minutes`
+  return `${series} in the last ten minutes: ${number(inUnit(low, unit))} to ${number(inUnit(high, unit))} ${unit}`
+}
+
+/** The points of each line between gaps. */
+function linesOf(trend: Trend, now: number): string[] {
+  const binMs = SPAN_MS / WIDTH
+  const { times, curves } = join([trend], binMs)
+  const means = curves[0]?.mean ?? []
+  const [low = 1, high = 1] = extent(means)
+  const [bottom, top] = decades(low, high).map(Math.log10) as [number, number]
+  const x = (time: number): number => WIDTH * (1 - (now - time) / SPAN_MS)
+  const y = (pa: number): number => 2 + (HEIGHT - 4) * (1 - (Math.log10(pa) - bottom) / (top - bottom))
+  let line: string[] = []
+  const lines = [line]
+  times.forEach((time, index) => {
+    const mean = means[index]
+    if (mean === null) {
+      line = []
+      lines.push(line)
+    } else if (mean !== undefined) line.push(`${x(time).toFixed(1)},${y(mean).toFixed(1)}`)
+  })
+  // A single sample is drawn as a dot.
+  return lines
+    .filter(({ length }) => length > 0)
+    .map((line) => (line.length === 1 ? [...line, ...line] : line).join(' '))
+}
+
+/** The lowest and the highest value; empty if there is none. */
+function extent(values: (number | null | undefined)[]): [number, number] | [] {
+  const known = values.filter((value) => typeof value === 'number')
+  return known.length ? [Math.min(...known), Math.max(...known)] : []
+}

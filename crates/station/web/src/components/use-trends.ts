@@ -1,0 +1,148 @@
+// The trends of several series in a window of time, fetched for the pixels of the chart and again for every zoom.
+
+import { useEffect, useMemo, useState } from 'preact/hooks'
+import { fetchEvents, fetchTrend } from '../api/calls.ts'
+import type { Gauge, StationEvent, Trend } from '../api/types.ts'
+import { aligned, isLive, moved, type Range, windowOf, zoomed } from '../lib/range.ts'
+import {
+  type Curve,
+  join,
+  type Sample,
+  type Stretch,
+  sampleAt,
+  stretches,
+  type Value,
+  withRecent,
+} from '../lib/series.ts'
+import { inUnit, type Unit } from '../lib/units.ts'
+import { recentSamples, useLive } from '../live.ts'
+import { type Query, useQuery } from './hooks.ts'
+
+/** A live window is fetched this often, unless a pixel is longer. */
+const REFRESH_MS = 5_000
+
+/** A window is fetched when it has not changed for this long: a wheel turns in many small steps. */
+const SETTLED_MS = 150
+
+const MOST_EVENTS = 200
+
+export interface FetchedTrends {
+  trends: Trend[]
+  events: StationEvent[]
+  /** The length of a pixel. */
+  binMs: number
+}
+
+/** The value, after it has not changed for a while. */
+function useSettled<T>(value: T, key: string): T {
+  const [settled, setSettled] = useState(value)
+  useEffect(() => {
+    const timer = setTimeout(() => setSettled(value), SETTLED_MS)
+    return () => clearTimeout(timer)
+  }, [key])
+  return settled
+}
+
+export function useTrends(names: string[], range: Range, pixels: number): Query<FetchedTrends> {
+  const settled = useSettled({ names, range, pixels }, JSON.stringify([names, range, pixels]))
+  const live = useLive()
+  const period = isLive(range) ? Math.max(REFRESH_MS, range.last / Math.max(1, pixels)) : null
+  return useQuery(JSON.stringify(settled), period, async (signal) => {
+    const { names, range, pixels } = settled
+    if (pixels === 0) return { trends: [], events: [], binMs: 1 }
+    const { from, to, binMs, count } = aligned(windowOf(range, live.now), pixels)
+    const [events, ...trends] = await Promise.all([
+      fetchEvents(from, to, MOST_EVENTS, signal),
+      ...names.map((name) => fetchTrend(name, from, to, count, signal)),
+    ])
+    return { trends, events, binMs }
+  })
+}
+
+/** The data of a chart. */
+export interface ChartData {
+  /** In Pa. */
+  trends: Trend[]
+  binMs: number
+  times: number[]
+  /** In the chosen unit. */
+  curves: Curve[]
+  stretches: Stretch[][]
+}
+
+/** The fetched trends; in a live range with the samples that were received since. */
+export function useChartData(fetched: FetchedTrends | null, range: Range, unit: Unit, now: number): ChartData {
+  const second = isLive(range) ? Math.floor(now / 1000) : 0
+  return useMemo(() => {
+    const trends = (fetched?.trends ?? []).map((trend) =>
+      isLive(range) ? withRecent(trend, recentSamples(trend.series)) : trend,
+    )
+    const binMs = fetched?.binMs ?? 1
+    const { times, curves } = join(trends, binMs)
+    return {
+      trends,
+      binMs,
+      times,
+      curves: curves.map((curve) => curveIn(curve, unit)),
+      stretches: trends.map((trend) => stretches(trend, binMs).map((stretch) => stretchIn(stretch, unit))),
+    }
+  }, [fetched, unit, second, isLive(range)])
+}
+
+function curveIn({ low, high, mean }: Curve, unit: Unit): Curve {
+  const converted = (values: Value[]): Value[] => values.map((pa) => (typeof pa === 'number' ? inUnit(pa, unit) : pa))
+  return { low: converted(low), high: converted(high), mean: converted(mean) }
+}
+
+function stretchIn(stretch: Stretch, unit: Unit): Stretch {
+  return { ...stretch, limit: stretch.limit === null ? null : inUnit(stretch.limit, unit) }
+}
+
+/** The lowest and the highest value in a window, with the ends of ranges; infinite if there is none. */
+export function extent(data: ChartData, [from, to]: [number, number]): [number, number] {
+  let [low, high] = [Infinity, -Infinity]
+  data.times.forEach((time, index) => {
+    if (time < from || time > to) return
+    for (const curve of data.curves) {
+      low = Math.min(low, curve.low[index] ?? Infinity)
+      high = Math.max(high, curve.high[index] ?? -Infinity)
+    }
+  })
+  for (const { from: start, to: end, limit } of data.stretches.flat()) {
+    if (limit === null || end < from || start > to) continue
+    low = Math.min(low, limit)
+    high = Math.max(high, limit)
+  }
+  return [low, high]
+}
+
+/** The sample of a series at a time, in Pa. */
+export function seriesAt(data: ChartData, series: string, at: number): Sample | null {
+  const trend = data.trends.find((trend) => trend.series === series)
+  return trend ? sampleAt(trend, at, data.binMs) : null
+}
+
+/** The range after a key; `null` if the chart does not use the key. */
+export function rangeAfterKey(key: string, range: Range, now: number, home: Range): Range | null {
+  const window = windowOf(range, now)
+  const middle = (window[0] + window[1]) / 2
+  switch (key) {
+    case 'ArrowLeft':
+      return moved(window, -0.2)
+    case 'ArrowRight':
+      return moved(window, 0.2)
+    case '+':
+      return zoomed(window, middle, 0.5)
+    case '-':
+      return zoomed(window, middle, 2)
+    case 'Home':
+      return home
+    default:
+      return null
+  }
+}
+
+/** All series with their gauges, in the order of the station. */
+export function allSeries(gauges: Gauge[]): { series: string; gauge: Gauge }[] {
+  return gauges.flatMap((gauge) => gauge.readings.map(({ series }) => ({ series, gauge })))
+}

@@ -1,0 +1,86 @@
+// Numbers, times and ages as text.
+
+const SUPERSCRIPTS = '⁰¹²³⁴⁵⁶⁷⁸⁹'
+const MINUS = '⁻'
+
+/** A number as mantissa and power of ten; the exponent is `null` where the number is short without one. */
+export interface Parts {
+  mantissa: string
+  exponent: number | null
+}
+
+/** From 1 to below 10000 without a power of ten. Three digits, or all digits before the point. */
+export function parts(value: number): Parts {
+  if (value === 0) return { mantissa: '0', exponent: null }
+  const size = Math.abs(value)
+  if (size >= 0.9995 && size < 9999.5) {
+    const digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2
+    return { mantissa: value.toFixed(digits), exponent: null }
+  }
+  const [mantissa = '', exponent = '0'] = value.toExponential(2).split('e')
+  return { mantissa, exponent: Number(exponent) }
+}
+
+export function superscript(exponent: number): string {
+  const digits = [...String(Math.abs(exponent))].map((digit) => SUPERSCRIPTS[Number(digit)]).join('')
+  return exponent < 0 ? MINUS + digits : digits
+}
+
+/** `1.23 × 10⁻⁶`, `1013`. */
+export function number(value: number): string {
+  const { mantissa, exponent } = parts(value)
+  return exponent === null ? mantissa : `${mantissa} × 10${superscript(exponent)}`
+}
+
+/** A power of ten for an axis: `10⁻⁶`, or the plain number from 1 to 1000. */
+export function decade(value: number): string {
+  const exponent = Math.round(Math.log10(value))
+  return exponent >= 0 && exponent <= 3 ? String(10 ** exponent) : `10${superscript(exponent)}`
+}
+
+const STEPS: [number, string][] = [
+  [86_400, 'd'],
+  [3_600, 'h'],
+  [60, 'min'],
+]
+
+/** A duration in its two largest units: `3.1 s`, `42 s`, `3 min 5 s`, `2 d 4 h`. */
+export function age(ms: number): string {
+  const seconds = ms / 1000
+  if (seconds < 1) return 'less than 1 s'
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`
+  let rest = Math.round(seconds)
+  if (rest < 60) return `${rest} s`
+  const words: string[] = []
+  for (const [length, name] of [...STEPS, [1, 's'] as [number, string]]) {
+    const count = Math.floor(rest / length)
+    rest -= count * length
+    if (count > 0) words.push(`${count} ${name}`)
+    else if (words.length > 0) break
+    if (words.length === 2) break
+  }
+  return words.join(' ')
+}
+
+const two = (value: number): string => String(value).padStart(2, '0')
+
+/** `14:03:22` in the time zone of the browser. */
+export function clock(ms: number): string {
+  const at = new Date(ms)
+  return `${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`
+}
+
+/** `2026-01-31`. */
+export function day(ms: number): string {
+  const at = new Date(ms)
+  return `${at.getFullYear()}-${two(at.getMonth() + 1)}-${two(at.getDate())}`
+}
+
+export function moment(ms: number): string {
+  return `${day(ms)} ${clock(ms)}`
+}
+
+/** The value of an input of type datetime-local. */
+export function inputMoment(ms: number): string {
+  return `${day(ms)}T${clock(ms)}`
+}

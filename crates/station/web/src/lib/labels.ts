@@ -1,0 +1,95 @@
+// Texts for the codes of the API.
+
+import type {
+  BusStatus,
+  EventKind,
+  Principle,
+  Quality,
+  Recorder,
+  RiskClass,
+  Segment,
+  SegmentState,
+} from '../api/types.ts'
+
+export const BUS_STATUS: Record<BusStatus, { label: string; sentence: string }> = {
+  ourselves: { label: 'our master', sentence: 'The master of this station.' },
+  master: { label: 'other master', sentence: 'Another master; it shares the bus with ours.' },
+  exchanging: { label: 'exchanging', sentence: 'A configured gauge in data exchange.' },
+  faulty: { label: 'fault', sentence: 'A configured gauge in data exchange that reports a fault.' },
+  starting: { label: 'starting', sentence: 'A configured gauge that the master is bringing into data exchange.' },
+  missing: {
+    label: 'missing',
+    sentence: 'A configured gauge that does not answer, or that belongs to another master.',
+  },
+  foreign: { label: 'not configured', sentence: 'A slave that answers but is not in the station’s file.' },
+}
+
+export const QUALITIES: Record<Quality, string> = {
+  valid: 'valid',
+  overrange: 'over range',
+  underrange: 'under range',
+  invalid: 'not valid',
+  gap: 'no data',
+}
+
+export const PRINCIPLES: Record<Principle, string> = {
+  pirani: 'Pirani',
+  'hot-cathode': 'hot cathode',
+  'cold-cathode': 'cold cathode',
+  diaphragm: 'diaphragm',
+  atmosphere: 'atmosphere sensor',
+}
+
+export const SEGMENT_STATES: Record<SegmentState, string> = {
+  waiting: 'waiting for the port',
+  listening: 'listening on the bus',
+  running: 'running',
+}
+
+export const EVENT_KINDS: Record<EventKind, string> = {
+  station: 'Station',
+  bus: 'Bus',
+  gauge: 'Gauge',
+  command: 'Command',
+  note: 'Note',
+  alarm: 'Alarm',
+  access: 'Access',
+}
+
+export const RISKS: Record<RiskClass, { label: string; sentence: string }> = {
+  harmless: { label: 'harmless', sentence: 'The manual warns of nothing.' },
+  volatile: { label: 'volatile', sentence: 'The value is lost when the gauge loses power.' },
+  'on-request': {
+    label: 'kept on request',
+    sentence: 'The value survives a power loss once the gauge is told to store it.',
+  },
+  kept: { label: 'kept', sentence: 'The value survives a power loss at once.' },
+  dangerous: { label: 'risk', sentence: 'The manual warns; the text beside it says of what.' },
+}
+
+const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO', air: 'air' }
+
+export function gas(name: string): string {
+  return GASES[name.toLowerCase()] ?? name.charAt(0).toUpperCase() + name.slice(1)
+}
+
+export function baud(bitsPerSecond: number): string {
+  return bitsPerSecond >= 1e6 ? `${bitsPerSecond / 1e6} Mbit/s` : `${bitsPerSecond / 1e3} kbit/s`
+}
+
+/** The number of samples and events that the recorder lost, in one sentence; `null` if it lost none. */
+export function lostSentence({ lost, lost_events }: Recorder): string | null {
+  const counted = (count: number, noun: string): string[] =>
+    count ? [`${count} ${noun}${count === 1 ? '' : 's'}`] : []
+  const all = [...counted(lost, 'sample'), ...counted(lost_events, 'event')]
+  return all.length ? `${all.join(' and ')} could not be recorded.` : null
+}
+
+/** The state of a segment, in one sentence. */
+export function segmentSentence(segment: Segment): string {
+  if (segment.trouble) return `Not working: ${segment.trouble}.`
+  if (segment.state !== 'running') return `The segment is ${SEGMENT_STATES[segment.state]}.`
+  const others = segment.stations.filter(({ standing }) => ['missing', 'faulty', 'starting'].includes(standing))
+  if (others.length === 0) return 'All gauges exchange data.'
+  return `${others.map(({ name, address, words }) => `${name ?? address}: ${words}`).join('; ')}.`
+}

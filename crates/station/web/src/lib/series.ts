@@ -1,0 +1,218 @@
+// Trends for a chart: one rising list of times, and for each series a value or a gap at each time.
+
+import type { Quality, Trend } from '../api/types.ts'
+
+export const VALID = 1 << 0
+export const OVER = 1 << 1
+export const UNDER = 1 << 2
+export const INVALID = 1 << 3
+export const GAP = 1 << 4
+
+/**
+ * No sample for longer than this is a gap: a gauge is recorded at least once a minute, and a station that is switched off
+ * records no mark.
+ */
+const LONGEST_MS = 150_000
+
+/** `null` is a gap; `undefined` is no sample at this time, and the line goes on. */
+export type Value = number | null | undefined
+
+export interface Curve {
+  low: Value[]
+  high: Value[]
+  mean: Value[]
+}
+
+export interface Joined {
+  /** Milliseconds, rising. */
+  times: number[]
+  curves: Curve[]
+}
+
+/** A time in which a gauge was outside its range, or not valid. */
+export interface Stretch {
+  from: number
+  to: number
+  kind: 'over' | 'under' | 'invalid'
+  /** The end of the range. */
+  limit: number | null
+}
+
+/** Whether the gauge was outside its range all the time: no line is drawn. */
+export function isOutside(bits: number): boolean {
+  return (bits & (OVER | UNDER)) !== 0 && (bits & VALID) === 0
+}
+
+/** A trend with a gap wherever the line must break: between distant samples, and outside the range. */
+function withGaps(trend: Trend, binMs: number): Trend {
+  const made: Trend = { series: trend.series, start_ms: [], low: [], high: [], mean: [], qualities: [] }
+  const longest = Math.max(LONGEST_MS, 2.5 * binMs)
+  trend.start_ms.forEach((start, index) => {
+    const before = trend.start_ms[index - 1]
+    const ended = ((trend.qualities[index - 1] ?? 0) & GAP) !== 0 && trend.mean[index - 1] !== null
+    if (before !== undefined && (start - before > longest || (ended && start - before > 1.5 * binMs))) {
+      push(made, before + Math.min(binMs, (start - before) / 2), null, null, null, GAP)
+    }
+    const bits = trend.qualities[index]!
+    if (isOutside(bits)) push(made, start, null, null, null, bits)
+    else push(made, start, trend.low[index]!, trend.high[index]!, trend.mean[index]!, bits)
+  })
+  return made
+}
+
+function push(
+  trend: Trend,
+  at: number,
+  low: number | null,
+  high: number | null,
+  mean: number | null,
+  bits: number,
+): void {
+  trend.start_ms.push(at)
+  trend.low.push(low)
+  trend.high.push(high)
+  trend.mean.push(mean)
+  trend.qualities.push(bits)
+}
+
+/** All trends on one time axis. `binMs` is the length of a pixel. */
+export function join(trends: Trend[], binMs: number): Joined {
+  const all = trends.map((trend) => withGaps(trend, binMs))
+  const times = [...new Set(all.flatMap((trend) => trend.start_ms))].sort((one, two) => one - two)
+  const indices = new Map(times.map((time, index) => [time, index]))
+  const curves = all.map((trend) => {
+    const curve: Curve = { low: [], high: [], mean: [] }
+    for (const list of Object.values(curve) as Value[][]) list.length = times.length
+    trend.start_ms.forEach((start, at) => {
+      const index = indices.get(start)!
+      curve.low[index] = trend.low[at]!
+      curve.high[index] = trend.high[at]!
+      curve.mean[index] = trend.mean[at]!
+    })
+    widen(curve)
+    return curve
+  })
+  return { times, curves }
+}
+
+/** A gap reaches from the last value before it to the first after it, also at the times of the other curves. */
+function widen(curve: Curve): void {
+  let before = -1
+  let hasGap = false
+  for (let index = 0; index <= curve.mean.length; index += 1) {
+    const value = curve.mean[index]
+    if (value === null) hasGap = true
+    if (typeof value !== 'number' && index < curve.mean.length) continue
+    for (let empty = before + 1; hasGap && empty < index; empty += 1) {
+      curve.low[empty] = curve.high[empty] = curve.mean[empty] = null
+    }
+    before = index
+    hasGap = false
+  }
+}
+
+const STRETCHES: [number, Stretch['kind']][] = [
+  [OVER, 'over'],
+  [UNDER, 'under'],
+  [INVALID, 'invalid'],
+]
+
+/** The times in which a gauge was outside its range or not valid. A sample holds until the next one. */
+export function stretches(trend: Trend, binMs: number): Stretch[] {
+  const made: Stretch[] = []
+  for (const [bit, kind] of STRETCHES) {
+    let open: Stretch | null = null
+    trend.start_ms.forEach((start, index) => {
+      if ((trend.qualities[index]! & bit) === 0) {
+        open = null
+        return
+      }
+      const next = trend.start_ms[index + 1] ?? start + binMs
+      const to = next - start > Math.max(LONGEST_MS, 2.5 * binMs) ? start + binMs : next
+      const limit = kind === 'over' ? trend.high[index]! : kind === 'under' ? trend.low[index]! : null
+      if (open && start <= open.to) {
+        open.to = to
+        open.limit = outer(open, limit)
+      } else {
+        open = { from: start, to, kind, limit }
+        made.push(open)
+      }
+    })
+  }
+  return made
+}
+
+/** Of two ends of a range the outer one: measured values lie within the range. */
+function outer({ kind, limit }: Stretch, other: number | null): number | null {
+  if (limit === null || other === null) return limit ?? other
+  return kind === 'over' ? Math.max(limit, other) : Math.min(limit, other)
+}
+
+/**
+ * A trend with the samples that were received since it was fetched. The recorder writes a second late, and not every sample:
+ * its deadband leaves some out.
+ */
+export function withRecent(trend: Trend, recent: { at: number; pa: number | null; bits: number }[]): Trend {
+  const last = trend.start_ms.at(-1) ?? -Infinity
+  const newer = recent.filter(({ at }) => at > last)
+  const values = newer.map(({ pa }) => pa)
+  return {
+    series: trend.series,
+    start_ms: [...trend.start_ms, ...newer.map(({ at }) => at)],
+    low: [...trend.low, ...values],
+    high: [...trend.high, ...values],
+    mean: [...trend.mean, ...values],
+    qualities: [...trend.qualities, ...newer.map(({ bits }) => bits)],
+  }
+}
+
+/** The bit of a quality in a trend. */
+export function bits(quality: Quality): number {
+  return 1 << ['valid', 'overrange', 'underrange', 'invalid', 'gap'].indexOf(quality)
+}
+
+/** The index of the last time at or before `at`; -1 if there is none. */
+export function indexAt(times: number[], at: number): number {
+  let [low, high] = [0, times.length]
+  while (low < high) {
+    const middle = (low + high) >> 1
+    if (times[middle]! <= at) low = middle + 1
+    else high = middle
+  }
+  return low - 1
+}
+
+export interface Sample {
+  mean: number | null
+  /** The qualities that occurred. */
+  bits: number
+}
+
+/** The sample of a trend that holds at a time; `null` where there is none. */
+export function sampleAt(trend: Trend, at: number, binMs: number): Sample | null {
+  const index = indexAt(trend.start_ms, at)
+  const start = trend.start_ms[index]
+  if (start === undefined || at - start > Math.max(LONGEST_MS, 2.5 * binMs)) return null
+  const found = { mean: trend.mean[index]!, bits: trend.qualities[index]! }
+  // A gap begins after its pixel.
+  return (found.bits & GAP) !== 0 && at - start > 1.5 * binMs ? { mean: null, bits: GAP } : found
+}
+
+/** The quality of a sample: the worst that applies to its mean. */
+export function qualityOf({ bits, mean }: Sample): Quality {
+  if (bits & OVER) return 'overrange'
+  if (bits & UNDER) return 'underrange'
+  if (mean !== null) return 'valid'
+  return bits & INVALID ? 'invalid' : 'gap'
+}
+
+/** Whole decades around all values, at least two. */
+export function decades(low: number, high: number): [number, number] {
+  if (!(low > 0) || !(high > 0)) return [1e-3, 1e3]
+  let [from, to] = [Math.floor(Math.log10(low) - 0.05), Math.ceil(Math.log10(high) + 0.05)]
+  if (to - from < 2) {
+    if (Math.log10(low) - from < to - Math.log10(high)) from -= 1
+    else to += 1
+  }
+  return [10 ** from, 10 ** to]
+}

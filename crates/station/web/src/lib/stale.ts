@@ -1,0 +1,25 @@
+// The age of readings, and what it does to their quality.
+
+import type { Gauge, Quality, Reading } from '../api/types.ts'
+
+/** A reading is stale when it is older than this number of polls, and older than this time. Free choice. */
+const STALE_POLLS = 5
+const STALE_MS = 3_000
+
+/** Without a moment for this long the station counts as lost: it sends four a second. */
+export const SILENCE_MS = 3_000
+
+/** The age of the readings: the age that the station gave, plus the time since it gave it. */
+export function ageOf(gauge: Gauge, sinceMs: number): number | null {
+  return gauge.age_ms === null ? null : gauge.age_ms + Math.max(0, sinceMs)
+}
+
+export function isStale(gauge: Gauge, sinceMs: number): boolean {
+  const age = ageOf(gauge, sinceMs)
+  return age === null || age > Math.max(STALE_POLLS * gauge.poll_ms, STALE_MS)
+}
+
+/** The quality of a reading now: a stale reading is a gap. */
+export function currentQuality(gauge: Gauge, reading: Reading, sinceMs: number): Quality {
+  return isStale(gauge, sinceMs) ? 'gap' : reading.quality
+}

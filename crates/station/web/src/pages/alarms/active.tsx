@@ -1,0 +1,131 @@
+// Active and unacknowledged alarms, the most urgent first.
+
+import type { JSX } from 'preact'
+import { acknowledge, acknowledgeAll } from '../../api/calls.ts'
+import type { Alarm } from '../../api/types.ts'
+import { byUrgency, conditionText, isUnacknowledged, quantity } from '../../lib/alarms.ts'
+import { age } from '../../lib/format.ts'
+import { useLive, useMoment } from '../../live.ts'
+import { gaugePath, Link } from '../../router.tsx'
+import { hasRole, useSession } from '../../session.ts'
+import { useUnit } from '../../settings.ts'
+import { type Act, AlarmItem, shortTime } from './item.tsx'
+
+interface Props {
+  /** Why the last action failed. */
+  error: string | null
+  act: Act
+  takeOut: (alarm: Alarm) => void
+}
+
+export function ActiveAlarmList({ error, act, takeOut }: Props): JSX.Element {
+  const { alarms } = useMoment()
+  const list = [...alarms.list].sort(byUrgency)
+  return (
+    <section class="panel" aria-label="Active alarms">
+      <Head list={list} act={act} />
+      {error && (
+        <p class="error" role="alert">
+          {error}
+        </p>
+      )}
+      {alarms.trouble && (
+        <p class="error" role="alert">
+          This list may be wrong: {alarms.trouble}.
+        </p>
+      )}
+      {list.length === 0 && <p class="muted no-alarms">No active alarms.</p>}
+      <ul class="alarm-list">
+        {list.map((alarm) => (
+          <ActiveAlarm alarm={alarm} act={act} takeOut={takeOut} key={alarm.name} />
+        ))}
+      </ul>
+      {alarms.more > 0 && <p class="muted">{alarms.more} more active alarms are under All alarms.</p>}
+    </section>
+  )
+}
+
+function Head({ list, act }: { list: Alarm[]; act: Act }): JSX.Element {
+  const mayAcknowledge = hasRole(useSession(), 'operator')
+  const unacknowledged = list.filter(isUnacknowledged)
+  const shown = unacknowledged.map(({ name, occurrence }) => ({ name, occurrence }))
+  const all = async (): Promise<void> => {
+    const { refused } = await acknowledgeAll(shown)
+    if (refused.length > 0) throw new Error(refused.map(({ problem }) => problem).join('; '))
+  }
+  return (
+    <div class="bar">
+      <h1>Alarms</h1>
+      {mayAcknowledge && unacknowledged.length > 1 && (
+        <button type="button" onClick={() => act(all)}>
+          Acknowledge all {unacknowledged.length}
+        </button>
+      )}
+      {!mayAcknowledge && unacknowledged.length > 0 && <span class="muted">An operator can acknowledge them.</span>}
+    </div>
+  )
+}
+
+function ActiveAlarm({
+  alarm,
+  act,
+  takeOut,
+}: {
+  alarm: Alarm
+  act: Act
+  takeOut: (alarm: Alarm) => void
+}): JSX.Element {
+  const session = useSession()
+  const { name, occurrence, message } = alarm
+  return (
+    <AlarmItem
+      alarm={alarm}
+      buttons={
+        <>
+          {isUnacknowledged(alarm) && hasRole(session, 'operator') && (
+            <button type="button" class="main" onClick={() => act(() => acknowledge(name, occurrence))}>
+              Acknowledge
+            </button>
+          )}
+          {hasRole(session, 'engineer') && (
+            <button type="button" onClick={() => takeOut(alarm)}>
+              Out of service …
+            </button>
+          )}
+        </>
+      }
+    >
+      <Values alarm={alarm} />
+      <Times alarm={alarm} />
+      {message && <p class="message">{message}</p>}
+    </AlarmItem>
+  )
+}
+
+/** The condition, the value when the alarm was raised, and the value now. */
+function Values({ alarm }: { alarm: Alarm }): JSX.Element {
+  const shown = useUnit()
+  const { raised_value, value, limit, unit, text } = alarm
+  if (raised_value === null || limit === null) return <p>{text || conditionText(alarm, shown)}</p>
+  const raised = `${conditionText(alarm, shown)}: ${quantity(raised_value, unit, shown)} when raised`
+  return <p>{value === null ? raised : `${raised}, now ${quantity(value, unit, shown)}`}</p>
+}
+
+function Times({ alarm }: { alarm: Alarm }): JSX.Element {
+  const { now } = useLive()
+  const { raised_ms, acknowledged_by, acknowledged_ms, gauge } = alarm
+  return (
+    <p class="muted">
+      {raised_ms !== null && `raised ${shortTime(raised_ms, now)}, ${age(Math.max(0, now - raised_ms))} ago`}
+      {acknowledged_by &&
+        acknowledged_ms !== null &&
+        ` · acknowledged by ${acknowledged_by} ${shortTime(acknowledged_ms, now)}`}
+      {gauge && (
+        <>
+          {' · '}
+          <Link to={gaugePath(gauge)}>{gauge}</Link>
+        </>
+      )}
+    </p>
+  )
+}

@@ -1,0 +1,41 @@
+// The alarms page: active alarms, alarms out of service, all alarms, their history, and the webhooks that report them.
+
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { fetchAlarms } from '../../api/calls.ts'
+import type { Alarm } from '../../api/types.ts'
+import { errorText, useQuery } from '../../components/hooks.ts'
+import { ActiveAlarmList } from './active.tsx'
+import { AllAlarms } from './all.tsx'
+import { AlarmHistory } from './history.tsx'
+import { OutOfServiceList } from './out-of-service.tsx'
+import { OutOfServiceDialog } from './out-of-service-dialog.tsx'
+import { Webhooks } from './webhooks.tsx'
+
+/** All alarms are fetched this often; every moment has the active ones. */
+const REFRESH_MS = 2_000
+
+export function Alarms(): JSX.Element {
+  const [actions, setActions] = useState(0)
+  const query = useQuery(`alarms ${actions}`, REFRESH_MS, (signal) => fetchAlarms(signal))
+  const [error, setError] = useState<string | null>(null)
+  const [chosen, setChosen] = useState<Alarm | null>(null)
+  /** Runs an action, and fetches the alarms again when it has ended. */
+  const act = (action: () => Promise<unknown>): void => {
+    setError(null)
+    action()
+      .catch((error: unknown) => setError(errorText(error)))
+      .finally(() => setActions((count) => count + 1))
+  }
+  const alarms = query.value ?? []
+  return (
+    <>
+      <ActiveAlarmList error={error} act={act} takeOut={setChosen} />
+      <OutOfServiceList alarms={alarms} act={act} />
+      <AllAlarms alarms={alarms} error={query.error} takeOut={setChosen} />
+      <AlarmHistory />
+      <Webhooks />
+      {chosen && <OutOfServiceDialog alarm={chosen} act={act} close={() => setChosen(null)} />}
+    </>
+  )
+}

@@ -1,0 +1,35 @@
+// An alarm in a list.
+
+import './item.css'
+import type { ComponentChildren, JSX } from 'preact'
+import type { Alarm } from '../../api/types.ts'
+import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
+import { clock, day, moment } from '../../lib/format.ts'
+
+/** Runs an action on alarms and shows its error. */
+export type Act = (action: () => Promise<unknown>) => void
+
+interface Props {
+  alarm: Alarm
+  buttons: ComponentChildren
+  children: ComponentChildren
+}
+
+export function AlarmItem({ alarm: { name, priority, state }, buttons, children }: Props): JSX.Element {
+  return (
+    <li class={`alarm-item ${priority} ${state}`} data-alarm={name} data-priority={priority}>
+      <div class="marks">
+        <PriorityMark priority={priority} />
+        <AlarmStateMark state={state} />
+      </div>
+      <div class="description">
+        <strong>{name}</strong>
+        {children}
+      </div>
+      <div class="actions">{buttons}</div>
+    </li>
+  )
+}
+
+/** The time; with the day unless it is today. */
+export const shortTime = (at: number, now: number): string => (day(at) === day(now) ? clock(at) : moment(at))

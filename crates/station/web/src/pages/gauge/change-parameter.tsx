@@ -1,0 +1,84 @@
+// The form for a new value of a parameter.
+
+import './change-parameter.css'
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import type { Parameter, Request } from '../../api/types.ts'
+import { RiskMark } from '../../components/command-dialog.tsx'
+import { useMoment } from '../../live.ts'
+import { hasRole, useSession } from '../../session.ts'
+import { obstacle } from './permission.ts'
+
+type Write = NonNullable<Parameter['write']>
+
+interface Props {
+  parameter: Parameter
+  open: (request: Request) => void
+}
+
+/** A button that opens the form; nothing if the parameter is not written, or if the role of the user does not allow it. */
+export function ChangeParameter({ parameter, open }: Props): JSX.Element | null {
+  const session = useSession()
+  const control = useMoment().mastership
+  const [isEditing, setEditing] = useState(false)
+  const { name, write } = parameter
+  if (write === null || !hasRole(session, write.role)) return null
+  if (write.barred !== null) {
+    return (
+      <details class="barred">
+        <summary>cannot be changed here</summary>
+        {write.barred}
+      </details>
+    )
+  }
+  const reason = obstacle(session, control, write.role, null)
+  if (isEditing && reason === null) {
+    return <Form parameter={parameter} write={write} open={open} close={() => setEditing(false)} />
+  }
+  return (
+    <button
+      type="button"
+      class="change"
+      disabled={reason !== null}
+      title={reason ?? undefined}
+      aria-label={`Change ${name}`}
+      onClick={() => setEditing(true)}
+    >
+      Change
+    </button>
+  )
+}
+
+function Form({ parameter, write, open, close }: Props & { write: Write; close: () => void }): JSX.Element {
+  const { target, name, value } = parameter
+  const submit = (event: JSX.TargetedSubmitEvent<HTMLFormElement>): void => {
+    event.preventDefault()
+    open({ target, value: String(new FormData(event.currentTarget).get('value') ?? '') })
+    close()
+  }
+  const label = `New value of ${name}`
+  return (
+    <form class="change" onSubmit={submit}>
+      {write.choices.length > 0 ? (
+        <select name="value" aria-label={label} autofocus>
+          {write.choices.map((choice) => (
+            <option value={choice} selected={choice === value} key={choice}>
+              {choice}
+            </option>
+          ))}
+        </select>
+      ) : (
+        <input name="value" aria-label={label} defaultValue={value ?? ''} autocomplete="off" required autofocus />
+      )}
+      <button type="submit" class="main">
+        Arm
+      </button>
+      <button type="button" onClick={close}>
+        Cancel
+      </button>
+      <span class="muted takes">
+        <RiskMark risk={write.risk} /> {write.choices.length === 0 && write.takes}
+      </span>
+    </form>
+  )
+}

@@ -1,0 +1,82 @@
+// The commands of a gauge, with their conditions and risks.
+
+import './commands.css'
+import type { JSX } from 'preact'
+import { changeControl, fetchCommands } from '../../api/calls.ts'
+import type { Command, Gauge, Request } from '../../api/types.ts'
+import { RiskMark } from '../../components/command-dialog.tsx'
+import { controlActions, controlText } from '../../components/control.tsx'
+import { useQuery } from '../../components/hooks.ts'
+import { useLive, useMoment } from '../../live.ts'
+import { hasRole, useSession } from '../../session.ts'
+import { NEEDS_CONTROL, obstacle } from './permission.ts'
+
+export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Request) => void }): JSX.Element {
+  const query = useQuery(gauge.name, null, (signal) => fetchCommands(gauge.name, signal))
+  // Every block of the manuals has the command `inactive`, which does nothing.
+  const commands = (query.value ?? []).filter(({ command }) => !/[./]inactive$/.test(command))
+  return (
+    <section class="panel commands" aria-label="Commands">
+      <div class="bar">
+        <h2>Commands</h2>
+      </div>
+      <Permission />
+      {query.error && <p class="error">{query.error}</p>}
+      {query.value && commands.length === 0 && <p class="muted">The manual has no commands for this gauge.</p>}
+      {commands.length > 0 && (
+        <ul>
+          {commands.map((command) => (
+            <Item command={command} open={open} key={command.command} />
+          ))}
+        </ul>
+      )}
+    </section>
+  )
+}
+
+/** What the user lacks for all commands: the role, or control. */
+function Permission(): JSX.Element | null {
+  const session = useSession()
+  const { now } = useLive()
+  const control = useMoment().mastership
+  if (!hasRole(session, 'operator')) {
+    return <p class="muted permission">Commands need the role operator, changes of parameters the role engineer.</p>
+  }
+  if (control.holder === session.name) return null
+  const canRequest = controlActions(control, session, now).includes('ask')
+  return (
+    <p class="muted permission">
+      {controlText(control, session)}. Commands need control.{' '}
+      {canRequest && (
+        <button type="button" onClick={() => void changeControl('ask').catch(() => {})}>
+          Request control
+        </button>
+      )}
+    </p>
+  )
+}
+
+function Item({ command, open }: { command: Command; open: (request: Request) => void }): JSX.Element {
+  const session = useSession()
+  const control = useMoment().mastership
+  const reason = obstacle(session, control, command.role, command.barred)
+  const id = `command-${command.command}`
+  return (
+    <li data-command={command.command}>
+      <button
+        type="button"
+        disabled={reason !== null}
+        title={reason ?? undefined}
+        aria-describedby={id}
+        onClick={() => open({ command: command.command })}
+      >
+        {command.command} …
+      </button>
+      <span class="command-facts" id={id}>
+        <RiskMark risk={command.risk} /> {command.risk.class === 'dangerous' && command.risk.words}
+        {command.conditions.length > 0 && <span class="muted"> Conditions: {command.conditions.join('; ')}.</span>}
+        {reason && reason !== NEEDS_CONTROL && <em class="muted"> {reason}</em>}
+      </span>
+    </li>
+  )
+}

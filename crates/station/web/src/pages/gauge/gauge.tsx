@@ -1,0 +1,61 @@
+// One gauge: its readings, its commands, and all parameters of all blocks.
+
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import type { Gauge, Outcome, Request } from '../../api/types.ts'
+import { CommandDialog } from '../../components/command-dialog.tsx'
+import { Choice, sameText } from '../../components/fields.tsx'
+import { useMoment } from '../../live.ts'
+import { gaugeIn, gaugePath, go, Link, useLocation } from '../../router.tsx'
+import { Commands } from './commands.tsx'
+import { Parameters } from './parameters.tsx'
+import { Readings } from './readings.tsx'
+
+export function GaugePage(): JSX.Element {
+  const { gauges } = useMoment()
+  const name = gaugeIn(useLocation().path) ?? gauges[0]?.name
+  const gauge = gauges.find((gauge) => gauge.name === name)
+  const names = sameText(gauges.map(({ name }) => name))
+  return (
+    <>
+      <div class="bar">
+        <h1 class="visually-hidden">Gauge</h1>
+        <span>
+          <span aria-hidden="true">Gauge </span>
+          <Choice label="Gauge" value={name ?? ''} options={names} onChange={(name) => go(gaugePath(name))} />
+        </span>
+        {gauge && <Link to={trendPath(gauge)}>Show trend</Link>}
+      </div>
+      {gauge ? (
+        <>
+          <Readings gauge={gauge} />
+          <Operation gauge={gauge} key={gauge.name} />
+        </>
+      ) : (
+        <p class="error">
+          {name ? `There is no gauge called ${name}. Choose a gauge above.` : 'The station has no gauges.'}
+        </p>
+      )}
+    </>
+  )
+}
+
+const trendPath = ({ readings }: Gauge): string =>
+  `/trends?${new URLSearchParams(readings.map(({ series }) => ['s', series]))}`
+
+/** Commands and parameters, and the dialog of the one that is chosen. */
+function Operation({ gauge }: { gauge: Gauge }): JSX.Element {
+  const [request, setRequest] = useState<Request | null>(null)
+  const [outcome, setOutcome] = useState<Outcome | null>(null)
+  const close = (outcome: Outcome | null): void => {
+    setRequest(null)
+    setOutcome(outcome)
+  }
+  return (
+    <>
+      <Commands gauge={gauge} open={setRequest} />
+      <Parameters gauge={gauge} open={setRequest} outcome={outcome} />
+      {request && <CommandDialog gauge={gauge.name} request={request} close={close} />}
+    </>
+  )
+}

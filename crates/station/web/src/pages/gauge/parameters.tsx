@@ -1,0 +1,160 @@
+// All parameters of a gauge, read from it on request.
+
+import './parameters.css'
+import type { JSX } from 'preact'
+import { useEffect, useState } from 'preact/hooks'
+import { readBlocks } from '../../api/calls.ts'
+import type { Block, Gauge, Outcome, Parameter, Request } from '../../api/types.ts'
+import { SearchField } from '../../components/fields.tsx'
+import { errorText } from '../../components/hooks.ts'
+import { age, clock } from '../../lib/format.ts'
+import { matchingBlocks } from '../../lib/search.ts'
+import { useLive } from '../../live.ts'
+import { canView, onSessionChange } from '../../session.ts'
+import { ChangeParameter } from './change-parameter.tsx'
+
+interface Read {
+  blocks: Block[] | null
+  at: number | null
+  error: string | null
+}
+
+const NOTHING_READ: Read = { blocks: null, at: null, error: null }
+
+/** The parameters that were read are kept while the dashboard is open, because reading takes bus time. */
+const kept = new Map<string, Read>()
+onSessionChange(() => {
+  if (!canView()) kept.clear()
+})
+
+interface Props {
+  gauge: Gauge
+  open: (request: Request) => void
+  /** The outcome of the last command or change. */
+  outcome: Outcome | null
+}
+
+export function Parameters({ gauge, open, outcome }: Props): JSX.Element {
+  const { read, startedAt, readAgain } = useParameters(gauge, outcome)
+  const [text, setText] = useState('')
+  const found = matchingBlocks(read.blocks ?? [], text)
+  return (
+    <section class="panel parameter-blocks" aria-label="Parameters" aria-busy={startedAt !== null}>
+      <div class="bar">
+        <h2>Parameters</h2>
+        <SearchField label="Search parameters" value={text} onInput={setText} />
+        <button type="button" class="main" onClick={readAgain} disabled={startedAt !== null}>
+          Read again
+        </button>
+        <Progress gauge={gauge} startedAt={startedAt} read={read} />
+      </div>
+      {read.error && <p class="error">{read.error}</p>}
+      {found.map(({ name, parameters }) => (
+        <details open key={name}>
+          <summary>
+            {name} <span class="muted">{parameters.length}</span>
+          </summary>
+          <Table block={name} parameters={parameters} open={open} />
+        </details>
+      ))}
+      {read.blocks && found.length === 0 && <p class="muted">No parameter matches {text}.</p>}
+    </section>
+  )
+}
+
+interface Reading {
+  read: Read
+  /** When the present reading was started; `null` if none is under way. */
+  startedAt: number | null
+  readAgain: () => Promise<void>
+}
+
+function useParameters(gauge: Gauge, outcome: Outcome | null): Reading {
+  const [read, setRead] = useState<Read>(kept.get(gauge.name) ?? NOTHING_READ)
+  const [startedAt, setStartedAt] = useState<number | null>(null)
+  const keep = (next: Read): void => {
+    kept.set(gauge.name, next)
+    setRead(next)
+  }
+  const readAgain = async (): Promise<void> => {
+    setStartedAt(performance.now())
+    const next: Read = await readBlocks(gauge.name).then(
+      (blocks) => ({ blocks, at: Date.now(), error: null }),
+      (error: unknown) => ({ ...read, error: errorText(error) }),
+    )
+    keep(next)
+    setStartedAt(null)
+  }
+  useEffect(() => {
+    if (!kept.has(gauge.name) && (gauge.standing === 'exchanging' || gauge.standing === 'faulty')) void readAgain()
+  }, [])
+  // The station reads a parameter back after it has written it, so the outcome has its new value.
+  useEffect(() => {
+    if (outcome === null || outcome.after === null || read.blocks === null) return
+    const changed = ({ name, parameters }: Block): Block => ({
+      name,
+      parameters: parameters.map((parameter) => withOutcome(parameter, outcome)),
+    })
+    keep({ ...read, blocks: read.blocks.map(changed) })
+  }, [outcome])
+  return { read, startedAt, readAgain }
+}
+
+function withOutcome(parameter: Parameter, { target, after }: Outcome): Parameter {
+  return parameter.target === target ? { ...parameter, value: after, refusal: null } : parameter
+}
+
+function Progress({ gauge, startedAt, read }: { gauge: Gauge; startedAt: number | null; read: Read }): JSX.Element {
+  const progress = useLive().moment?.reading.find((progress) => progress.gauge === gauge.name)
+  if (startedAt === null) {
+    return (
+      <span class="progress muted" role="status">
+        {read.at === null ? 'not read yet' : `read at ${clock(read.at)}`}
+      </span>
+    )
+  }
+  return (
+    <span class="progress busy" role="status">
+      reading … {progress && `${progress.done} of ${progress.of}, `}
+      {age(performance.now() - startedAt)}
+    </span>
+  )
+}
+
+interface TableProps {
+  block: string
+  parameters: Parameter[]
+  open: (request: Request) => void
+}
+
+function Table({ block, parameters, open }: TableProps): JSX.Element {
+  return (
+    <table class="parameters">
+      <caption class="visually-hidden">Parameters of {block}</caption>
+      <thead>
+        <tr>
+          <th scope="col">Parameter</th>
+          <th scope="col">Value</th>
+          <th scope="col">Access</th>
+          <th scope="col">Location</th>
+        </tr>
+      </thead>
+      <tbody>
+        {parameters.map((parameter) => (
+          <tr key={parameter.target} data-target={parameter.target}>
+            <th scope="row">
+              {parameter.name}
+              <code>{parameter.target}</code>
+            </th>
+            <td class={parameter.refusal ? 'refusal' : 'value'}>
+              {parameter.value ?? parameter.refusal ?? 'write only'}
+              <ChangeParameter parameter={parameter} open={open} />
+            </td>
+            <td>{parameter.access}</td>
+            <td>{parameter.numbers}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  )
+}

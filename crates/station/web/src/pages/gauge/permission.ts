@@ -1,0 +1,14 @@
+// The reasons why the user cannot send a command or write a parameter now.
+
+import type { Control, Role, Session } from '../../api/types.ts'
+import { hasRole } from '../../session.ts'
+
+/** The commands panel says this once for all commands. */
+export const NEEDS_CONTROL = 'needs control'
+
+/** Why the user may not act; `null` if they may. `barred` is the reason why nobody may. */
+export function obstacle(session: Session, control: Control, needed: Role, barred: string | null): string | null {
+  if (barred) return barred
+  if (!hasRole(session, needed)) return `needs the role ${needed}`
+  return control.holder === session.name ? null : NEEDS_CONTROL
+}

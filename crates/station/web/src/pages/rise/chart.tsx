@@ -1,0 +1,139 @@
+// The measured pressure and the fit. Dragging sets start and end.
+
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import type { Rise } from '../../api/types.ts'
+import { Chart, timePixels } from '../../components/chart.tsx'
+import type { Line, TimeMark } from '../../components/chart-overlays.ts'
+import { ChartTable } from '../../components/chart-table.tsx'
+import { useWidth } from '../../components/hooks.ts'
+import { curveColour } from '../../components/palette.ts'
+import { Pressure, SampleText } from '../../components/pressure.tsx'
+import {
+  type ChartData,
+  extent,
+  rangeAfterKey,
+  seriesAt,
+  useChartData,
+  useTrends,
+} from '../../components/use-trends.ts'
+import { isLive, type Range, windowOf, zoomed } from '../../lib/range.ts'
+import { fitted } from '../../lib/rise.ts'
+import type { Curve } from '../../lib/series.ts'
+import { inUnit, type Unit } from '../../lib/units.ts'
+import { useLive } from '../../live.ts'
+import { useDark, useUnit } from '../../settings.ts'
+import { HOME, type Measurement, windowAround } from './measurement.ts'
+
+interface Props {
+  measurement: Measurement
+  fit: Rise | null
+  select: (begin: number, end: number) => void
+}
+
+export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
+  const live = useLive()
+  const unit = useUnit()
+  const dark = useDark()
+  const [box, width] = useWidth()
+  const [zoom, setZoom] = useState<Range | null>(null)
+  const range = zoom ?? windowAround(measurement, live.now)
+  const query = useTrends([measurement.series], range, timePixels(width, false))
+  const data = useChartData(query.value, range, unit, live.now)
+  const window = windowOf(range, live.now)
+  const fitAt = fitFunction(measurement, fit, live.now)
+  const { curves, lines } = withFit(data, fitAt, unit, dark)
+  return (
+    <div class="panel" ref={box}>
+      <p class="muted hint">
+        Or drag over the rise in the chart. The wheel and + − zoom; the arrow keys move.
+        {fit && (
+          <span class="fit" style={{ color: curveColour(1, dark) }}>
+            ╌╌ fit
+          </span>
+        )}
+      </p>
+      <Chart
+        label={`Pressure of ${measurement.series} in ${unit} over time. Dragging sets start and end.`}
+        times={data.times}
+        curves={curves}
+        lines={lines}
+        window={window}
+        scale={linearScale(extent(data, window))}
+        log={false}
+        unit={unit}
+        marks={marksOf(measurement)}
+        width={width}
+        height={300}
+        dark={dark}
+        onSelect={select}
+        onZoom={(at, factor) => setZoom(zoomed(window, at, factor))}
+        onKey={(key) => {
+          const next = rangeAfterKey(key, range, live.now, HOME)
+          if (next) setZoom(isLive(next) ? null : next)
+          return next !== null
+        }}
+      />
+      <ChartTable
+        caption={`Pressure of ${measurement.series}`}
+        window={window}
+        columns={[
+          {
+            name: measurement.series,
+            cell: (at) => <SampleText sample={seriesAt(data, measurement.series, at)} unit={unit} />,
+          },
+          { name: 'fit', cell: (at) => <FitText pa={fitAt(at)} unit={unit} /> },
+        ]}
+      />
+      <p class="load-error" role="status">
+        {query.error}
+      </p>
+    </div>
+  )
+}
+
+/** The fitted pressure in Pa at a time; `null` outside the measurement. */
+function fitFunction({ begin, end }: Measurement, fit: Rise | null, now: number): (at: number) => number | null {
+  if (fit === null || begin === null) return () => null
+  return (at) => (at < begin || at > (end ?? now) ? null : fitted(fit, (at - begin) / 1000))
+}
+
+function FitText({ pa, unit }: { pa: number | null; unit: Unit }): JSX.Element | null {
+  return pa === null ? null : <Pressure pa={pa} unit={unit} />
+}
+
+/** The measured curve, and the fit if there is one. */
+function withFit(
+  data: ChartData,
+  fitAt: (at: number) => number | null,
+  unit: Unit,
+  dark: boolean,
+): { curves: Curve[]; lines: Line[] } {
+  const measured: Line[] = data.trends.map(({ series }, index) => ({
+    name: series,
+    colour: curveColour(0, dark),
+    stretches: data.stretches[index] ?? [],
+  }))
+  const means = data.times.map(fitAt)
+  if (measured.length === 0 || means.every((pa) => pa === null)) return { curves: data.curves, lines: measured }
+  const none = means.map(() => null)
+  const fit: Curve = { low: none, high: none, mean: means.map((pa) => pa && inUnit(pa, unit)) }
+  return {
+    curves: [...data.curves, fit],
+    lines: [...measured, { name: 'fit', colour: curveColour(1, dark), dashed: true, stretches: [] }],
+  }
+}
+
+function marksOf({ begin, end }: Measurement): TimeMark[] {
+  return [
+    ...(begin === null ? [] : [{ at: begin, name: 'valve closed', strong: true }]),
+    ...(end === null ? [] : [{ at: end, name: 'end', strong: true }]),
+  ]
+}
+
+/** A linear scale with a margin. */
+function linearScale([low, high]: [number, number]): [number, number] {
+  if (!Number.isFinite(low)) return [0, 1]
+  const margin = (high - low || high) * 0.08
+  return [Math.max(0, low - margin), high + margin]
+}

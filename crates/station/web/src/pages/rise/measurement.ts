@@ -1,0 +1,44 @@
+// A rate-of-rise measurement: its gauge, start, end and volume. The address of the page holds it, so it can be bookmarked.
+
+import { type Range, rangeOf, rangeText } from '../../lib/range.ts'
+import { setQuery, useLocation } from '../../router.tsx'
+
+export interface Measurement {
+  series: string
+  begin: number | null
+  /** `null` while the measurement goes on. */
+  end: number | null
+  /** The volume as typed. */
+  litres: string
+}
+
+/** The window before start and end are set. */
+export const HOME: Range = { last: 30 * 60_000 }
+
+/** The measurement in the address, and a function that changes it. */
+export function useMeasurement(firstSeries: string): [Measurement, (measurement: Measurement) => void] {
+  const { query } = useLocation()
+  const time = (name: string): number | null => (query.get(name) ? Number(query.get(name)) : null)
+  const measurement = {
+    series: query.get('s') ?? firstSeries,
+    begin: time('begin'),
+    end: time('end'),
+    litres: query.get('litres') ?? '',
+  }
+  const change = ({ series, begin, end, litres }: Measurement): void => {
+    const next = new URLSearchParams(query.has('range') || query.has('from') ? rangeText(rangeOf(query)) : {})
+    next.set('s', series)
+    if (begin !== null) next.set('begin', String(Math.round(begin)))
+    if (end !== null) next.set('end', String(Math.round(end)))
+    if (litres) next.set('litres', litres)
+    setQuery(next)
+  }
+  return [measurement, change]
+}
+
+/** The measurement with a margin on both sides, as soon as start and end are set. */
+export function windowAround({ begin, end }: Measurement, now: number): Range {
+  if (begin === null || end === null) return HOME
+  const margin = Math.max(5_000, (end - begin) * 0.25)
+  return { from: begin - margin, to: Math.min(now, end + margin) }
+}

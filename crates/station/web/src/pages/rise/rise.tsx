@@ -1,0 +1,37 @@
+// Rate of rise: the valve to the pump is closed, the pressure rises, and a fit separates a leak from outgassing.
+
+import './rise.css'
+import type { JSX } from 'preact'
+import { fitRise } from '../../api/calls.ts'
+import { useQuery } from '../../components/hooks.ts'
+import { allSeries } from '../../components/use-trends.ts'
+import { useLive, useMoment } from '../../live.ts'
+import { RiseChart } from './chart.tsx'
+import { useMeasurement } from './measurement.ts'
+import { Result } from './result.tsx'
+import { Steps } from './steps.tsx'
+
+/** A measurement that goes on is fitted this often. */
+const REFRESH_MS = 2_000
+
+export function RateOfRise(): JSX.Element {
+  const live = useLive()
+  const names = allSeries(useMoment().gauges).map(({ series }) => series)
+  const [measurement, change] = useMeasurement(names[0] ?? '')
+  const { series, begin, end, litres } = measurement
+  const volume = Number(litres) > 0 ? Number(litres) / 1000 : null
+  const isReady = begin !== null && (end ?? live.now) > begin
+  const period = isReady && end === null ? REFRESH_MS : null
+  const query = useQuery(JSON.stringify(measurement), period, async () =>
+    isReady ? fitRise(series, begin, Math.round(end ?? live.now), volume) : null,
+  )
+  const fit = isReady ? query.value : null
+  return (
+    <div class="rise">
+      <h1>Rate of rise</h1>
+      <Steps names={names} measurement={measurement} change={change} />
+      <RiseChart measurement={measurement} fit={fit} select={(begin, end) => change({ ...measurement, begin, end })} />
+      <Result fit={fit} error={isReady ? query.error : null} volume={volume} />
+    </div>
+  )
+}

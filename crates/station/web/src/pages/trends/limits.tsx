@@ -1,0 +1,21 @@
+// The names of the alarm limits that are lines in the chart.
+
+import './limits.css'
+import type { JSX } from 'preact'
+import { PriorityMark } from '../../components/alarm-marks.tsx'
+import { type PressureLimit, quantity } from '../../lib/alarms.ts'
+import type { Unit } from '../../lib/units.ts'
+
+export function AlarmLimits({ limits, unit }: { limits: PressureLimit[]; unit: Unit }): JSX.Element | null {
+  if (limits.length === 0) return null
+  return (
+    <ul class="limits" aria-label="Alarm limits">
+      {limits.map(({ name, priority, condition, limit }) => (
+        <li key={name} data-limit={name}>
+          <PriorityMark priority={priority} /> {name}{' '}
+          <span class="muted">{`${condition} ${quantity(limit, 'Pa', unit)}`}</span>
+        </li>
+      ))}
+    </ul>
+  )
+}

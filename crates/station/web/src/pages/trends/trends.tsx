@@ -1,0 +1,115 @@
+// Trends: the pressures of several series over time, on a logarithmic scale.
+
+import './trends.css'
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { exportAddress, fetchAlarms } from '../../api/calls.ts'
+import type { Alarm, StationEvent } from '../../api/types.ts'
+import { ChartTable } from '../../components/chart-table.tsx'
+import { useQuery, useWidth } from '../../components/hooks.ts'
+import { curveColours } from '../../components/palette.ts'
+import { SampleText } from '../../components/pressure.tsx'
+import { SeriesList } from '../../components/series-list.tsx'
+import { allSeries, seriesAt, useChartData, useTrends } from '../../components/use-trends.ts'
+import { limitsOf } from '../../lib/alarms.ts'
+import { isLive, type Range, windowOf } from '../../lib/range.ts'
+import { useLive, useMoment } from '../../live.ts'
+import { useDark, useUnit } from '../../settings.ts'
+import { TrendChart, trendPixels } from './chart.tsx'
+import { useTrendChoice } from './choice.ts'
+import { AlarmLimits } from './limits.tsx'
+import { CustomWindow, Toolbar } from './toolbar.tsx'
+
+/** Alarms are fetched this often; their limits change only with the station's file. */
+const LIMITS_MS = 10_000
+
+export function Trends(): JSX.Element {
+  const { now } = useLive()
+  const unit = useUnit()
+  const all = allSeries(useMoment().gauges)
+  const names = all.map(({ series }) => series)
+  const [choice, change] = useTrendChoice(names)
+  const { series: chosen, range } = choice
+  const [box, width] = useWidth()
+  /** The position of the cursor, 0 to 1. */
+  const [cursor, setCursor] = useState<number | null>(null)
+  const query = useTrends(chosen, range, trendPixels(width))
+  const data = useChartData(query.value, range, unit, now)
+  const events = query.value?.events ?? []
+  const window = windowOf(range, now)
+  const at = cursor === null ? null : window[0] + cursor * (window[1] - window[0])
+  const colours = curveColours(names, chosen, useDark())
+  const colourOf = (series: string): string => colours.get(series) ?? 'gray'
+  const limits = limitsOf(useAlarms(), chosen)
+  const setRange = (range: Range): void => change({ range })
+  const toggle = (series: string): void =>
+    change({ series: names.filter((name) => chosen.includes(name) !== (name === series)) })
+  return (
+    <div class="trends">
+      <h1 class="visually-hidden">Trends</h1>
+      <Toolbar choice={choice} change={change} />
+      <div class="trend-chart panel" ref={box}>
+        <TrendChart
+          all={all}
+          choice={choice}
+          data={data}
+          events={events}
+          limits={limits}
+          width={width}
+          colourOf={colourOf}
+          setRange={setRange}
+          setCursor={setCursor}
+        />
+      </div>
+      <SeriesList
+        all={all}
+        chosen={chosen}
+        colourOf={colourOf}
+        toggle={toggle}
+        unit={unit}
+        at={at}
+        sampleOf={(series, at) => seriesAt(data, series, at)}
+        events={eventsNear(events, at, window, width)}
+      />
+      <AlarmLimits limits={limits} unit={unit} />
+      <p class="load-error" role="status">
+        {query.error}
+      </p>
+      <div class="bar">
+        <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
+        <a
+          class="button"
+          href={exportAddress(chosen, Math.floor(window[0]), Math.ceil(window[1]))}
+          download="pressures.csv"
+        >
+          Save as CSV
+        </a>
+      </div>
+      <ChartTable
+        caption="Pressures"
+        window={window}
+        columns={chosen.map((series) => ({
+          name: series,
+          cell: (at) => <SampleText sample={seriesAt(data, series, at)} unit={unit} />,
+        }))}
+      />
+    </div>
+  )
+}
+
+function useAlarms(): Alarm[] {
+  return useQuery('limits', LIMITS_MS, (signal) => fetchAlarms(signal)).value ?? []
+}
+
+/** The width around the cursor in which events are listed, to each side. */
+const NEAR_PX = 6
+
+function eventsNear(
+  events: StationEvent[],
+  at: number | null,
+  window: [number, number],
+  width: number,
+): StationEvent[] {
+  const reach = (NEAR_PX * (window[1] - window[0])) / Math.max(1, width)
+  return at === null ? [] : events.filter(({ at_ms }) => Math.abs(at_ms - at) < reach)
+}
