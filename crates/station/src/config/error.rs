@@ -1,6 +1,6 @@
 //! Errors in the configuration file.
 
-use super::CertificateError;
+use super::certificates::CertificateError;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
 use profivac_virtual::device_spec::SpecError;
