@@ -69,9 +69,10 @@ impl TestStation {
     /// Status and detail of a problem document.
     fn problem(&self, path: &str) -> (u16, String) {
         let (status, kind, text) = self.get(path);
-        assert_eq!(kind, "application/json", "{path}: {text}");
+        assert_eq!(kind, "application/problem+json", "{path}: {text}");
         let json: Value = serde_json::from_str(&text).unwrap();
-        (status, json["problem"].as_str().unwrap().to_owned())
+        assert_eq!((&json["status"], json["title"].is_string()), (&status.into(), true), "{path}: {text}");
+        (status, json["detail"].as_str().unwrap().to_owned())
     }
 
     fn record(&self, second: i64, pa: f64) {
@@ -171,7 +172,7 @@ fn a_wrong_parameter_is_refused_with_a_sentence() {
     for (path, sentence) in [
         ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, found 2 and 1"),
         ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, found 0"),
-        ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, found 99999"),
+        ("/api/events?from=1&to=2&limit=99999", "expected limit from 1 to 10000, found 99999"),
         ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, found -1"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 8 samples, got 0"),
         ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),

@@ -19,18 +19,18 @@ fn post(station: &TestStation, page: &Page, path: &str, body: &Value) -> Answer 
 
 /// Gets control authority and arms a degas. Returns the path that executes it.
 fn armed(station: &TestStation, page: &Page) -> String {
-    assert_eq!(post(station, page, "/api/mastership/ask", &json!(null)).status, 200);
+    assert_eq!(post(station, page, "/api/control-authority/request", &json!(null)).status, 200);
     let armed = post(station, page, "/api/gauges/chamber/arm", &json!({ "command": "ba.degas-on" }));
     assert_eq!(armed.status, 200, "{armed:?}");
-    format!("/api/orders/{}/fire", armed.json()["order"].as_str().unwrap())
+    format!("/api/armed-commands/{}/execute", armed.json()["id"].as_str().unwrap())
 }
 
 /// User and outcome of the last audit entry about control authority.
 fn last(station: &TestStation, reader: &Page) -> (String, String) {
     assert!(station.plant.recorder().flush());
     let rows = Ask::get("/api/audit").by(reader).to(station).json();
-    let row = rows.as_array().unwrap().iter().find(|row| row["what"] == "mastership").unwrap().clone();
-    (row["who"].as_str().unwrap().to_owned(), row["outcome"].as_str().unwrap().to_owned())
+    let row = rows.as_array().unwrap().iter().find(|row| row["action"] == "control-authority").unwrap().clone();
+    (row["user"].as_str().unwrap().to_owned(), row["outcome"].as_str().unwrap().to_owned())
 }
 
 fn until_free(station: &TestStation) {
@@ -49,7 +49,7 @@ fn a_user_who_logs_out_everywhere_loses_control_authority_and_armed_commands() {
     let left = ("olga".to_owned(), "has left, and the mastership is free".to_owned());
     assert_eq!(last(&station, &vera), left);
     let back = station.login("olga");
-    assert_eq!(post(&station, &back, "/api/mastership/ask", &json!(null)).status, 200);
+    assert_eq!(post(&station, &back, "/api/control-authority/request", &json!(null)).status, 200);
     let refused = post(&station, &back, &execute, &json!(null));
     assert_eq!(refused.status, 409, "{refused:?}");
     assert!(refused.problem().contains("was disarmed when the mastership changed hands"), "{refused:?}");

@@ -24,7 +24,7 @@ fn the_api_answers_nothing_before_login() {
         assert_eq!(Ask::post(path, &json!({})).to(&station).status, wanted, "{path}");
     }
     let anonymous = station.get("/api/session").json();
-    assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "door": "out" }));
+    assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "login": "logged-out" }));
     assert_eq!(station.get("/").status, 200, "the page itself needs no login");
 }
 
@@ -34,7 +34,7 @@ fn a_session_has_the_name_and_the_role_of_its_user() {
     for (name, role) in [("ada", "engineer"), ("olga", "operator"), ("vera", "viewer")] {
         let page = station.login(name);
         let session = Ask::get("/api/session").by(&page).to(&station).json();
-        assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "door": "in" }));
+        assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "login": "logged-in" }));
     }
     let events = station.access_events("vera (viewer) logged in from 127.0.0.1");
     assert_eq!(events.len(), 3);

@@ -15,7 +15,7 @@ fn logout() -> Ask {
 #[test]
 fn a_change_without_the_token_is_refused() {
     for station in [TestStation::new(), TestStation::open(Role::Engineer)] {
-        let (page, other) = if station.get("/api/session").json()["door"] == "open" {
+        let (page, other) = if station.get("/api/session").json()["login"] == "not-required" {
             let token = station.get("/api/session").json()["token"].as_str().unwrap().to_owned();
             let page = crate::test_station::Page { cookie: "a=b".to_owned(), token };
             (page, "0".repeat(64))
@@ -261,7 +261,10 @@ fn an_api_answer_is_never_rendered_as_a_page_and_never_cached() {
         assert!(answer.header("content-security-policy").unwrap().ends_with("sandbox"), "{path}");
         assert_eq!(answer.header("cache-control"), Some("no-store"), "{path}");
         let kind = answer.header("content-type").unwrap();
-        assert!(kind == "application/json" || kind == "text/csv; charset=utf-8", "{path}: {kind}");
+        assert!(
+            ["application/json", "application/problem+json", "text/csv; charset=utf-8"].contains(&kind),
+            "{path}: {kind}"
+        );
     }
     let export = Ask::get("/api/export.csv?from=0&to=1").by(&page).to(&station);
     assert_eq!(export.header("content-disposition"), Some("attachment; filename=\"pressures.csv\""));
@@ -332,7 +335,7 @@ fn a_user_above_the_write_limit_waits_and_other_users_do_not() {
     let rate_limits = RateLimits { writes: RateLimit::new(5, Duration::from_secs(600)), ..RateLimits::default() };
     let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let (olga, ada) = (station.login("olga"), station.login("ada"));
-    let ask = |page| Ask::post("/api/mastership/ask", &json!(null)).by(page).to(&station).status;
+    let ask = |page| Ask::post("/api/control-authority/request", &json!(null)).by(page).to(&station).status;
     assert_eq!((0..8).filter(|_| ask(&olga) == 200).count(), 5);
     assert_eq!((ask(&olga), ask(&ada)), (429, 200));
     assert_eq!(Ask::get("/api/gauges").by(&olga).to(&station).status, 200, "reading is not limited");

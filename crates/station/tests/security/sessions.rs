@@ -128,7 +128,7 @@ fn foreign_and_duplicate_cookies_are_ignored() {
 
 /// The user with control authority.
 fn holder(station: &TestStation, page: &Page) -> Value {
-    let answer = Ask::get("/api/mastership").by(page).to(station);
+    let answer = Ask::get("/api/control-authority").by(page).to(station);
     assert_eq!(answer.status, 200, "{answer:?}");
     answer.json()["holder"].clone()
 }
@@ -138,7 +138,7 @@ fn a_user_whose_last_session_ended_has_no_control_authority() {
     let station = TestStation::new();
     let (vera, one, other) = (station.login("vera"), station.login("olga"), station.login("olga"));
     let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&station).status;
-    assert_eq!(post("/api/mastership/ask", &one), 200);
+    assert_eq!(post("/api/control-authority/request", &one), 200);
     assert_eq!(post("/api/logout", &one), 204);
     assert_eq!(holder(&station, &vera), "olga", "the user has another session");
     assert_eq!(post("/api/logout", &other), 204);
@@ -154,7 +154,7 @@ fn a_user_who_is_removed_or_becomes_viewer_has_no_control_authority() {
     {
         let station = TestStation::new();
         let (vera, olga) = (station.login("vera"), station.login("olga"));
-        assert_eq!(Ask::post("/api/mastership/ask", &json!(null)).by(&olga).to(&station).status, 200);
+        assert_eq!(Ask::post("/api/control-authority/request", &json!(null)).by(&olga).to(&station).status, 200);
         assert_eq!(holder(&station, &vera), "olga");
         station.change(change);
         station.access_events(event);

@@ -257,7 +257,7 @@ impl Answer {
     }
 
     pub fn problem(&self) -> String {
-        self.json()["problem"].as_str().unwrap().to_owned()
+        self.json()["detail"].as_str().unwrap().to_owned()
     }
 }
 
