@@ -109,6 +109,7 @@ impl Block {
     }
 
     /// The row with this index, for the macros of the tables, which know that there is one.
+    #[expect(clippy::panic, reason = "evaluated at compile time only: a table that lacks the row does not compile")]
     pub(crate) const fn row_at(&self, index: u8) -> &'static Row {
         let mut rows = self.rows;
         while let [first, rest @ ..] = rows {
