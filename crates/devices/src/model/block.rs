@@ -4,7 +4,9 @@
 //! `blocks!` lists the locations of the blocks of a device, and makes an enum of all its parameters. Behaviour is an
 //! exhaustive `match` on the latter.
 
-use super::{Access, Codes, DataType};
+use super::access::Access;
+use super::codes::Codes;
+use super::value::DataType;
 use core::fmt;
 
 /// What a device stores of a value.
@@ -157,6 +159,44 @@ macro_rules! block_type {
     };
 }
 
+/// The Rust type of a row: that of its code table, or that of its data type.
+macro_rules! value_type {
+    ($data_type:ident; $table:ident) => {
+        <super::$table as $crate::model::CodeTable>::Value
+    };
+    (BOOLEAN;) => {
+        bool
+    };
+    (INT8;) => {
+        i8
+    };
+    (UINT8;) => {
+        u8
+    };
+    (INT16;) => {
+        i16
+    };
+    (UINT16;) => {
+        u16
+    };
+    (INT32;) => {
+        i32
+    };
+    (UINT32;) => {
+        u32
+    };
+    (FLOAT;) => {
+        f32
+    };
+    (BY_TYPE;) => {
+        $crate::model::Pascal
+    };
+    // Texts, strings, arrays and records.
+    ($octets:ident;) => {
+        $crate::model::Octets
+    };
+}
+
 /// A block table. The columns: ID, identifier, name as printed, data type, access, store class, section of the
 /// manual, and the code table if the parameter has one. The module has a typed parameter for each row.
 macro_rules! block {
@@ -207,7 +247,7 @@ macro_rules! block {
                 pub struct $parameter;
 
                 impl $crate::model::TypedParameter for $parameter {
-                    type Value = $crate::model::typed::value_type!($data_type; $($codes)?);
+                    type Value = $crate::model::block::value_type!($data_type; $($codes)?);
 
                     const BLOCK: &'static $crate::model::Block = &super::$block::BLOCK;
                     const ROW: &'static $crate::model::Row = super::$block::BLOCK.row_at($index);
@@ -297,4 +337,4 @@ macro_rules! blocks {
     };
 }
 
-pub(crate) use {block, block_type, blocks, storage};
+pub(crate) use {block, block_type, blocks, storage, value_type};
