@@ -102,7 +102,7 @@ pub fn differences(
                 let (line, column) = setting.at;
                 return Err(file_failure(
                     path,
-                    &SettingsFileError::Syntax { line, column, reason: format!("{named}: {error}") },
+                    &SettingsFileError::Syntax { line, column, message: format!("{named}: {error}") },
                 ));
             }
             Err(error) => return Err(error.into()),

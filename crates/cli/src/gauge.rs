@@ -7,15 +7,15 @@ use crate::output::notice;
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use profivac_client::class1::Class1Session;
-use profivac_client::cyclic::{CyclicError, CyclicSlave};
+use profivac_client::cyclic::CyclicSlave;
+use profivac_client::discover::CyclicError;
 use profivac_client::ms2::Ms2;
-use profivac_client::records::{RecordError, Records};
+use profivac_client::records::{Interruption, RecordError, Records};
 use profivac_client::{ClientError, ErrorKind, Gauge, identify};
 use profivac_devices::model::{AccessPath, Model, Unit};
-use profivac_host::port;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_host::scan::SlaveStatus;
 use profivac_host::session::BusSession;
-use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
@@ -86,7 +86,7 @@ impl<R> Interruptible<R> {
     fn check(&mut self) -> Result<(), RecordError> {
         if !self.reported && self.signals.are_pending() {
             self.reported = true;
-            return Err(RecordError::Interrupted("interrupted by a signal".to_owned()));
+            return Err(Interruption::Cancelled.into());
         }
         Ok(())
     }
@@ -230,7 +230,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
 fn wait_for_line(signals: &Signals) -> Result<bool, Failure> {
     let stdin = io::stdin();
     loop {
-        match port::wait(&[signals.as_fd(), stdin.as_fd()], MAX_WAIT)?.as_slice() {
+        match wait(&[Readiness::of(signals), Readiness::of(&stdin)], MAX_WAIT)?.as_slice() {
             [true, _] => return Ok(false),
             [_, true] => return Ok(true),
             _ => {}

@@ -8,7 +8,8 @@ use clap::Args;
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_host::clock::Clock;
-use profivac_host::port::{Character, Port, PortError, Pty, wait};
+use profivac_host::port::{Character, Port, PortError, Pty};
+use profivac_host::readiness::{Readiness, wait};
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -157,8 +158,8 @@ impl Hub {
         self.ports.iter().map(|port| port.pty.name()).collect()
     }
 
-    fn descriptors(&self) -> impl Iterator<Item = rustix::fd::BorrowedFd<'_>> {
-        self.ports.iter().flat_map(|port| port.pty.watched())
+    fn descriptors(&self) -> impl Iterator<Item = Readiness<'_>> {
+        self.ports.iter().flat_map(|port| port.pty.readiness())
     }
 
     /// The time until the next octet is due.

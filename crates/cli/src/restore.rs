@@ -6,7 +6,7 @@ use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::output::{json, notice, out};
 use clap::Args;
 use profivac_client::names::NamedParameter;
-use profivac_client::settings::{Difference, RestoreOutcome, Setting, close_set, compare, lock_of, open_set, restore};
+use profivac_client::settings::{Difference, RestoreOutcome, Setting, close_set, compare, open_set, restore};
 use profivac_devices::model::Storage;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -95,7 +95,7 @@ struct OpenSet(Option<NamedParameter>);
 impl OpenSet {
     /// Closes the open set if `next` is in another one, and opens that.
     fn move_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&NamedParameter>) -> Result<(), Failure> {
-        let next = next.and_then(|named| lock_of(&gauge.names(), named));
+        let next = next.and_then(|named| gauge.names().lock_of(named).cloned());
         let name = |lock: &Option<NamedParameter>| lock.as_ref().map(|lock| lock.name.clone());
         if name(&self.0) != name(&next) {
             if let Some(lock) = self.0.take() {
@@ -181,7 +181,7 @@ fn print(arguments: &Arguments, rows: &[Row]) {
 mod tests {
     use super::*;
     use profivac_client::Gauge;
-    use profivac_client::records::{RecordError, Records};
+    use profivac_client::records::{Interruption, RecordError, Records};
     use profivac_client::settings::SettingsFile;
     use profivac_devices::model::AccessPath;
     use profivac_virtual::device_spec::entry;
@@ -208,7 +208,7 @@ mod tests {
 
         fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
             match self.writes_left {
-                0 => Err(RecordError::Interrupted("no answer".to_owned())),
+                0 => Err(Interruption::NoAnswer.into()),
                 _ => Ok(self.records.get(&(slot, index)).cloned().unwrap_or_else(|| vec![0])),
             }
         }
@@ -216,7 +216,7 @@ mod tests {
         fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
             self.writes_left = self.writes_left.saturating_sub(1);
             match self.writes_left {
-                0 => Err(RecordError::Interrupted("no answer".to_owned())),
+                0 => Err(Interruption::NoAnswer.into()),
                 _ => {
                     self.records.insert((slot, index), octets.to_vec());
                     if slot == 7 && self.moves > 0 {

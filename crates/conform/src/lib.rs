@@ -15,7 +15,13 @@
 //!     if let Some(master) = link.listen()? {
 //!         return Err(format!("master {master} uses the line").into());
 //!     }
-//!     let slave = SlaveUnderTest { address: 8, ident: 0x08E6, cfg: vec![0x44, 0x86], user_prm: vec![0; 5] };
+//!     // A BCG450 in mbar.
+//!     let slave = SlaveUnderTest {
+//!         address: 8,
+//!         ident: 0x08E6,
+//!         cfg: vec![0x44, 0x86, 0x05, 0x05, 0x05, 0x08],
+//!         user_prm: vec![0x00, 0x00, 0x00, 0x05, 0x1C],
+//!     };
 //!     run(&mut link, &slave, |result| {
 //!         if let Outcome::Violated { expected, .. } = &result.outcome {
 //!             println!("{} (section {}): expected {expected}", result.check.rule, result.check.section);
@@ -128,7 +134,7 @@ impl PortLink {
         Self { segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]), baud }
     }
 
-    /// Listens for the time-out after which a master may claim the line. Returns the address of a master that uses the line.
+    /// Listens for the timeout after which a master may claim the line. Returns the address of a master that uses the line.
     ///
     /// # Errors
     /// [`PortError`] if the port is lost.

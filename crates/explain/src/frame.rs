@@ -10,8 +10,8 @@
 //! * SD3 has no length octet and no other protection of its 14 octets, so an A2 before two telegrams easily becomes an SD3.
 //!   An SD3 has a lower score than an SD1.
 //! * Of two telegrams with the same end the shorter one counts, if it is an SD2 or begins a chunk. The data of a telegram may
-//!   contain a telegram, but not one that includes the outer end; a telegram that was cut off reaches its announced length
-//!   when the next one follows.
+//!   contain a telegram, but not one that ends with the end delimiter of the outer one. A telegram that was cut off may reach its
+//!   announced length with the octets of the next one.
 //!
 //! SC and the token have no check octet, so any E5 among damaged octets looks like an SC. They are kept, because they may be
 //! valid, and are [`PieceKind::Doubtful`] where they touch damaged octets of the same chunk.

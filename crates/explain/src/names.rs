@@ -203,7 +203,7 @@ mod tests {
         let tables = tables();
         assert_eq!(tables.value(0, 25, &[4]), "EXECUTING (4)");
         assert_eq!(tables.value(1, 39, &[3]), "use-safe-value (3)");
-        // Index 201 is the set point function of one instance and the emission user mode of another: its meaning needs the instance.
+        // Index 201 is the set point function of one instance and the emission user mode of another.
         assert_eq!(tables.value(1, 201, &[1]), "01");
         let second = DeviceTables { instance: Some(2), ..tables };
         assert_eq!(

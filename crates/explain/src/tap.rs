@@ -4,8 +4,8 @@ use super::PLATFORM_SILENCE;
 use super::input::Chunk;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::{Clock, tbit_of};
-use profivac_host::port::{Character, Port, PortError, wait};
-use rustix::fd::BorrowedFd;
+use profivac_host::port::{Character, Port, PortError};
+use profivac_host::readiness::{Readiness, wait};
 use std::time::Duration;
 
 /// A port that only receives.
@@ -52,12 +52,12 @@ impl Tap {
     /// [`PortError::Lost`] if the port is lost.
     pub fn receive(
         &mut self,
-        others: &[BorrowedFd<'_>],
+        others: &[Readiness<'_>],
         at_most: Duration,
     ) -> Result<(TapEvent, Vec<bool>), PortError> {
-        let watched: Vec<_> = others.iter().copied().chain(self.port.watched()).collect();
+        let watched: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
         let at_most = if self.last.is_some() { at_most.min(PLATFORM_SILENCE) } else { at_most };
-        let mut readable = wait(&watched, at_most)?;
+        let mut readable = wait(&watched, at_most).map_err(|error| PortError::system(self.port.name(), error))?;
         readable.truncate(others.len());
         self.received.clear();
         self.port.receive(&mut self.received)?;
@@ -93,7 +93,6 @@ impl Tap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rustix::fd::AsFd;
     use std::os::unix::net::UnixStream;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -110,8 +109,8 @@ mod tests {
             "counting"
         }
 
-        fn watched(&self) -> Vec<BorrowedFd<'_>> {
-            vec![self.end.as_fd()]
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            vec![Readiness::of(&self.end)]
         }
 
         fn receive(&mut self, received: &mut Vec<Character>) -> Result<(), PortError> {

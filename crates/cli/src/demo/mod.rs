@@ -13,10 +13,9 @@ use crate::values;
 use clap::Args;
 use dashboard::{Dashboard, DashboardOptions};
 use profivac_dp::link::Baud;
-use profivac_host::port::wait;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_virtual::memory_segment::MemorySegment;
 use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
-use rustix::fd::AsFd;
 use serde::Serialize;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -166,7 +165,7 @@ impl Demo {
     /// Waits until `moment` and advances the plant to it. Returns false when the command ends.
     fn run_until(&mut self, moment: Instant) -> Result<bool, Failure> {
         let moment = self.end.unwrap_or(moment).min(moment);
-        let readable = wait(&[self.signals.as_fd()], moment.saturating_duration_since(Instant::now()))?;
+        let readable = wait(&[Readiness::of(&self.signals)], moment.saturating_duration_since(Instant::now()))?;
         let now = Instant::now();
         let lag = now.duration_since(self.advanced_until).min(MAX_LAG);
         self.advanced_until = now;

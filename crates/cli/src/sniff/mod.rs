@@ -11,7 +11,7 @@ use clap::builder::NonEmptyStringValueParser;
 use profivac_explain::frame::TimeSource;
 use profivac_explain::tap::{Tap, TapEvent};
 use profivac_explain::{Decoder, ExplainedPiece};
-use rustix::fd::AsFd;
+use profivac_host::readiness::Readiness;
 use std::time::{Duration, Instant};
 
 /// Explain the traffic on a line while it happens. It only listens and sends nothing.
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut explained = Vec::new();
     let ended = loop {
         let left = end.map_or(MAX_WAIT, |end| end.saturating_duration_since(Instant::now()));
-        let (event, stop) = match tap.receive(&[signals.as_fd()], left) {
+        let (event, stop) = match tap.receive(&[Readiness::of(&signals)], left) {
             Ok((event, readable)) => (event, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };
