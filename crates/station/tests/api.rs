@@ -17,12 +17,12 @@ use tower::ServiceExt;
 
 const NEW_YEAR_MS: i64 = 1_767_225_600_000;
 
-struct Desk {
+struct TestStation {
     folder: TempDir,
     plant: Arc<Services>,
 }
 
-impl Desk {
+impl TestStation {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
@@ -34,7 +34,7 @@ impl Desk {
         };
         let recorder = Recorder::start(&file, settings).unwrap();
         let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
-        plant.publish(scenery());
+        plant.publish(snapshot());
         Self { folder, plant }
     }
 
@@ -69,9 +69,10 @@ impl Desk {
     /// Status and detail of a problem document.
     fn problem(&self, path: &str) -> (u16, String) {
         let (status, kind, text) = self.get(path);
-        assert_eq!(kind, "application/json", "{path}: {text}");
+        assert_eq!(kind, "application/problem+json", "{path}: {text}");
         let json: Value = serde_json::from_str(&text).unwrap();
-        (status, json["problem"].as_str().unwrap().to_owned())
+        assert_eq!((&json["status"], json["title"].is_string()), (&status.into(), true), "{path}: {text}");
+        (status, json["detail"].as_str().unwrap().to_owned())
     }
 
     fn record(&self, second: i64, pa: f64) {
@@ -80,7 +81,7 @@ impl Desk {
     }
 }
 
-fn scenery() -> SegmentSnapshot {
+fn snapshot() -> SegmentSnapshot {
     let reading = Reading {
         series: "chamber".to_owned(),
         instance: 2,
@@ -119,47 +120,47 @@ fn scenery() -> SegmentSnapshot {
 
 #[test]
 fn the_api_serves_the_published_snapshot() {
-    let desk = Desk::new();
-    assert_eq!(desk.json("/api/station")["name"], "Target hall");
-    assert_eq!(desk.json("/api/segments")[0]["state"], "running");
-    let gauge = desk.json("/api/gauges/chamber");
-    assert_eq!(gauge, desk.json("/api/gauges")[0]);
+    let station = TestStation::new();
+    assert_eq!(station.json("/api/station")["name"], "Target hall");
+    assert_eq!(station.json("/api/segments")[0]["state"], "running");
+    let gauge = station.json("/api/gauges/chamber");
+    assert_eq!(gauge, station.json("/api/gauges")[0]);
     assert_eq!((&gauge["standing"], &gauge["readings"][0]["pa"]), (&"exchanging".into(), &1e-4.into()));
-    assert_eq!(desk.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
+    assert_eq!(station.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
 }
 
 #[test]
 fn a_removed_segment_is_not_served() {
-    let desk = Desk::new();
-    desk.plant.forget("hall");
-    assert_eq!(desk.json("/api/segments"), Value::Array(Vec::new()));
-    assert_eq!(desk.json("/api/gauges"), Value::Array(Vec::new()));
+    let station = TestStation::new();
+    station.plant.forget("hall");
+    assert_eq!(station.json("/api/segments"), Value::Array(Vec::new()));
+    assert_eq!(station.json("/api/gauges"), Value::Array(Vec::new()));
 }
 
 #[test]
 fn blocks_are_requested_from_the_segment() {
-    let desk = Desk::new();
-    assert_eq!(desk.problem("/api/gauges/unknown/blocks").0, 404);
-    let questions = desk.plant.accept_requests("hall");
+    let station = TestStation::new();
+    assert_eq!(station.problem("/api/gauges/unknown/blocks").0, 404);
+    let requests = station.plant.accept_requests("hall");
     let answering = std::thread::spawn(move || {
-        let SegmentRequest::Blocks(gauge, answer) = questions.recv().unwrap() else { panic!("blocks") };
+        let SegmentRequest::Blocks(gauge, answer) = requests.recv().unwrap() else { panic!("blocks") };
         answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
-        let SegmentRequest::Blocks(_, answer) = questions.recv().unwrap() else { panic!("blocks") };
+        let SegmentRequest::Blocks(_, answer) = requests.recv().unwrap() else { panic!("blocks") };
         answer.send(Err("the gauge does not answer".to_owned())).unwrap();
     });
-    assert_eq!(desk.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
-    assert_eq!(desk.problem("/api/gauges/chamber/blocks"), (409, "the gauge does not answer".to_owned()));
+    assert_eq!(station.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
+    assert_eq!(station.problem("/api/gauges/chamber/blocks"), (409, "the gauge does not answer".to_owned()));
     answering.join().unwrap();
-    assert_eq!(desk.problem("/api/gauges/chamber/blocks").0, 503);
+    assert_eq!(station.problem("/api/gauges/chamber/blocks").0, 503);
 }
 
 #[test]
 fn a_trend_has_an_entry_for_every_pixel_with_samples() {
-    let desk = Desk::new();
-    (0..100).for_each(|second| desk.record(second, if second < 50 { 1e-3 } else { 1e-5 }));
-    assert!(desk.plant.recorder().flush());
+    let station = TestStation::new();
+    (0..100).for_each(|second| station.record(second, if second < 50 { 1e-3 } else { 1e-5 }));
+    assert!(station.plant.recorder().flush());
     let to = NEW_YEAR_MS + 100_000;
-    let trend = desk.json(&format!("/api/trend?series=chamber&from={NEW_YEAR_MS}&to={to}&pixels=10"));
+    let trend = station.json(&format!("/api/trend?series=chamber&from={NEW_YEAR_MS}&to={to}&pixels=10"));
     assert_eq!(trend["start_ms"].as_array().unwrap().len(), 10);
     assert_eq!((&trend["high"][4], &trend["low"][5]), (&1e-3.into(), &1e-5.into()));
     assert_eq!(trend["qualities"][0], 1);
@@ -167,53 +168,53 @@ fn a_trend_has_an_entry_for_every_pixel_with_samples() {
 
 #[test]
 fn a_wrong_parameter_is_refused_with_a_sentence() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     for (path, sentence) in [
         ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, found 2 and 1"),
         ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, found 0"),
-        ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, found 99999"),
+        ("/api/events?from=1&to=2&limit=99999", "expected limit from 1 to 10000, found 99999"),
         ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, found -1"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 8 samples, got 0"),
         ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),
     ] {
-        assert_eq!(desk.problem(path), (400, sentence.to_owned()), "{path}");
+        assert_eq!(station.problem(path), (400, sentence.to_owned()), "{path}");
     }
     for path in ["/api/trend", "/api/trend?series=a&from=x&to=2", "/api/events?from=1", "/api/export.csv"] {
-        assert_eq!(desk.problem(path).0, 400, "{path}");
+        assert_eq!(station.problem(path).0, 400, "{path}");
     }
-    assert_eq!(desk.problem("/api/no/such/thing").0, 404);
+    assert_eq!(station.problem("/api/no/such/thing").0, 404);
 }
 
 #[test]
 fn extreme_times_are_accepted() {
-    let desk = Desk::new();
-    desk.record(0, 1.0);
-    assert!(desk.plant.recorder().flush());
+    let station = TestStation::new();
+    station.record(0, 1.0);
+    assert!(station.plant.recorder().flush());
     let (from, to) = (i64::MIN, i64::MAX);
     assert_eq!(
-        desk.json(&format!("/api/trend?series=chamber&from={from}&to={to}"))["start_ms"].as_array().unwrap().len(),
+        station.json(&format!("/api/trend?series=chamber&from={from}&to={to}"))["start_ms"].as_array().unwrap().len(),
         1
     );
-    assert_eq!(desk.json(&format!("/api/events?from={from}&to={to}")), Value::Array(Vec::new()));
+    assert_eq!(station.json(&format!("/api/events?from={from}&to={to}")), Value::Array(Vec::new()));
 }
 
 #[test]
 fn a_rise_is_separated_into_leak_and_outgassing() {
-    let desk = Desk::new();
-    (0..300).for_each(|second| desk.record(second, 1e-4 + 1e-6 * second as f64));
-    assert!(desk.plant.recorder().flush());
+    let station = TestStation::new();
+    (0..300).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
+    assert!(station.plant.recorder().flush());
     let to = NEW_YEAR_MS + 300_000;
-    let rise = desk.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}&volume_m3=0.1"));
+    let rise = station.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}&volume_m3=0.1"));
     assert!((rise["leak_pa_m3_per_s"].as_f64().unwrap() / 1e-7 - 1.0).abs() < 1e-3, "{rise}");
     assert!(rise["bend_pa"].is_null());
 }
 
 #[test]
 fn events_come_latest_first() {
-    let desk = Desk::new();
-    desk.plant.record_event_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
-    desk.plant.record_event_and_wait(None, EventKind::Station, "the station begins");
-    let events = desk.json(&format!("/api/events?from=0&to={}", i64::MAX));
+    let station = TestStation::new();
+    station.plant.record_event_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
+    station.plant.record_event_and_wait(None, EventKind::Station, "the station begins");
+    let events = station.json(&format!("/api/events?from=0&to={}", i64::MAX));
     let texts: Vec<_> = events.as_array().unwrap().iter().map(|event| event["text"].as_str().unwrap()).collect();
     assert_eq!(texts, ["the station begins", "emission is on"]);
     assert_eq!((&events[1]["gauge"], &events[1]["kind"]), (&"chamber".into(), &"gauge".into()));
@@ -221,10 +222,10 @@ fn events_come_latest_first() {
 
 #[test]
 fn an_export_is_a_csv_attachment() {
-    let desk = Desk::new();
-    desk.record(0, 1e-3);
-    assert!(desk.plant.recorder().flush());
-    let (status, kind, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1));
+    let station = TestStation::new();
+    station.record(0, 1e-3);
+    assert!(station.plant.recorder().flush());
+    let (status, kind, text) = station.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1));
     assert_eq!((status, kind.as_str()), (200, "text/csv; charset=utf-8"));
     assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
 }
@@ -232,12 +233,12 @@ fn an_export_is_a_csv_attachment() {
 /// Names may contain commas: a repeated `series` names one series each, and only a value that is no name is split at its commas.
 #[test]
 fn an_export_has_the_requested_series() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     for name in ["hall, north", "hall", "north & south", "annex", "=1+1"] {
         let at = Micros(NEW_YEAR_MS * 1000);
-        desk.plant.recorder().push(&Arc::from(name), Sample::new(at, Some(1.0), Quality::Valid));
+        station.plant.recorder().push(&Arc::from(name), Sample::new(at, Some(1.0), Quality::Valid));
     }
-    assert!(desk.plant.recorder().flush());
+    assert!(station.plant.recorder().flush());
     for (asked, expected) in [
         // An apostrophe keeps a spreadsheet from reading a name as a formula.
         ("", &["'=1+1", "annex", "hall", "hall, north", "north & south"][..]),
@@ -248,7 +249,8 @@ fn an_export_has_the_requested_series() {
         ("&series=north+%26+south&series=hall,annex", &["annex", "hall", "north & south"]),
         ("&series=unknown", &[]),
     ] {
-        let (status, _, text) = desk.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
+        let (status, _, text) =
+            station.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
         let mut names: Vec<_> = text.lines().skip(1).map(|row| name_of(row).to_owned()).collect();
         names.sort();
         assert_eq!((status, names.iter().map(String::as_str).collect::<Vec<_>>()), (200, expected.to_vec()), "{asked}");
@@ -264,17 +266,17 @@ fn name_of(row: &str) -> &str {
 /// Samples that are deleted after the first chunk are missing in the rest: the station has not read ahead far.
 #[test]
 fn an_export_is_read_while_the_client_reads() {
-    let desk = Desk::new();
-    (0..40_000).for_each(|second| desk.record(second, 1e-3));
-    assert!(desk.plant.recorder().flush());
+    let station = TestStation::new();
+    (0..40_000).for_each(|second| station.record(second, 1e-3));
+    assert!(station.plant.recorder().flush());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
     let rows = runtime.block_on(async {
         let path = format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 100_000_000);
         let request = Request::get(path).body(Body::empty()).unwrap();
-        let response = router(Arc::clone(&desk.plant)).oneshot(request).await.unwrap();
+        let response = router(Arc::clone(&station.plant)).oneshot(request).await.unwrap();
         let mut pieces = response.into_body().into_data_stream();
         let mut rows = text(pieces.next().await).lines().count();
-        let file = rusqlite::Connection::open(desk.folder.path().join("plant.db")).unwrap();
+        let file = rusqlite::Connection::open(station.folder.path().join("plant.db")).unwrap();
         file.execute("DELETE FROM sample", []).unwrap();
         while let Some(piece) = pieces.next().await {
             rows += text(Some(piece)).lines().count();
@@ -290,35 +292,35 @@ fn text(piece: Option<Result<axum::body::Bytes, axum::Error>>) -> String {
 
 #[test]
 fn a_rise_of_very_many_samples_is_fitted_to_their_means() {
-    let desk = Desk::new();
-    (0..30_000).for_each(|second| desk.record(second, 1e-4 + 1e-6 * second as f64));
-    assert!(desk.plant.recorder().flush());
+    let station = TestStation::new();
+    (0..30_000).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
+    assert!(station.plant.recorder().flush());
     let to = NEW_YEAR_MS + 30_000_000;
-    let rise = desk.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}"));
+    let rise = station.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}"));
     assert!((rise["steady_pa_per_s"].as_f64().unwrap() / 1e-6 - 1.0).abs() < 1e-3, "{rise}");
     assert!(rise["samples"].as_u64().unwrap() <= 20_001, "{rise}");
 }
 
 #[test]
 fn a_method_that_a_path_does_not_have_is_refused() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     for method in ["POST", "PUT", "DELETE", "OPTIONS", "PATCH"] {
         for path in ["/api/station", "/api/no/such/thing", "/"] {
-            let (response, text) = desk.send(method, path);
+            let (response, text) = station.send(method, path);
             let allow = response.headers().get("allow").map(|value| value.to_str().unwrap());
             assert_eq!((response.status().as_u16(), allow), (405, Some("GET,HEAD")), "{method} {path}");
             assert!(text.contains("this method is not available here"), "{text}");
         }
     }
-    let (response, text) = desk.send("HEAD", "/api/station");
+    let (response, text) = station.send("HEAD", "/api/station");
     assert_eq!((response.status().as_u16(), text.as_str()), (200, ""));
 }
 
 #[test]
 fn every_answer_of_the_api_has_security_headers() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     for path in ["/api/station", "/api/no/such/thing"] {
-        let (response, _) = desk.ask(path);
+        let (response, _) = station.ask(path);
         let header = |name: &str| response.headers().get(name).map(|value| value.to_str().unwrap().to_owned());
         assert_eq!(header("x-content-type-options").as_deref(), Some("nosniff"), "{path}");
         assert_eq!(header("x-frame-options").as_deref(), Some("DENY"));
@@ -331,10 +333,10 @@ fn every_answer_of_the_api_has_security_headers() {
 fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
-    let desk = Desk::new();
+    let station = TestStation::new();
     assert_eq!(described.len(), 32);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
-        let (status, _, text) = desk.get(&path.replace("{name}", "chamber"));
+        let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());
         assert!(
             operation.unwrap()["responses"]["429"].is_object(),
@@ -343,5 +345,5 @@ fn the_description_names_every_path() {
         let expected: &[u16] = if methods["get"].is_object() { &[200, 400] } else { &[405] };
         assert!(expected.contains(&status), "{path}: {status} {text}");
     }
-    assert_eq!(desk.json("/api/openapi.json"), description);
+    assert_eq!(station.json("/api/openapi.json"), description);
 }

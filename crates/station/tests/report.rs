@@ -1,4 +1,4 @@
-//! A record that was made up becomes a report, and the page and the numbers are those of the goldens.
+//! Reports from generated databases: the page and the numbers are those of the goldens.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -39,14 +39,14 @@ fn at(s: f64) -> Micros {
     NOON.after(Duration::from_secs_f64(s))
 }
 
-/// Nothing is thinned more than asked for, and nothing is ever too old.
+/// A deadband of `decades`, and unlimited retention.
 fn settings(decades: f64) -> Settings {
     let band = Deadband { decades, ..Deadband::default() };
     let retention = Retention { samples: Duration::from_secs(1 << 40), spans: [None; 4] };
     Settings { deadband: band, full_rate_window: Duration::ZERO, retention }
 }
 
-/// A record in a folder of its own.
+/// A database in a temporary folder.
 struct Made {
     path: PathBuf,
     _folder: TempDir,
@@ -62,7 +62,7 @@ fn made(decades: f64, write: impl FnOnce(&Recorder)) -> Made {
 }
 
 /// A minute of air, 20 l/s on 100 l down to the outgassing, a valve that is closed for five minutes. The ion gauge is above
-/// its range at first, and lost for a while.
+/// its range at first, and does not answer for a while.
 fn plant(recorder: &Recorder) {
     let [chamber, ion]: [Arc<str>; 2] = ["chamber", "ion"].map(Arc::from);
     for second in (0..3_600).map(f64::from) {
@@ -121,10 +121,10 @@ fn golden(name: &str, text: &str) {
     let expected = std::fs::read_to_string(&path).unwrap_or_default();
     let place = expected.lines().zip(text.lines()).position(|(expected, came)| expected != came);
     let place = place.unwrap_or_else(|| expected.lines().count().min(text.lines().count())) + 1;
-    assert!(expected == text, "{} differs from line {place} on; PROFIVAC_BLESS=1 writes it anew", path.display());
+    assert!(expected == text, "{} differs from line {place} on; PROFIVAC_BLESS=1 replaces it", path.display());
 }
 
-/// Six digits: the last ones belong to the mathematics of a computer.
+/// Rounds to six digits: further digits depend on the mathematics library of the computer.
 fn rounded(value: Value) -> Value {
     match value {
         Value::Number(number) if number.is_f64() => {
@@ -138,7 +138,7 @@ fn rounded(value: Value) -> Value {
 
 #[test]
 fn a_report_has_the_page_and_the_numbers_of_the_goldens() {
-    // So coarse that a person can read the curves.
+    // A wide deadband keeps the golden short enough to read.
     let made = made(0.05, plant);
     let reader = Reader::open(&made.path).unwrap();
     let found = pump_downs(&reader, &names(&["chamber", "ion"]), false).unwrap();
@@ -255,7 +255,7 @@ fn a_pump_down_older_than_the_samples_is_read_from_spans() {
         recorder.push(&gauge, Sample::new(long_ago(second), Some(pa), Quality::Valid));
     }
     drop(recorder);
-    // What is too old goes when a recorder writes for the first time.
+    // A recorder deletes old samples when it writes for the first time.
     let kept = settings(0.0);
     let shorter = Settings { retention: Retention { samples: Duration::ZERO, ..kept.retention }, ..kept };
     assert!(Recorder::start(&path, shorter).unwrap().flush());
@@ -266,8 +266,8 @@ fn a_pump_down_older_than_the_samples_is_read_from_spans() {
     assert!((580..=610).contains(&begun), "{begun}");
     let report = Report::make(&reader, wish(found.span, &["chamber"])).unwrap();
     let gauge = &report.gauges[0];
-    assert_eq!(gauge.standing.coarsest_s, Some(10.0));
-    let place = report.asked.iter().position(|asked| asked.pa == 1.0).unwrap();
+    assert_eq!(gauge.coverage.coarsest_s, Some(10.0));
+    let place = report.targets.iter().position(|target| target.pa == 1.0).unwrap();
     let s = gauge.times[place].s.unwrap();
     assert!((s / (100.0 * 101_325_f64.ln()) - 1.0).abs() < 0.02, "{s}");
     assert!(page(&report).contains("in part means of 10.0\u{a0}s"));
@@ -280,7 +280,7 @@ fn a_long_time_range_is_read_in_spans_and_the_report_says_so() {
         let gauge: Arc<str> = Arc::from("chamber");
         for number in 0..(second * 5) {
             let s = f64::from(number) / 5.0;
-            // Two values in turn: nothing is left out by the dead band.
+            // Two alternating values: the deadband leaves out no sample.
             let pa = if number % 2 == 0 { 1.0 } else { 1.1 };
             recorder.push(&gauge, Sample::new(at(s), Some(pa), Quality::Valid));
             if number % 20_000 == 0 {
@@ -294,7 +294,7 @@ fn a_long_time_range_is_read_in_spans_and_the_report_says_so() {
     let coarsest = read.coarsest_s.unwrap();
     assert!((1.0..=20.0).contains(&coarsest), "{coarsest}");
     assert!((20_000..300_000).contains(&read.samples.len()), "{}", read.samples.len());
-    // The beginning is as it was kept.
+    // The beginning is read sample by sample.
     assert_eq!(read.samples.partition_point(|sample| sample.at < at(3_000.0)), 15_000);
     assert_eq!(known(&reader, &names(&["chamber", "unknown"])).unwrap().map(|known| known.start), Some(NOON));
 }

@@ -14,12 +14,12 @@ use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-struct Desk {
+struct TestStation {
     _folder: TempDir,
     server: Server,
 }
 
-impl Desk {
+impl TestStation {
     fn new(address: &str, limits: Limits) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
@@ -50,27 +50,27 @@ impl Desk {
 
 #[test]
 fn a_server_on_loopback_accepts_only_loopback_hosts() {
-    let desk = Desk::new("127.0.0.1:0", Limits::default());
+    let station = TestStation::new("127.0.0.1:0", Limits::default());
     for host in ["localhost", "127.0.0.1:8080", "[::1]:9"] {
-        assert_eq!(desk.status(host), "HTTP/1.1 200 OK", "{host}");
+        assert_eq!(station.status(host), "HTTP/1.1 200 OK", "{host}");
     }
     for host in ["evil.example", "evil.example:8080", "192.0.2.1", ""] {
-        assert_eq!(desk.status(host), "HTTP/1.1 421 Misdirected Request", "{host}");
+        assert_eq!(station.status(host), "HTTP/1.1 421 Misdirected Request", "{host}");
     }
 }
 
 #[test]
 fn the_loopback_address_of_ipv6_is_loopback() {
-    let desk = Desk::new("[::1]:0", Limits::default());
-    assert_eq!(desk.status("[::1]:8080"), "HTTP/1.1 200 OK");
-    assert_eq!(desk.status("evil.example"), "HTTP/1.1 421 Misdirected Request");
+    let station = TestStation::new("[::1]:0", Limits::default());
+    assert_eq!(station.status("[::1]:8080"), "HTTP/1.1 200 OK");
+    assert_eq!(station.status("evil.example"), "HTTP/1.1 421 Misdirected Request");
 }
 
 #[test]
 fn an_unfinished_request_is_disconnected() {
-    let desk = Desk::new("127.0.0.1:0", Limits { head: Duration::from_millis(50), ..Limits::default() });
+    let station = TestStation::new("127.0.0.1:0", Limits { head: Duration::from_millis(50), ..Limits::default() });
     for begun in ["", "GET /api/station HTTP/1.1\r\nHost: localhost\r\nX-Slow: "] {
-        let mut stream = desk.connect();
+        let mut stream = station.connect();
         stream.write_all(begun.as_bytes()).unwrap();
         // The connection ends, with or without an answer.
         stream.read_to_end(&mut Vec::new()).unwrap();
@@ -79,23 +79,23 @@ fn an_unfinished_request_is_disconnected() {
 
 #[test]
 fn a_head_that_is_too_long_is_refused() {
-    let desk = Desk::new("127.0.0.1:0", Limits::default());
-    assert_eq!(desk.status(&"a".repeat(60_000)), "HTTP/1.1 431 Request Header Fields Too Large");
+    let station = TestStation::new("127.0.0.1:0", Limits::default());
+    assert_eq!(station.status(&"a".repeat(60_000)), "HTTP/1.1 431 Request Header Fields Too Large");
 }
 
 #[test]
 fn connections_above_the_limit_are_closed_and_the_others_stay() {
-    let desk = Desk::new("127.0.0.1:0", Limits { connections: 2, ..Limits::default() });
-    let mut held: Vec<_> = (0..2).map(|_| desk.connect()).collect();
+    let station = TestStation::new("127.0.0.1:0", Limits { connections: 2, ..Limits::default() });
+    let mut held: Vec<_> = (0..2).map(|_| station.connect()).collect();
     for stream in &mut held {
         write!(stream, "GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
         assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
     }
-    assert_eq!(desk.status("localhost"), "");
+    assert_eq!(station.status("localhost"), "");
     assert!(held.iter_mut().all(|stream| stream.read(&mut [0; 100]).unwrap() > 0), "open connections are served");
     held.pop();
     let end = Instant::now() + PATIENCE;
-    while desk.status("localhost") != "HTTP/1.1 200 OK" {
+    while station.status("localhost") != "HTTP/1.1 200 OK" {
         assert!(Instant::now() < end, "no connection is free again");
         std::thread::yield_now();
     }

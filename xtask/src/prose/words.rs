@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use std::collections::BTreeMap;
 
-/// Where a word or a sentence is written.
+/// The kind of text that contains a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A name in the source.
@@ -23,7 +23,7 @@ pub struct Match {
     pub better: String,
 }
 
-/// Where the words of the glossary are checked that have another meaning as well.
+/// The scope of the check for words of the glossary with a second meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// In names only.

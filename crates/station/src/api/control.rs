@@ -40,7 +40,6 @@ pub struct Command {
     /// The lowest role that may execute it.
     role: Role,
     /// Why it cannot be executed from the station; `null` if it can.
-    #[serde(rename = "barred")]
     blocked_reason: Option<String>,
 }
 
@@ -48,12 +47,10 @@ pub struct Command {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ConditionView {
     /// The expected state.
-    #[serde(rename = "wanted")]
     expected: String,
     /// The state that was found.
     found: String,
     /// Whether the condition is met.
-    #[serde(rename = "holds")]
     is_met: bool,
 }
 
@@ -72,14 +69,12 @@ impl ConditionView {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ArmedCommandView {
     /// Its identifier.
-    #[serde(rename = "order")]
     id: String,
     /// The gauge.
     gauge: String,
     /// The name of the command, or of the parameter.
     target: String,
     /// The manual's name and numbers of the parameter.
-    #[serde(rename = "manual")]
     manual_name: String,
     /// Whether it is a command; otherwise it writes a parameter.
     is_command: bool,
@@ -94,7 +89,6 @@ pub struct ArmedCommandView {
     /// The conditions, which are all met.
     conditions: Vec<ConditionView>,
     /// The time until it is disarmed, in milliseconds.
-    #[serde(rename = "left_ms")]
     expires_in_ms: u64,
 }
 
@@ -121,7 +115,6 @@ impl From<ArmedCommand> for ArmedCommandView {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ExecutedView {
     /// The identifier of the armed command.
-    #[serde(rename = "order")]
     id: String,
     /// The gauge.
     gauge: String,
@@ -249,7 +242,7 @@ pub async fn arm(
 /// authority.
 #[utoipa::path(
     post,
-    path = "/api/orders/{id}/fire",
+    path = "/api/armed-commands/{id}/execute",
     params(("id" = String, Path, description = "The identifier of the armed command")),
     responses(
         (status = 200, body = ExecutedView),
@@ -271,7 +264,7 @@ pub async fn execute(
 /// Disarm an armed command
 #[utoipa::path(
     delete,
-    path = "/api/orders/{id}",
+    path = "/api/armed-commands/{id}",
     params(("id" = String, Path, description = "The identifier of the armed command")),
     responses(
         (status = 204, description = "The command is disarmed"),
@@ -290,7 +283,7 @@ pub async fn disarm(
 }
 
 /// The user with control authority
-#[utoipa::path(get, path = "/api/mastership", responses((status = 200, body = ControlAuthorityView)))]
+#[utoipa::path(get, path = "/api/control-authority", responses((status = 200, body = ControlAuthorityView)))]
 pub async fn authority(State(services): State<Arc<Services>>) -> Json<ControlAuthorityView> {
     Json(control::authority(&services, Instant::now()))
 }
@@ -312,7 +305,7 @@ async fn change_authority(
 /// If control authority is free, the user gets it. Otherwise the holder sees the request.
 #[utoipa::path(
     post,
-    path = "/api/mastership/ask",
+    path = "/api/control-authority/request",
     responses(
         (status = 200, body = ControlAuthorityView),
         (status = 403, body = Problem, description = "The role operator is needed"),
@@ -329,7 +322,7 @@ pub async fn request(
 /// Release control authority
 #[utoipa::path(
     post,
-    path = "/api/mastership/release",
+    path = "/api/control-authority/release",
     responses(
         (status = 200, body = ControlAuthorityView),
         (status = 403, body = Problem, description = "The role operator is needed"),
@@ -346,7 +339,7 @@ pub async fn release(
 /// Grant control authority to the user who requested it
 #[utoipa::path(
     post,
-    path = "/api/mastership/grant",
+    path = "/api/control-authority/grant",
     responses(
         (status = 200, body = ControlAuthorityView),
         (status = 403, body = Problem, description = "The role operator is needed"),
@@ -365,7 +358,7 @@ pub async fn grant(
 /// An engineer may do so at any time, an operator 60 s after a request without an answer.
 #[utoipa::path(
     post,
-    path = "/api/mastership/take-over",
+    path = "/api/control-authority/take-over",
     responses(
         (status = 200, body = ControlAuthorityView),
         (status = 403, body = Problem, description = "The role operator is needed"),

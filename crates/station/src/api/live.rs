@@ -30,10 +30,8 @@ pub struct Snapshot {
     /// Its gauges with their readings.
     gauges: Vec<Gauge>,
     /// The user with control authority, and a request for it.
-    #[serde(rename = "mastership")]
     control_authority: ControlAuthorityView,
     /// The gauges whose parameters are being read.
-    #[serde(rename = "reading")]
     read_progress: Vec<ReadProgress>,
     /// The active alarms.
     alarms: AlarmOverview,
@@ -81,7 +79,7 @@ impl SnapshotSource {
 
 /// Snapshots of the station, four a second
 ///
-/// Server-sent events named `moment`. A slow client misses snapshots. The stream ends with the session of its client.
+/// Server-sent events named `snapshot`. A slow client misses snapshots. The stream ends with the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Snapshot)))]
 pub async fn live(
     State(source): State<Arc<SnapshotSource>>,
@@ -92,7 +90,7 @@ pub async fn live(
     let context = extensions.get::<RequestContext>().cloned();
     let is_allowed = move |_: &_| context.as_ref().is_none_or(RequestContext::is_still_authenticated);
     let ticks = IntervalStream::new(ticks).take_while(is_allowed);
-    let events = ticks.map(move |_| Ok(Event::default().event("moment").data(source.at(Instant::now()))));
+    let events = ticks.map(move |_| Ok(Event::default().event("snapshot").data(source.at(Instant::now()))));
     Sse::new(events).keep_alive(KeepAlive::default())
 }
 

@@ -8,8 +8,8 @@
 //! | `/api/gauges/{name}/blocks` | the blocks and parameters of a gauge, read now |
 //! | `/api/gauges/{name}/commands` | the commands of a gauge with conditions and risks |
 //! | `/api/gauges/{name}/arm` | arms a command or a write |
-//! | `/api/orders/{id}`, `/api/orders/{id}/fire` | disarms and executes it |
-//! | `/api/mastership` and below | control authority |
+//! | `/api/armed-commands/{id}`, `/api/armed-commands/{id}/execute` | disarms and executes it |
+//! | `/api/control-authority` and below | control authority |
 //! | `/api/audit`, `/api/audit.csv` | the audit trail |
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |
@@ -149,13 +149,13 @@ fn control_routes() -> Router<Shared> {
     Router::new()
         .route("/api/gauges/{name}/commands", get(control::commands))
         .route("/api/gauges/{name}/arm", post(control::arm))
-        .route("/api/orders/{id}/fire", post(control::execute))
-        .route("/api/orders/{id}", delete(control::disarm))
-        .route("/api/mastership", get(control::authority))
-        .route("/api/mastership/ask", post(control::request))
-        .route("/api/mastership/release", post(control::release))
-        .route("/api/mastership/grant", post(control::grant))
-        .route("/api/mastership/take-over", post(control::take_over))
+        .route("/api/armed-commands/{id}/execute", post(control::execute))
+        .route("/api/armed-commands/{id}", delete(control::disarm))
+        .route("/api/control-authority", get(control::authority))
+        .route("/api/control-authority/request", post(control::request))
+        .route("/api/control-authority/release", post(control::release))
+        .route("/api/control-authority/grant", post(control::grant))
+        .route("/api/control-authority/take-over", post(control::take_over))
 }
 
 fn alarm_routes() -> Router<Shared> {

@@ -1,9 +1,12 @@
-//! The answers that the middleware may give to every request, for the OpenAPI description.
+//! Additions to the OpenAPI description: the answers that the middleware may give to every request, and the content type of problem
+//! documents.
 
 use super::problem::PROBLEM_JSON;
+use serde_json::Value;
+use std::collections::HashSet;
 use utoipa::Modify;
 use utoipa::openapi::path::{Operation, PathItem};
-use utoipa::openapi::{ContentBuilder, OpenApi, Ref, Response, ResponseBuilder};
+use utoipa::openapi::{ContentBuilder, OpenApi, Ref, RefOr, Response, ResponseBuilder, Schema};
 
 /// Answers to every request.
 const COMMON: [(&str, &str); 4] = [
@@ -20,25 +23,83 @@ const WITH_BODY: [(&str, &str); 3] = [
     ("415", "The body is not JSON"),
 ];
 
-/// Adds the answers of the middleware to every path.
+/// Adds the answers of the middleware to every path, sets the content type of problem documents, and marks the properties of
+/// answers as required.
 pub struct CommonResponses;
 
 impl Modify for CommonResponses {
     fn modify(&self, description: &mut OpenApi) {
         for PathItem { get, post, delete, .. } in description.paths.paths.values_mut() {
-            for operation in [&mut *get, post, delete].into_iter().flatten() {
+            for operation in [&mut *get, &mut *post, &mut *delete].into_iter().flatten() {
                 add(operation, &COMMON);
             }
-            for operation in [post, delete].into_iter().flatten() {
+            for operation in [&mut *post, &mut *delete].into_iter().flatten() {
                 add(operation, &WITH_BODY);
             }
+            for operation in [get, post, delete].into_iter().flatten() {
+                set_problem_type(operation);
+            }
         }
+        require_properties(description);
+    }
+}
+
+/// An answer has all properties of its schema: a property without a value is `null`.
+fn require_properties(description: &mut OpenApi) {
+    let Some(components) = &mut description.components else { return };
+    let schemas = serde_json::to_value(&components.schemas).unwrap_or_default();
+    let mut answers = HashSet::new();
+    for PathItem { get, post, delete, .. } in description.paths.paths.values() {
+        for operation in [get, post, delete].into_iter().flatten() {
+            let responses = serde_json::to_value(&operation.responses).unwrap_or_default();
+            references(&responses, &schemas, &mut answers);
+        }
+    }
+    for (name, schema) in &mut components.schemas {
+        if answers.contains(name) {
+            require_all(schema);
+        }
+    }
+}
+
+fn require_all(schema: &mut RefOr<Schema>) {
+    match schema {
+        RefOr::T(Schema::Object(object)) => object.required = object.properties.keys().cloned().collect(),
+        RefOr::T(Schema::AllOf(parts)) => parts.items.iter_mut().for_each(require_all),
+        _ => {}
+    }
+}
+
+/// Collects the names of all schemas that `part` refers to, directly or through other schemas.
+fn references(part: &Value, schemas: &Value, found: &mut HashSet<String>) {
+    match part {
+        Value::Array(items) => items.iter().for_each(|item| references(item, schemas, found)),
+        Value::Object(properties) => {
+            let reference = properties.get("$ref").and_then(Value::as_str).and_then(|path| path.rsplit('/').next());
+            if let Some(name) = reference.filter(|name| found.insert((*name).to_owned())) {
+                references(schemas.get(name).unwrap_or(&Value::Null), schemas, found);
+            }
+            properties.values().for_each(|value| references(value, schemas, found));
+        }
+        _ => {}
     }
 }
 
 fn add(operation: &mut Operation, responses: &[(&str, &str)]) {
     for (status, description) in responses {
         operation.responses.responses.entry((*status).to_owned()).or_insert_with(|| problem(description).into());
+    }
+}
+
+/// Every answer from 400 on is a problem document.
+fn set_problem_type(operation: &mut Operation) {
+    for (status, response) in &mut operation.responses.responses {
+        if let RefOr::T(response) = response
+            && status.as_str() >= "400"
+            && let Some(content) = response.content.shift_remove("application/json")
+        {
+            response.content.insert(PROBLEM_JSON.to_owned(), content);
+        }
     }
 }
 

@@ -1,9 +1,9 @@
-//! Problem documents: errors of the API as JSON.
+//! Problem documents after RFC 9457: errors of the API as JSON.
 
 use crate::auth::Forbidden;
 use axum::Json;
 use axum::http::StatusCode;
-use axum::http::header::RETRY_AFTER;
+use axum::http::header::{CONTENT_TYPE, RETRY_AFTER};
 use axum::response::{AppendHeaders, IntoResponse, Response};
 use profivac_recorder::DatabaseError;
 use serde::Serialize;
@@ -13,24 +13,29 @@ use tokio::task::JoinError;
 use utoipa::ToSchema;
 
 /// The content type of a problem document.
-pub const PROBLEM_JSON: &str = "application/json";
+pub const PROBLEM_JSON: &str = "application/problem+json";
 
-/// Why a request was refused.
+/// A problem document after RFC 9457: why a request was refused. Its `type` is `about:blank`, so it is left out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Problem {
-    #[serde(skip)]
+    /// The phrase for the HTTP status.
+    #[schema(example = "Not Found")]
+    title: &'static str,
+    /// The HTTP status.
+    #[schema(example = 404)]
     status: u16,
     /// The value of the header `Retry-After`, in seconds.
     #[serde(skip)]
     retry_after_s: Option<u64>,
-    /// A sentence: what was expected and what was found.
-    #[serde(rename = "problem")]
+    /// The reason in a sentence: what was expected and what was found.
+    #[schema(example = "there is no gauge \"chamber\"")]
     detail: String,
 }
 
 impl Problem {
     fn new(status: StatusCode, detail: impl Into<String>) -> Self {
-        Self { status: status.as_u16(), detail: detail.into(), retry_after_s: None }
+        let title = status.canonical_reason().unwrap_or_default();
+        Self { title, status: status.as_u16(), detail: detail.into(), retry_after_s: None }
     }
 
     /// 400: the request is malformed.
@@ -123,7 +128,7 @@ impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let retry_after = self.retry_after_s.map(|seconds| (RETRY_AFTER, seconds.to_string()));
-        (status, AppendHeaders(retry_after), Json(self)).into_response()
+        (status, [(CONTENT_TYPE, PROBLEM_JSON)], AppendHeaders(retry_after), Json(self)).into_response()
     }
 }
 

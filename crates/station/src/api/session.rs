@@ -18,13 +18,10 @@ use utoipa::ToSchema;
 #[serde(rename_all = "kebab-case")]
 pub enum LoginState {
     /// The station has no users and no login.
-    #[serde(rename = "open")]
     NotRequired,
     /// The user has logged in.
-    #[serde(rename = "in")]
     LoggedIn,
     /// The user has not logged in.
-    #[serde(rename = "out")]
     LoggedOut,
 }
 
@@ -39,7 +36,6 @@ pub struct Session {
     /// The value of the header `x-csrf-token` that every request other than GET and HEAD needs; empty before login.
     token: String,
     /// Whether the user has to log in, and has.
-    #[serde(rename = "door")]
     login: LoginState,
 }
 

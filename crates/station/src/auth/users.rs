@@ -54,11 +54,11 @@ pub struct UsersFileError {
     pub line: usize,
     /// The column, from 1.
     pub column: usize,
-    /// What was expected and what was found.
+    /// The expected and the found text.
     pub problem: UsersFileProblem,
 }
 
-/// What is wrong in a users' file. A password or hash is never repeated.
+/// An error in the text of a users' file. A password or hash is never repeated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UsersFileProblem {

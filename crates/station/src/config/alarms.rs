@@ -12,10 +12,11 @@
 //! message = "close the valve to the lock"
 //! ```
 
-use super::default_alarms::default_alarms;
+use super::default_alarms::{DefaultAlarmsToml, default_alarms};
 use super::error::{ConfigProblem, Located, NamedItem};
-use super::file::ConfigToml;
 use super::names::unique;
+use super::segments::{SegmentToml, gauge_names};
+use super::values::{delay, priority};
 use crate::alarm::{Condition, Priority, Rule, Subject};
 use crate::suggestion::closest;
 use profivac_client::pressure::Pressure;
@@ -31,9 +32,6 @@ const HYSTERESIS: f64 = 0.1;
 const DELAY: Duration = Duration::from_secs(1);
 const OFF_DELAY: Duration = Duration::from_secs(5);
 const WINDOW: Duration = Duration::from_secs(30);
-
-/// The longest delay. free choice.
-const MAX_DELAY: Duration = Duration::from_secs(3600);
 
 /// The range of windows over which a rise is fitted.
 const WINDOW_RANGE: RangeInclusive<Duration> = Duration::from_secs(5)..=Duration::from_secs(600);
@@ -62,12 +60,16 @@ pub struct AlarmToml {
 }
 
 /// All alarms: those of the file, then the default alarms.
-pub fn rules(file: &ConfigToml) -> Result<Vec<Rule>, Located> {
-    unique(NamedItem::Alarm, file.alarm.iter().map(|alarm| &alarm.name))?;
-    let mut rules = file.alarm.iter().map(|alarm| rule(alarm, file)).collect::<Result<Vec<_>, _>>()?;
-    let defaults = default_alarms(&rules, file)?;
+pub fn rules(
+    alarms: &[AlarmToml],
+    defaults: &DefaultAlarmsToml,
+    segments: &[SegmentToml],
+) -> Result<Vec<Rule>, Located> {
+    unique(NamedItem::Alarm, alarms.iter().map(|alarm| &alarm.name))?;
+    let mut rules = alarms.iter().map(|alarm| rule(alarm, segments)).collect::<Result<Vec<_>, _>>()?;
+    let defaults = default_alarms(&rules, defaults, segments)?;
     let taken: HashSet<_> = defaults.iter().map(|rule| rule.name.as_str()).collect();
-    if let Some(alarm) = file.alarm.iter().find(|alarm| taken.contains(alarm.name.get_ref().as_str())) {
+    if let Some(alarm) = alarms.iter().find(|alarm| taken.contains(alarm.name.get_ref().as_str())) {
         let problem = ConfigProblem::DefaultAlarmName(alarm.name.get_ref().clone());
         return Err(Located::new(alarm.name.span(), problem));
     }
@@ -75,11 +77,11 @@ pub fn rules(file: &ConfigToml) -> Result<Vec<Rule>, Located> {
     Ok(rules)
 }
 
-fn rule(alarm: &AlarmToml, file: &ConfigToml) -> Result<Rule, Located> {
+fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
     let (delay, off_delay) = (delay(alarm.delay.as_ref(), DELAY)?, delay(alarm.off_delay.as_ref(), OFF_DELAY)?);
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
-        subject: subject(&alarm.gauge, file)?,
+        subject: subject(&alarm.gauge, segments)?,
         condition: condition(alarm)?,
         priority: priority(alarm.priority.as_ref(), Priority::Medium)?,
         delay,
@@ -89,13 +91,13 @@ fn rule(alarm: &AlarmToml, file: &ConfigToml) -> Result<Rule, Located> {
 }
 
 /// The gauge of this name, or the gauge and the channel that `gauge.N` names.
-fn subject(name: &Spanned<String>, file: &ConfigToml) -> Result<Subject, Located> {
+fn subject(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Subject, Located> {
     let series = name.get_ref();
     let channel = series.rsplit_once('.').filter(|(_, channel)| channel.parse::<u8>().is_ok());
-    let found = |wanted: &str| file.gauge_names().find(|known| *known == wanted);
+    let found = |wanted: &str| gauge_names(segments).find(|known| *known == wanted);
     let gauge = found(series).or_else(|| found(channel?.0));
     let unknown = || {
-        let suggestion = closest(channel.map_or(series, |(gauge, _)| gauge), file.gauge_names());
+        let suggestion = closest(channel.map_or(series, |(gauge, _)| gauge), gauge_names(segments));
         let suggestion = suggestion.map(str::to_owned);
         Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion })
     };
@@ -183,37 +185,4 @@ fn number(given: &Spanned<f64>, quantity: &'static str, range: &'static str) -> 
     } else {
         Err(Located::new(given.span(), ConfigProblem::OutOfRange { quantity, range, found }))
     }
-}
-
-/// A delay of at most an hour, or its default.
-pub fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, default: Duration) -> Result<Duration, Located> {
-    match given {
-        Some(given) if Duration::from(given.get_ref().0) > MAX_DELAY => {
-            Err(Located::new(given.span(), ConfigProblem::Delay(given.get_ref().0)))
-        }
-        Some(given) => Ok(given.get_ref().0.into()),
-        None => Ok(default),
-    }
-}
-
-/// A priority, or its default.
-pub fn priority(given: Option<&Spanned<String>>, default: Priority) -> Result<Priority, Located> {
-    given.map_or(Ok(default), |given| priority_word(given, false))
-}
-
-/// A priority; `None` for `off`.
-pub fn priority_or_off(given: Option<&Spanned<String>>, default: Priority) -> Result<Option<Priority>, Located> {
-    match given {
-        Some(given) if given.get_ref() == "off" => Ok(None),
-        Some(given) => priority_word(given, true).map(Some),
-        None => Ok(Some(default)),
-    }
-}
-
-fn priority_word(given: &Spanned<String>, may_be_off: bool) -> Result<Priority, Located> {
-    let unknown = || {
-        let found = given.get_ref().clone();
-        Located::new(given.span(), ConfigProblem::UnknownPriority { found, may_be_off })
-    };
-    Priority::from_word(given.get_ref()).ok_or_else(unknown)
 }

@@ -1,8 +1,9 @@
 //! Checks of segments, gauges and host names.
 
 use super::error::{AddressUser, ConfigProblem, Located, NamedItem};
-use super::file::{ConfigToml, GaugeToml, SegmentToml};
+use super::file::ConfigToml;
 use super::names::unique;
+use super::segments::{GaugeToml, SegmentToml};
 use crate::host_name::host;
 use crate::suggestion::closest;
 use profivac_devices::catalog::MODELS;

@@ -7,9 +7,9 @@
 //! damage = { priority = "off" }
 //! ```
 
-use super::alarms::{delay, priority_or_off};
 use super::error::{ConfigProblem, Located};
-use super::file::ConfigToml;
+use super::segments::{SegmentToml, gauge_names};
+use super::values::{delay, priority_or_off};
 use crate::alarm::{Condition, Priority, Rule, Subject};
 use crate::suggestion::closest;
 use profivac_host::text_file::Parsed;
@@ -68,11 +68,15 @@ const DATABASE: Defaults = Defaults { priority: Priority::High, delay_s: 10, off
 /// The default limit of damaged telegrams per minute. free choice: one in some thousand on a bus without idle time.
 const MAX_DAMAGED: f64 = 30.0;
 
-/// The default alarms for the segments and gauges of `file` and for the limits in `rules`.
-pub fn default_alarms(rules: &[Rule], file: &ConfigToml) -> Result<Vec<Rule>, Located> {
-    let alarms = Templates::new(file)?;
+/// The default alarms for all segments and gauges, and for the limits in `rules`.
+pub fn default_alarms(
+    rules: &[Rule],
+    given: &DefaultAlarmsToml,
+    segments: &[SegmentToml],
+) -> Result<Vec<Rule>, Located> {
+    let alarms = Templates::new(given, segments)?;
     let mut all = Vec::new();
-    for segment in &file.segment {
+    for segment in segments {
         let name = segment.name.get_ref();
         let subject = || Subject::Segment(name.clone());
         let down = alarms.segment.rule(name, format!("segment {name}: down"), subject(), Condition::SegmentDown);
@@ -111,19 +115,18 @@ struct Templates<'a> {
 }
 
 impl<'a> Templates<'a> {
-    fn new(file: &'a ConfigToml) -> Result<Self, Located> {
-        let DefaultAlarmsToml { fault, stale, not_measurable, segment, damage, database, blind, record } = &file.alarms;
-        let given = |new: &'a Option<Spanned<_>>, old: &'a Option<Spanned<_>>| {
+    fn new(given: &'a DefaultAlarmsToml, segments: &'a [SegmentToml]) -> Result<Self, Located> {
+        let DefaultAlarmsToml { fault, stale, not_measurable, segment, damage, database, blind, record } = given;
+        let either = |new: &'a Option<Spanned<_>>, old: &'a Option<Spanned<_>>| {
             new.as_ref().or(old.as_ref()).map_or(&EMPTY, Spanned::get_ref)
         };
-        let (not_measurable, database) = (given(not_measurable, blind), given(database, record));
+        let (not_measurable, database) = (either(not_measurable, blind), either(database, record));
         let others = [fault, stale, not_measurable, segment, database];
         if let Some(limit) = others.into_iter().find_map(|other| other.limit.as_ref()) {
             return Err(Located::new(limit.span(), ConfigProblem::LimitWithoutDamage));
         }
-        let gauges = Exceptions::Gauges(file.gauge_names().collect());
-        let segments =
-            Exceptions::Segments(file.segment.iter().map(|segment| segment.name.get_ref().as_str()).collect());
+        let gauges = Exceptions::Gauges(gauge_names(segments).collect());
+        let segments = Exceptions::Segments(segments.iter().map(|segment| segment.name.get_ref().as_str()).collect());
         Ok(Self {
             fault: Template::new(fault, &FAULT, &gauges)?,
             stale: Template::new(stale, &STALE, &gauges)?,

@@ -1,6 +1,6 @@
 //! Errors in the configuration file.
 
-use super::CertificateError;
+use super::certificates::CertificateError;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
 use profivac_virtual::device_spec::SpecError;
@@ -19,7 +19,7 @@ pub struct ConfigError {
     pub line: usize,
     /// The column, from 1.
     pub column: usize,
-    /// What was expected and what was found.
+    /// The problem, with the expected and the found value.
     pub problem: ConfigProblem,
 }
 
@@ -99,7 +99,7 @@ pub enum WebhookUrlProblem {
     TokenWithoutTls,
 }
 
-/// What is wrong in a configuration file.
+/// A problem in a configuration file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigProblem {

@@ -3,24 +3,17 @@
 use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
+use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
-use super::{Config, Gauge, Segment, TlsFiles, UsersFile};
-use profivac_client::pressure::Pressure;
-use profivac_dp::link::Baud;
-use profivac_host::text_file::{Parsed, baud, usual_baud};
-use profivac_vacuum::Gas;
+use super::{Config, TlsFiles, UsersFile};
+use profivac_host::text_file::Parsed;
 use serde::Deserialize;
-use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use toml::Spanned;
 
 /// The default of `listen`: loopback, so that only this computer reaches the dashboard.
 const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 8080);
-
-/// The default of `poll`.
-pub const POLL: Duration = Duration::from_millis(200);
 
 /// The whole file.
 #[derive(Debug, Deserialize)]
@@ -61,44 +54,12 @@ struct TlsToml {
     key: PathBuf,
 }
 
-/// `[[segment]]`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SegmentToml {
-    pub name: Spanned<String>,
-    pub port: Spanned<String>,
-    #[serde(default = "usual_baud", deserialize_with = "baud")]
-    baud: Baud,
-    #[serde(default)]
-    pub master: Option<Spanned<u8>>,
-    #[serde(default)]
-    pub gauge: Vec<GaugeToml>,
-}
-
-/// `[[segment.gauge]]`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GaugeToml {
-    pub name: Spanned<String>,
-    pub address: Spanned<u8>,
-    pub device: Spanned<String>,
-    pub poll: Option<Spanned<Parsed<humantime::Duration>>>,
-    gas: Option<Parsed<Gas>>,
-    #[serde(default)]
-    levels: BTreeMap<String, Parsed<Pressure>>,
-}
-
 impl ConfigToml {
     pub fn parse(text: &str) -> Result<Self, Located> {
         toml::from_str(text).map_err(|error| {
             let span = error.span().unwrap_or_default();
             Located::new(span, ConfigProblem::Syntax(error.message().to_owned()))
         })
-    }
-
-    /// The names of all gauges.
-    pub fn gauge_names(&self) -> impl Iterator<Item = &str> {
-        self.segment.iter().flat_map(|segment| &segment.gauge).map(|gauge| gauge.name.get_ref().as_str())
     }
 
     /// The configuration without alarms and webhooks.
@@ -121,36 +82,6 @@ impl ConfigToml {
             alarms: Vec::new(),
             webhooks: Vec::new(),
             renamed_keys: Vec::new(),
-        }
-    }
-}
-
-impl SegmentToml {
-    /// The address of the station's master on this segment.
-    pub fn master_address(&self) -> u8 {
-        self.master.as_ref().map_or(0, |master| *master.get_ref())
-    }
-
-    fn into_segment(self) -> Segment {
-        Segment {
-            master: self.master_address(),
-            name: self.name.into_inner(),
-            port: self.port.into_inner(),
-            baud: self.baud,
-            gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
-        }
-    }
-}
-
-impl GaugeToml {
-    fn into_gauge(self) -> Gauge {
-        Gauge {
-            name: self.name.into_inner(),
-            address: self.address.into_inner(),
-            device: self.device.into_inner(),
-            poll: self.poll.map_or(POLL, |poll| poll.into_inner().0.into()),
-            gas: self.gas.map_or(Gas::N2, |gas| gas.0),
-            levels: self.levels.into_iter().map(|(name, level)| (name, level.0)).collect(),
         }
     }
 }

@@ -31,27 +31,32 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | `file` | the file as TOML: tables, keys, defaults |
-//! | `check` | checks of segments, gauges and host names |
+//! | `file` | the whole file as TOML, and its defaults |
+//! | `segments` | `[[segment]]`, `[[segment.gauge]]` |
 //! | `alarms` | `[[alarm]]` |
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
-//! | `names` | rules for names |
+//! | `check` | checks of segments, gauges and host names |
+//! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
 mod alarms;
+mod certificates;
 mod check;
 mod default_alarms;
 mod error;
 mod file;
 mod names;
 mod notice;
+mod segments;
+mod values;
 mod webhooks;
 
+pub use certificates::{CertificateError, ca_certificates};
 pub use error::{AddressUser, ConfigError, ConfigProblem, NamedItem, WebhookUrlProblem};
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
-pub use webhooks::{CertificateError, Secret, Webhook, ca_certificates};
+pub use webhooks::{Secret, Webhook};
 
 use crate::alarm::Rule;
 use crate::auth::Access;
@@ -177,7 +182,7 @@ impl Config {
         let file = ConfigToml::parse(text).map_err(located)?;
         check::check(&file).map_err(located)?;
         let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
-        let alarms = alarms::rules(&file).map_err(located)?;
+        let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         Ok(Self { alarms, webhooks, renamed_keys, ..file.into_config(path) })
     }

@@ -1,6 +1,6 @@
 //! The configuration file: defaults, errors with positions, notices.
 
-use super::file::POLL;
+use super::segments::POLL;
 use super::*;
 use std::path::Path;
 

@@ -9,8 +9,9 @@
 //! ca-file = "our-ca.pem"           # trusted in addition to the certificates of the system
 //! ```
 
-use super::alarms::priority;
+use super::certificates::ca_certificates;
 use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
+use super::values::priority;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::{self, PermissionError};
 use hyper::Uri;
@@ -20,8 +21,6 @@ use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
-use tokio_rustls::rustls::pki_types::CertificateDer;
-use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use toml::Spanned;
 
 /// A token that the station sends and never shows.
@@ -78,33 +77,6 @@ impl Webhook {
         let host = self.url.authority().map_or("", |host| host.as_str());
         format!("{}://{host}", self.url.scheme_str().unwrap_or_default())
     }
-}
-
-/// A file without usable certificates.
-#[derive(Debug, thiserror::Error)]
-#[error("{file} holds no certificates: {}", pem_problem(.error), file = file.display())]
-pub struct CertificateError {
-    /// The file.
-    pub file: PathBuf,
-    /// The error of the PEM parser.
-    pub error: pem::Error,
-}
-
-fn pem_problem(error: &pem::Error) -> String {
-    match error {
-        pem::Error::NoItemsFound => "expected at least one in PEM".to_owned(),
-        other => other.to_string(),
-    }
-}
-
-/// Reads the certificates of a PEM file.
-///
-/// # Errors
-/// [`CertificateError`] when the file cannot be read, is not PEM or holds no certificate.
-pub fn ca_certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, CertificateError> {
-    let failed = |error| CertificateError { file: file.to_owned(), error };
-    let all = CertificateDer::pem_file_iter(file).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(failed)?;
-    if all.is_empty() { Err(failed(pem::Error::NoItemsFound)) } else { Ok(all) }
 }
 
 /// One `[[webhook]]`.

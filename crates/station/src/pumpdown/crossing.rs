@@ -1,94 +1,94 @@
-//! When a pressure was reached.
+//! The time at which a pressure was reached.
 
 use super::trace::{Section, Trace};
 use profivac_recorder::Quality;
 
-/// When a pressure was reached, in seconds since the beginning of the span.
+/// The time at which a pressure was reached, in seconds since the beginning of the time range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Crossing {
-    /// Then, between two samples in a straight line over the logarithm of pressure.
+    /// Reached, interpolated between two samples over the logarithm of pressure.
     Reached {
-        /// When.
+        /// The time.
         s: f64,
     },
-    /// Somewhere in a time in which nothing valid was recorded.
+    /// Reached at some time in a gap of valid samples.
     Between {
-        /// Last seen above.
+        /// The last valid sample above the pressure.
         from_s: f64,
-        /// First seen below.
+        /// The first valid sample below the pressure.
         to_s: f64,
     },
-    /// Not later than this: the gauge was not able to measure so high a pressure before, or had nothing.
+    /// Reached at this time or before: the gauge could not measure so high a pressure before, or has no samples.
     Before {
-        /// First seen below.
+        /// The first valid sample below the pressure.
         s: f64,
     },
-    /// It was below from the beginning.
+    /// Below from the beginning.
     Already,
-    /// Not at all.
+    /// Not reached.
     Not,
 }
 
-/// What was known last.
+/// The knowledge before a section.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
     Above(f64),
-    /// At least the end of the range, which is lower than what is asked for.
+    /// The pressure is above the range of the gauge, whose end is below the requested pressure.
     Unmeasurable,
 }
 
-/// When `trace` reached `pa` for the first time.
+/// The first time at which `trace` reached the pressure `pa`, in Pa.
 #[must_use]
 pub fn crossing(trace: &Trace, pa: f64) -> Crossing {
     let mut known = Known::Nothing;
-    for piece in &trace.pieces {
-        let reached = match piece.quality {
-            Quality::Valid => within(piece, pa, known),
-            Quality::Underrange if end_of_range(piece).is_some_and(|end| end <= pa) => {
-                Some(entered(piece.from_s, known))
+    for section in &trace.sections {
+        let reached = match section.quality {
+            Quality::Valid => within(section, pa, known),
+            Quality::Underrange if end_of_range(section).is_some_and(|end| end <= pa) => {
+                Some(entered(section.from_s, known))
             }
             Quality::Overrange | Quality::Underrange | Quality::Invalid | Quality::Gap => None,
         };
         if let Some(reached) = reached {
             return reached;
         }
-        known = after(piece, pa, known);
+        known = after(section, pa, known);
     }
     Crossing::Not
 }
 
-/// Within a piece with a curve.
-fn within(piece: &Section, pa: f64, known: Known) -> Option<Crossing> {
-    let place = piece.smooth.iter().position(|(_, p)| *p <= pa)?;
-    let (t, p) = *piece.smooth.get(place)?;
-    let before = place.checked_sub(1).and_then(|before| piece.smooth.get(before));
+/// The crossing in a section of valid samples.
+fn within(section: &Section, pa: f64, known: Known) -> Option<Crossing> {
+    let place = section.smooth.iter().position(|(_, p)| *p <= pa)?;
+    let (t, p) = *section.smooth.get(place)?;
+    let before = place.checked_sub(1).and_then(|before| section.smooth.get(before));
     Some(before.map_or_else(
         || entered(t, known),
         |(t0, p0)| Crossing::Reached { s: t0 + (t - t0) * (p0 / pa).ln() / (p0 / p).ln() },
     ))
 }
 
-/// A piece begins below.
+/// The crossing at the beginning of a section that begins below the pressure.
 fn entered(t: f64, known: Known) -> Crossing {
     match known {
         Known::Nothing if t <= 0.0 => Crossing::Already,
         Known::Nothing | Known::Unmeasurable => Crossing::Before { s: t },
-        // The samples of both sides are kept where a quality changes, so the curve was left no longer than that.
+        // The recorder keeps the samples on both sides of a change of quality, so this gap is no longer than one interval.
         Known::Above(from_s) if t - from_s < 1.0 => Crossing::Reached { s: t },
         Known::Above(from_s) => Crossing::Between { from_s, to_s: t },
     }
 }
 
-fn after(piece: &Section, pa: f64, known: Known) -> Known {
-    match piece.quality {
-        Quality::Valid => piece.smooth.last().map_or(known, |(t, _)| Known::Above(*t)),
-        Quality::Overrange if end_of_range(piece).is_some_and(|end| end >= pa) => Known::Above(piece.to_s),
+fn after(section: &Section, pa: f64, known: Known) -> Known {
+    match section.quality {
+        Quality::Valid => section.smooth.last().map_or(known, |(t, _)| Known::Above(*t)),
+        Quality::Overrange if end_of_range(section).is_some_and(|end| end >= pa) => Known::Above(section.to_s),
         Quality::Overrange => Known::Unmeasurable,
         Quality::Underrange | Quality::Invalid | Quality::Gap => known,
     }
 }
 
-fn end_of_range(piece: &Section) -> Option<f64> {
-    piece.points.last().map(|(_, pa)| *pa)
+fn end_of_range(section: &Section) -> Option<f64> {
+    section.points.last().map(|(_, pa)| *pa)
 }

@@ -1,17 +1,17 @@
-//! The slope at the end: `p ~ t^-n` in the last decade of time.
+//! The slope at the end: the exponent n of `p ~ t^-n` in the last decade of time.
 //!
-//! Surfaces give off gas at a rate that falls with `t^-n`: n is about 1 for water on metals and about 0.5 where gas comes by
-//! diffusion, as out of polymers. field: outgassing rates are tabulated with this exponent.
+//! Outgassing of surfaces falls with `t^-n`: n is about 1 for water on metals, and about 0.5 for diffusion out of polymers.
+//! field: outgassing rates are tabulated with this exponent.
 
 use super::trace::Trace;
 
-/// So many points, evenly over the logarithm of time: a tail is not to be weighed by how often it was sampled.
+/// The number of points, evenly spaced over the logarithm of time, so that the sampling rate does not weight them.
 const POINTS: usize = 40;
 
-/// Of these at least so many must be there.
+/// The fewest points with a valid pressure.
 const LEAST: usize = 12;
 
-/// A pump-down that took less has no tail. free choice: gauges settle within seconds.
+/// The shortest pump-down with a slope, in seconds. free choice: gauges settle within seconds.
 const SHORTEST_S: f64 = 100.0;
 
 /// A slope.
@@ -19,17 +19,17 @@ const SHORTEST_S: f64 = 100.0;
 pub struct FinalSlope {
     /// The exponent n.
     pub exponent: f64,
-    /// Its standard error.
+    /// The standard error of n.
     pub error: f64,
-    /// From when, in seconds since the beginning.
+    /// The beginning of the fitted time, in seconds since the beginning.
     pub from_s: f64,
-    /// Until when.
+    /// The end of the fitted time, in seconds since the beginning.
     pub to_s: f64,
-    /// Until it has fallen to a tenth, if it goes on like this, in seconds since the beginning.
+    /// The time at which the pressure will have fallen to a tenth, if the slope stays the same, in seconds since the beginning.
     pub tenth_s: f64,
 }
 
-/// The slope of the last decade of time, if the gauge measured through most of it.
+/// The slope of the last decade of time; `None` if the gauge measured in too little of it.
 #[must_use]
 pub fn final_slope(trace: &Trace) -> Option<FinalSlope> {
     let to_s = trace.valid().last()?.to_s;
@@ -51,18 +51,18 @@ pub fn final_slope(trace: &Trace) -> Option<FinalSlope> {
     })
 }
 
-/// The pressure at a moment, in a straight line over its logarithm.
+/// The pressure at a time, interpolated over its logarithm.
 fn pressure(trace: &Trace, t: f64) -> Option<f64> {
-    // The end of the last decade is the last sample, but for rounding.
-    let piece = trace.valid().find(|piece| piece.from_s <= t && t <= piece.to_s * (1.0 + 1e-12))?;
-    let next = piece.smooth.partition_point(|(at, _)| *at < t);
-    let (t1, p1) = *piece.smooth.get(next).or(piece.smooth.last())?;
-    let (t0, p0) = *piece.smooth.get(next.saturating_sub(1))?;
+    // The end of the last decade is the last sample, except for rounding errors.
+    let section = trace.valid().find(|section| section.from_s <= t && t <= section.to_s * (1.0 + 1e-12))?;
+    let next = section.smooth.partition_point(|(at, _)| *at < t);
+    let (t1, p1) = *section.smooth.get(next).or(section.smooth.last())?;
+    let (t0, p0) = *section.smooth.get(next.saturating_sub(1))?;
     let share = if t1 > t0 { ((t - t0) / (t1 - t0)).min(1.0) } else { 1.0 };
     Some(p0 * (p1 / p0).powf(share))
 }
 
-/// The slope of a straight line through points, and its standard error.
+/// The slope of a fitted straight line, and its standard error.
 fn line(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     if points.len() < LEAST {
         return None;

@@ -1,92 +1,69 @@
-//! The pump-downs there are: a pressure that falls by two decades or more, from the last moment at the top to the next
-//! venting or the end of what is known.
+//! The search for pump-downs. A pump-down is a fall of the pressure by two decades or more, from the last time at the top to the next
+//! venting or to the last sample.
 //!
-//! The last moment at the top is that of the last sample within 5 % of the highest, and from there on back to where the
-//! pressure began to fall without a break.
+//! The last time at the top is that of the last sample within 5 % of the highest pressure, and from there back to where the
+//! pressure began to fall monotonically.
 
+use super::time_range::TimeRange;
 use profivac_recorder::{Micros, Quality, Sample};
 
-/// A fall by so many decades is a pump-down. free choice: less is done by opening a valve.
+/// The smallest fall, in decades. free choice: opening a valve causes a smaller one.
 const LEAST: f64 = 2.0;
 
-/// So near to the highest pressure is still the top, in decades: 5 %.
+/// The top: within this distance of the highest pressure, in decades (5 %).
 const TOP: f64 = 0.0223;
 
-/// A venting rises to within so many decades of where the pump-down began.
+/// A venting: a rise to within this distance of the initial pressure, in decades.
 const VENTED: f64 = 1.0;
 
-/// So near to the lowest pressure is still the bottom, in decades: a factor of two.
+/// The bottom: within this distance of the lowest pressure, in decades (a factor of two).
 const BOTTOM: f64 = 0.301;
 
-/// From one moment to another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimeRange {
-    /// The beginning.
-    pub start: Micros,
-    /// The end.
-    pub end: Micros,
-}
-
-impl TimeRange {
-    /// Its length in seconds.
-    #[must_use]
-    pub fn seconds(&self) -> f64 {
-        super::trace::seconds(self.start, self.end)
-    }
-
-    /// Whether both have a time in common.
-    #[must_use]
-    pub fn overlaps(&self, other: &Self) -> bool {
-        self.start < other.end && other.start < self.end
-    }
-}
-
-/// A pump-down as one gauge saw it.
+/// A pump-down as one gauge measured it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PumpDown {
-    /// From when to when.
+    /// The time range.
     pub span: TimeRange,
-    /// Which gauge saw it, by its place in what was given.
+    /// The index of the gauge, as given to [`find`].
     pub gauge: usize,
     /// The pressure at the beginning, in Pa.
     pub start_pa: f64,
     /// The lowest pressure, in Pa.
     pub lowest_pa: f64,
-    /// Whether it ended with a venting, and not with what is known.
+    /// Whether a venting ended it; otherwise the samples ended.
     pub is_vented: bool,
 }
 
 impl PumpDown {
-    /// By how many decades the pressure fell.
+    /// The fall of the pressure, in decades.
     #[must_use]
     pub fn decades(&self) -> f64 {
         (self.start_pa / self.lowest_pa).log10()
     }
 
-    /// What counts more: to have begun at a higher pressure, then to have fallen further. A hot cathode falls over many
-    /// decades too, but begins late.
+    /// The rank among gauges: the initial pressure first, then the fall. A hot cathode falls over many decades too, but measures
+    /// late.
     fn rank(&self) -> (f64, f64) {
         (self.start_pa.log10().round(), self.decades())
     }
 }
 
-/// A sample on the way, with the logarithm of its pressure.
+/// A sample with the logarithm of its pressure.
 #[derive(Clone, Copy)]
 struct Point {
     at: Micros,
     y: f64,
 }
 
-/// What is known on the way through the samples, by their places.
-enum Way {
-    /// The highest pressure, and the last place near it.
+/// The state of the search, with indices of samples.
+enum State {
+    /// At the top: the highest pressure, and the last sample near it.
     Top { high: f64, last: usize },
-    /// Where it began, the lowest pressure, and the last place near that.
+    /// On the way down: the first sample, the lowest pressure, and the last sample near it.
     Down { from: usize, low: f64, last: usize },
 }
 
-/// All pump-downs in the samples of one gauge, the earliest first. Overrange counts as the end of the range, and so does
-/// underrange.
+/// All pump-downs in the samples of one gauge, the earliest first. Overrange and underrange count as the ends of the range.
 #[must_use]
 pub fn find(samples: &[Sample], gauge: usize) -> Vec<PumpDown> {
     let points: Vec<Point> = samples
@@ -95,54 +72,54 @@ pub fn find(samples: &[Sample], gauge: usize) -> Vec<PumpDown> {
         .filter_map(|sample| Some(Point { at: sample.at, y: sample.decades()? }))
         .collect();
     let mut found = Vec::new();
-    let mut way = Way::Top { high: f64::MIN, last: 0 };
-    for (place, point) in points.iter().enumerate() {
-        way = match way {
-            Way::Top { high, last } => top(&points, place, high, last),
-            Way::Down { from, low, last } => {
+    let mut state = State::Top { high: f64::MIN, last: 0 };
+    for (index, point) in points.iter().enumerate() {
+        state = match state {
+            State::Top { high, last } => top(&points, index, high, last),
+            State::Down { from, low, last } => {
                 if is_vented(&points, from, low, point.y) {
-                    found.extend(chosen_of(&points, gauge, from, low, last, true));
-                    Way::Top { high: point.y, last: place }
+                    found.extend(pump_down(&points, gauge, from, low, last, true));
+                    State::Top { high: point.y, last: index }
                 } else {
                     let low = low.min(point.y);
-                    Way::Down { from, low, last: if point.y <= low + BOTTOM { place } else { last } }
+                    State::Down { from, low, last: if point.y <= low + BOTTOM { index } else { last } }
                 }
             }
         };
     }
-    if let Way::Down { from, low, .. } = way {
-        found.extend(chosen_of(&points, gauge, from, low, points.len().saturating_sub(1), false));
+    if let State::Down { from, low, .. } = state {
+        found.extend(pump_down(&points, gauge, from, low, points.len().saturating_sub(1), false));
     }
     found
 }
 
-fn top(points: &[Point], place: usize, high: f64, last: usize) -> Way {
-    let y = points.get(place).map_or(f64::MIN, |point| point.y);
+fn top(points: &[Point], index: usize, high: f64, last: usize) -> State {
+    let y = points.get(index).map_or(f64::MIN, |point| point.y);
     let high = high.max(y);
     if y >= high - TOP {
-        return Way::Top { high, last: place };
+        return State::Top { high, last: index };
     }
     if y > high - LEAST {
-        return Way::Top { high, last };
+        return State::Top { high, last };
     }
-    Way::Down { from: shoulder(points, last), low: y, last: place }
+    State::Down { from: shoulder(points, last), low: y, last: index }
 }
 
-/// Back from the last place near the top to where the pressure began to fall without a break.
+/// From the last sample near the top back to where the pressure began to fall monotonically.
 fn shoulder(points: &[Point], last: usize) -> usize {
-    let y = |place: usize| points.get(place).map_or(f64::MIN, |point| point.y);
-    let mut place = last;
-    while place > 0 && y(place - 1) > y(place) {
-        place -= 1;
+    let y = |index: usize| points.get(index).map_or(f64::MIN, |point| point.y);
+    let mut index = last;
+    while index > 0 && y(index - 1) > y(index) {
+        index -= 1;
     }
-    place
+    index
 }
 
 fn is_vented(points: &[Point], from: usize, low: f64, y: f64) -> bool {
     y >= low + LEAST && points.get(from).is_some_and(|start| y >= start.y - VENTED)
 }
 
-fn chosen_of(points: &[Point], gauge: usize, from: usize, low: f64, to: usize, is_vented: bool) -> Option<PumpDown> {
+fn pump_down(points: &[Point], gauge: usize, from: usize, low: f64, to: usize, is_vented: bool) -> Option<PumpDown> {
     let (from, to) = (points.get(from)?, points.get(to)?);
     Some(PumpDown {
         span: TimeRange { start: from.at, end: to.at },
@@ -153,8 +130,8 @@ fn chosen_of(points: &[Point], gauge: usize, from: usize, low: f64, to: usize, i
     })
 }
 
-/// The pump-downs of a chamber that several gauges saw, the earliest first: what overlaps is one, and the gauge that saw
-/// most of it says when it was.
+/// The pump-downs of a chamber with several gauges, the earliest first. Overlapping pump-downs are one, and the gauge with the highest
+/// rank gives its times.
 #[must_use]
 pub fn select(mut found: Vec<PumpDown>) -> Vec<PumpDown> {
     found.sort_by(|one, two| {

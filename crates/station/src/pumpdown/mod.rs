@@ -1,14 +1,15 @@
-//! Pump-downs in what was recorded: where they begin and end, and what a vacuum engineer wants to know about one.
+//! Pump-downs in recorded samples: their time ranges and their characteristic numbers.
 //!
-//! Pure functions over samples; nothing here reads a file or knows a unit other than Pa and seconds.
+//! Pure functions over samples, in Pa and seconds. Nothing here reads a file.
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`mod@trace`] | the samples of a gauge in a span, as pieces of one quality |
-//! | [`mod@find`] | the pump-downs there are |
-//! | [`mod@passage`] | when a pressure was reached |
-//! | [`mod@speed`] | how fast the pressure falls |
-//! | [`mod@tail`] | the slope at the end |
+//! | [`mod@time_range`] | time ranges |
+//! | [`mod@trace`] | the samples of a series, as sections of one quality |
+//! | [`mod@find`] | the search for pump-downs |
+//! | [`mod@crossing`] | the time at which a pressure was reached |
+//! | [`mod@speed`] | the rate at which the pressure falls |
+//! | [`mod@final_slope`] | the slope at the end |
 //! | [`mod@rises`] | rises within a pump-down |
 
 pub mod crossing;
@@ -16,6 +17,7 @@ pub mod final_slope;
 pub mod find;
 pub mod rises;
 pub mod speed;
+pub mod time_range;
 pub mod trace;
 
 #[cfg(test)]
@@ -23,7 +25,8 @@ mod tests;
 
 pub use crossing::{Crossing, crossing};
 pub use final_slope::{FinalSlope, final_slope};
-pub use find::{PumpDown, TimeRange, find, select};
+pub use find::{PumpDown, find, select};
 pub use rises::{PressureRise, pressure_rises};
 pub use speed::{Fall, falls, quickest};
+pub use time_range::TimeRange;
 pub use trace::{Section, Trace};

@@ -1,32 +1,31 @@
-//! How fast the pressure falls: `-d(ln p)/dt`, which is the effective pumping speed divided by the volume while nothing else
-//! than the volume is pumped.
+//! The rate at which the pressure falls: `-d(ln p)/dt`. It is the effective pumping speed divided by the volume, as long as only the
+//! volume is evacuated.
 //!
-//! What is taken is the time in which the pressure halves, at every sample: long enough for noise, short enough for a valve
-//! that opens.
+//! The rate is measured over the time in which the pressure halves: long enough for noise, short enough for an opening valve.
 
 use super::trace::{Section, Trace};
 
-/// A fall by this factor is measured. free choice: noise of 5 % makes an error of a tenth.
+/// The measured fall, as a factor. free choice: with it, noise of 5 % causes an error of a tenth.
 const FACTOR: f64 = 2.0;
 
-/// And at least over so many samples: of fewer, the rate of sampling would be seen.
+/// The fewest samples of a fall. Fewer would show the sampling rate.
 const SAMPLES: usize = 4;
 
-/// A point of the curve for so many decades.
+/// The distance of two points of the curve, in decades.
 const STEP: f64 = 0.1;
 
 /// A fall of the pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fall {
-    /// When it ended, in seconds since the beginning.
+    /// Its end, in seconds since the beginning.
     pub s: f64,
-    /// Around which pressure, in Pa.
+    /// The pressure in its middle, in Pa.
     pub pa: f64,
-    /// The rate, in 1/s.
+    /// Its rate, in 1/s.
     pub per_s: f64,
 }
 
-/// The falls to pressures that were not reached before, the quickest of every tenth of a decade.
+/// The falls to pressures that were not reached before; of every tenth of a decade the fastest one.
 #[must_use]
 pub fn falls(trace: &Trace) -> Vec<Fall> {
     let mut kept: Vec<Fall> = Vec::new();
@@ -47,15 +46,15 @@ pub fn falls(trace: &Trace) -> Vec<Fall> {
     kept
 }
 
-/// The quickest of them.
+/// The fastest fall.
 #[must_use]
 pub fn quickest(falls: &[Fall]) -> Option<Fall> {
     falls.iter().copied().max_by(|one, two| one.per_s.total_cmp(&two.per_s))
 }
 
-/// At every sample: since the last one at which the pressure was twice as high.
-fn all(piece: &Section) -> Vec<Fall> {
-    let points = &piece.smooth;
+/// The falls that end at each sample, since the last sample with twice its pressure.
+fn all(section: &Section) -> Vec<Fall> {
+    let points = &section.smooth;
     let mut foot = 0;
     let mut falls = Vec::new();
     for (place, (t, pa)) in points.iter().enumerate() {
@@ -66,7 +65,7 @@ fn all(piece: &Section) -> Vec<Fall> {
             foot += 1;
         }
         if let Some((t0, p0)) = points.get(foot).filter(|_| is_foot(foot)) {
-            // A fall that bounces back at once is noise, as at the end of a range.
+            // A fall that reverses at once is noise, as at the end of a range.
             let middle = (p0 * pa).sqrt();
             if points.iter().skip(place + 1).take(SAMPLES).all(|(_, later)| *later <= middle) {
                 falls.push(Fall { s: *t, pa: middle, per_s: (p0 / pa).ln() / (t - t0) });

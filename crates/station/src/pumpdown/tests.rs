@@ -1,4 +1,4 @@
-//! Against closed forms: what is found must be what was put in.
+//! Tests against closed forms: the results must be the parameters of the model.
 
 use super::*;
 use profivac_recorder::{Deadband, Micros, Quality, Sample};
@@ -17,7 +17,7 @@ fn valid(s: f64, pa: f64) -> Sample {
     Sample::new(at(s), Some(pa), Quality::Valid)
 }
 
-/// Five samples a second, as the recorder keeps them.
+/// Five samples a second, thinned by the default deadband.
 fn recorded(seconds: f64, pressure: impl Fn(f64) -> f64) -> Vec<Sample> {
     let count = (seconds * 5.0) as u32;
     let all = (0..=count).map(|number| f64::from(number) / 5.0).map(|s| valid(s, pressure(s)));
@@ -53,7 +53,7 @@ fn exponential(s: f64) -> f64 {
 fn an_exponential_fall_has_its_times_and_its_speed_within_a_percent() {
     let samples = recorded(120.0, exponential);
     let [found] = find(&samples, 0)[..] else { panic!("one") };
-    assert!((trace::seconds(at(30.0), found.span.start)).abs() < 0.25, "{:?}", found.span);
+    assert!((time_range::seconds(at(30.0), found.span.start)).abs() < 0.25, "{:?}", found.span);
     let trace = Trace::new(&samples, found.span);
     for pa in [1e4, 1e3, 1e2, 1.0, 1e-2] {
         near(reached(&trace, pa), 5.0 * (AIR / pa).ln(), 1.0);
@@ -71,10 +71,10 @@ fn an_exponential_fall_has_its_times_and_its_speed_within_a_percent() {
 fn the_final_slope_of_metal_is_one_and_of_polymers_a_half() {
     for n in [1.0, 0.5] {
         let trace = whole(&recorded(10_000.0, |s| 1e-3 * (s + 1.0).powf(-n)));
-        let tail = final_slope(&trace).unwrap();
-        near(tail.exponent, n, 1.0);
-        near(tail.tenth_s, 10_000.0 * 10_f64.powf(1.0 / n), 5.0);
-        assert!(tail.error < 0.01);
+        let slope = final_slope(&trace).unwrap();
+        near(slope.exponent, n, 1.0);
+        near(slope.tenth_s, 10_000.0 * 10_f64.powf(1.0 / n), 5.0);
+        assert!(slope.error < 0.01);
     }
 }
 
@@ -85,7 +85,7 @@ fn a_constant_pressure_has_no_slope() {
     assert_eq!(final_slope(&whole(&recorded(60.0, |_| 1e-5))), None);
 }
 
-/// A rough pump with 2 l/s down to 10 Pa, a minute of waiting, then a turbo with 50 l/s on 100 l.
+/// A roughing pump with 2 l/s down to 10 Pa, a minute of waiting, then a turbopump with 50 l/s, on 100 l.
 fn staged(s: f64) -> f64 {
     let rough = AIR * (-s / 50.0).exp();
     let after = (s - 600.0).max(0.0);
@@ -119,8 +119,10 @@ fn vented(s: f64) -> f64 {
 fn a_venting_ends_a_pump_down_and_another_one_begins() {
     let samples = recorded(700.0, vented);
     let found = find(&samples, 3);
-    let spans: Vec<_> =
-        found.iter().map(|one| [one.span.start, one.span.end].map(|at| trace::seconds(START, at).round())).collect();
+    let spans: Vec<_> = found
+        .iter()
+        .map(|one| [one.span.start, one.span.end].map(|at| time_range::seconds(START, at).round()))
+        .collect();
     assert_eq!(spans.len(), 2, "{found:?}");
     assert!(spans[0][0] < 1.0 && (299.0..=301.0).contains(&spans[0][1]), "{spans:?}");
     assert!((399.0..=401.0).contains(&spans[1][0]) && spans[1][1] >= 640.0, "{spans:?}");
@@ -135,7 +137,7 @@ fn noise_of_five_percent_moves_times_and_speed_little() {
         .map(|s| valid(s, AIR * (-(s - 30.0).max(0.0) / 20.0).exp() * (1.0 + 0.1 * (random.f64() - 0.5))))
         .collect();
     let [found] = find(&samples, 0)[..] else { panic!("one") };
-    assert!(trace::seconds(at(30.0), found.span.start).abs() < 2.0, "{:?}", found.span);
+    assert!(time_range::seconds(at(30.0), found.span.start).abs() < 2.0, "{:?}", found.span);
     let trace = Trace::new(&samples, TimeRange { start: at(30.0), ..found.span });
     for pa in [1e3, 1.0] {
         near(reached(&trace, pa), 20.0 * (AIR / pa).ln(), 2.0);
@@ -149,7 +151,7 @@ fn a_pressure_crossed_in_a_gap_has_the_times_of_the_gap() {
     let mut samples = recorded(100.0, |s| AIR * (-s / 5.0).exp());
     let level = 1e2;
     let passed = 5.0 * (AIR / level).ln();
-    samples.retain(|sample| (trace::seconds(START, sample.at) - passed).abs() > 4.0);
+    samples.retain(|sample| (time_range::seconds(START, sample.at) - passed).abs() > 4.0);
     samples.push(Sample::gap(at(passed - 3.9)));
     samples.sort_by_key(|sample| sample.at);
     let trace = whole(&samples);
@@ -164,7 +166,7 @@ fn minutes_without_a_sample_are_a_gap() {
     let samples = [valid(0.0, AIR), valid(1.0, 1e4), valid(2.0, 9e3), valid(600.0, 1.0), valid(601.0, 0.9)];
     let trace = whole(&samples);
     assert_eq!(
-        trace.pieces.iter().map(|piece| piece.quality).collect::<Vec<_>>(),
+        trace.sections.iter().map(|section| section.quality).collect::<Vec<_>>(),
         [Quality::Valid, Quality::Gap, Quality::Valid]
     );
     assert_eq!(crossing(&trace, 10.0), Crossing::Between { from_s: 2.0, to_s: 600.0 });
@@ -248,10 +250,10 @@ fn a_closed_valve_is_a_rise_with_its_leak_rate() {
         _ => 1e-4 + leak * 300.0 * (-(s - 600.0) / 2.0).exp(),
     });
     let trace = whole(&samples);
-    let [climb] = pressure_rises(&trace)[..] else { panic!("{:?}", pressure_rises(&trace)) };
-    near(climb.from_s, 300.0, 2.0);
-    near(climb.to_s, 600.0, 2.0);
-    near(climb.fit.unwrap().steady_pa_per_s, leak, 3.0);
+    let [rise] = pressure_rises(&trace)[..] else { panic!("{:?}", pressure_rises(&trace)) };
+    near(rise.from_s, 300.0, 2.0);
+    near(rise.to_s, 600.0, 2.0);
+    near(rise.fit.unwrap().steady_pa_per_s, leak, 3.0);
     assert_eq!(find(&samples, 0).len(), 1);
 }
 
@@ -271,20 +273,20 @@ fn the_next_sample_gives_the_value_at_the_end() {
 fn the_sample_before_gives_the_value_at_the_beginning() {
     let samples = [valid(0.0, 500.0), valid(50.0, 400.0), valid(51.0, 4.0), valid(52.0, 3.0)];
     let trace = Trace::new(&samples, TimeRange { start: at(10.0), end: at(52.0) });
-    assert_eq!(trace.pieces[0].points[0], (0.0, 500.0));
+    assert_eq!(trace.sections[0].points[0], (0.0, 500.0));
     assert_eq!(trace.samples, 3);
 }
 
 #[test]
 fn noise_at_the_end_of_a_range_is_no_speed() {
-    // Three samples high, three low and ever lower: no median of five takes that away.
+    // Three high samples, then three low ones, with a falling floor: a median of five does not remove this noise.
     let floor = |number: i32| if number / 3 % 2 == 0 { 1e-2 } else { 5e-3 * (-f64::from(number) / 400.0).exp() };
     let pressure = |number: i32| AIR * (-f64::from(number) / 50.0).exp() + floor(number);
     let samples: Vec<_> = (0..2_000).map(|number| valid(f64::from(number) / 5.0, pressure(number))).collect();
     near(100.0 * quickest(&falls(&whole(&samples))).unwrap().per_s, 10.0, 50.0);
 }
 
-/// Every quality, any pressure that a number of four octets can be, and times from a microsecond to years apart.
+/// Samples of every quality, with any pressure that fits into a 32-bit float, and with intervals from a microsecond to years.
 fn odd(random: &mut fastrand::Rng) -> Vec<Sample> {
     let (mut now, count) = (START.0, random.usize(1..200));
     let sample = |_| {
@@ -316,12 +318,12 @@ fn results_for_random_samples_are_finite_numbers() {
             }
             let falls = falls(&trace);
             assert!(falls.iter().all(|fall| inside(fall.s) && fall.pa.is_finite() && fall.per_s.is_finite()));
-            assert!(pressure_rises(&trace).iter().all(|climb| climb.from_s <= climb.to_s && climb.to_pa.is_finite()));
-            assert!(final_slope(&trace).is_none_or(|tail| tail.exponent.is_finite() && tail.error.is_finite()));
+            assert!(pressure_rises(&trace).iter().all(|rise| rise.from_s <= rise.to_s && rise.to_pa.is_finite()));
+            assert!(final_slope(&trace).is_none_or(|slope| slope.exponent.is_finite() && slope.error.is_finite()));
             fallen += falls.len();
         }
         assert!(found.iter().all(|one| one.decades() >= 2.0 && one.span.start < one.span.end), "{found:?}");
         found_any += found.len();
     }
-    assert!(found_any > 1_000 && fallen > 1_000, "{found_any} and {fallen} are too few to say anything");
+    assert!(found_any > 1_000 && fallen > 1_000, "{found_any} pump-downs and {fallen} falls are too few for this test");
 }

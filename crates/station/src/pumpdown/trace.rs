@@ -1,42 +1,42 @@
-//! The samples of a gauge in a span of time, as pieces of one quality.
+//! The samples of a series in a time range, as sections of one quality.
 //!
-//! What the dead band left out is no gap: a pressure holds until the next sample. A gap is what the record calls one, or a
-//! time in which it has nothing although it keeps a sample a minute.
+//! A sample that the deadband left out is no gap: the pressure holds until the next sample. A gap is a recorded gap, or a time
+//! without samples that is longer than the recorder permits.
 
-use super::find::TimeRange;
+use super::time_range::{TimeRange, seconds};
 use profivac_recorder::{Deadband, Micros, Quality, Sample};
 
-/// So many values in a row, of which the middle one counts: single outliers go, slopes and steps stay. free choice.
+/// The length of the running median: it removes single outliers and keeps slopes and steps. free choice.
 const MEDIAN: usize = 5;
 
 /// A time of one quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// What the samples are worth.
+    /// The quality.
     pub quality: Quality,
-    /// Its beginning, in seconds since the beginning of the span.
+    /// Its beginning, in seconds since the beginning of the time range.
     pub from_s: f64,
-    /// Its end: where the next piece begins, or the last sample.
+    /// Its end: the beginning of the next section, or the last sample.
     pub to_s: f64,
-    /// Seconds and Pa; empty where there is no pressure. In overrange and underrange the end of the range.
+    /// Seconds and Pa; empty without pressures. In overrange and underrange the end of the range.
     pub points: Vec<(f64, f64)>,
-    /// The same without outliers, for times and slopes.
+    /// The same after a running median, for times and slopes.
     pub smooth: Vec<(f64, f64)>,
 }
 
-/// A gauge in a span.
+/// The samples of a series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
-    /// Its pieces, in the order of time.
-    pub pieces: Vec<Section>,
-    /// How many samples they are made from.
+    /// The sections, in the order of time.
+    pub sections: Vec<Section>,
+    /// The number of samples.
     pub samples: usize,
-    /// The time between two samples, in seconds: the middle one of all.
+    /// The median time between two samples, in seconds.
     pub spacing_s: Option<f64>,
 }
 
 impl Trace {
-    /// What `samples` show from the beginning of `span` to its end. Those before and after it say what held at its ends.
+    /// The sections from the beginning of `span` to its end. The samples before and after it give the values at its ends.
     #[must_use]
     pub fn new(samples: &[Sample], span: TimeRange) -> Self {
         let first = samples.partition_point(|sample| sample.at < span.start);
@@ -51,80 +51,84 @@ impl Trace {
         let held = held
             .map(|held| Sample { at: span.start, ..*held })
             .filter(|held| inside.first().is_some_and(|next| next.at > held.at));
-        let mut trace = Self { pieces: Vec::new(), samples: inside.len(), spacing_s };
+        let mut trace = Self { sections: Vec::new(), samples: inside.len(), spacing_s };
         held.iter().chain(inside).for_each(|sample| trace.take(sample, span.start, longest));
         if let Some(next) = samples.get(end) {
             trace.hold(seconds(span.start, next.at), next.pa, span.seconds(), longest);
         }
-        trace.pieces.iter_mut().filter(|piece| piece.quality == Quality::Valid).for_each(Section::calm);
+        trace.sections.iter_mut().filter(|section| section.quality == Quality::Valid).for_each(Section::apply_median);
         trace
     }
 
     fn take(&mut self, sample: &Sample, start: Micros, longest: f64) {
         let t = seconds(start, sample.at);
-        let last = self.pieces.last().map(|piece| (piece.quality, piece.to_s));
+        let last = self.sections.last().map(|section| (section.quality, section.to_s));
         let is_hole = last.is_some_and(|(quality, to_s)| quality != Quality::Gap && t - to_s > longest);
-        match self.pieces.last_mut() {
-            Some(piece) if is_hole => {
-                let from_s = piece.to_s;
-                self.pieces.push(Section::begin(Quality::Gap, from_s));
+        match self.sections.last_mut() {
+            Some(section) if is_hole => {
+                let from_s = section.to_s;
+                self.sections.push(Section::begin(Quality::Gap, from_s));
                 self.close(t);
-                self.pieces.push(Section::begin(sample.quality, t));
+                self.sections.push(Section::begin(sample.quality, t));
             }
-            Some(piece) if piece.quality == sample.quality => {}
+            Some(section) if section.quality == sample.quality => {}
             _ => {
                 self.close(t);
-                self.pieces.push(Section::begin(sample.quality, t));
+                self.sections.push(Section::begin(sample.quality, t));
             }
         }
-        if let Some(piece) = self.pieces.last_mut() {
-            piece.to_s = t;
-            piece.points.extend(sample.pa.map(|pa| (t, pa)));
+        if let Some(section) = self.sections.last_mut() {
+            section.to_s = t;
+            section.points.extend(sample.pa.map(|pa| (t, pa)));
         }
     }
 
-    /// What was last before the end holds there, as the next sample shows, which comes after it.
+    /// Extends the last section to the end of the time range, interpolated to the next sample after it.
     fn hold(&mut self, next_s: f64, next_pa: Option<f64>, end_s: f64, longest: f64) {
-        let Some(piece) = self.pieces.last_mut().filter(|piece| next_s - piece.to_s <= longest) else { return };
-        let last = piece.points.last().copied().filter(|_| piece.quality == Quality::Valid);
+        let Some(section) = self.sections.last_mut().filter(|section| next_s - section.to_s <= longest) else { return };
+        let last = section.points.last().copied().filter(|_| section.quality == Quality::Valid);
         if let Some(((s, pa), next_pa)) = last.zip(next_pa) {
-            piece.points.push((end_s, pa * (next_pa / pa).powf((end_s - s) / (next_s - s))));
+            section.points.push((end_s, pa * (next_pa / pa).powf((end_s - s) / (next_s - s))));
         }
-        piece.to_s = end_s;
+        section.to_s = end_s;
     }
 
-    /// A piece without a curve lasts until the next begins.
+    /// A section without a curve lasts until the next one begins.
     fn close(&mut self, t: f64) {
-        if let Some(piece) = self.pieces.last_mut().filter(|piece| piece.quality != Quality::Valid) {
-            piece.to_s = t;
+        if let Some(section) = self.sections.last_mut().filter(|section| section.quality != Quality::Valid) {
+            section.to_s = t;
         }
     }
 
-    /// The pieces in which the gauge measures.
+    /// The sections with valid pressures.
     pub fn valid(&self) -> impl Iterator<Item = &Section> {
-        self.pieces.iter().filter(|piece| piece.quality == Quality::Valid)
+        self.sections.iter().filter(|section| section.quality == Quality::Valid)
     }
 
-    /// How long a quality lasted, in seconds.
+    /// The total time of a quality, in seconds.
     #[must_use]
     pub fn seconds_of(&self, quality: Quality) -> f64 {
-        self.pieces.iter().filter(|piece| piece.quality == quality).map(|piece| piece.to_s - piece.from_s).sum()
+        self.sections
+            .iter()
+            .filter(|section| section.quality == quality)
+            .map(|section| section.to_s - section.from_s)
+            .sum()
     }
 
-    /// The first pressure, the lowest and the last, with their times. Only what was measured counts.
+    /// The first, the lowest and the last valid pressure, with their times.
     #[must_use]
     pub fn ends(&self) -> Option<[(f64, f64); 3]> {
-        let mut points = self.valid().flat_map(|piece| &piece.smooth).copied();
+        let mut points = self.valid().flat_map(|section| &section.smooth).copied();
         let first = points.next()?;
         Some(
             points.fold([first; 3], |[first, low, _], point| [first, if point.1 < low.1 { point } else { low }, point]),
         )
     }
 
-    /// Whether the pressure changed by more than this, in decades.
+    /// Whether the pressure changed by more than `decades`.
     #[must_use]
     pub fn has_moved(&self, decades: f64) -> bool {
-        let points = || self.valid().flat_map(|piece| &piece.smooth).map(|(_, pa)| pa.log10());
+        let points = || self.valid().flat_map(|section| &section.smooth).map(|(_, pa)| pa.log10());
         points().fold(f64::MIN, f64::max) - points().fold(f64::MAX, f64::min) > decades
     }
 }
@@ -134,8 +138,8 @@ impl Section {
         Self { quality, from_s, to_s: from_s, points: Vec::new(), smooth: Vec::new() }
     }
 
-    /// A running median. The ends have nothing beside them and stay.
-    fn calm(&mut self) {
+    /// A running median. The first and the last samples stay unchanged.
+    fn apply_median(&mut self) {
         let half = MEDIAN / 2;
         self.smooth.clone_from(&self.points);
         for (place, window) in self.points.windows(MEDIAN).enumerate() {
@@ -148,13 +152,7 @@ impl Section {
     }
 }
 
-/// From one moment to another.
-#[must_use]
-pub fn seconds(from: Micros, to: Micros) -> f64 {
-    to.0.saturating_sub(from.0) as f64 / Micros::SECOND as f64
-}
-
-/// Longer without a sample is a gap: twice what the recorder lets pass.
+/// The longest time without a sample, in seconds: twice the longest interval of the recorder.
 fn hole() -> f64 {
     2.0 * Deadband::default().max_interval.as_secs_f64()
 }

@@ -1,4 +1,4 @@
-//! Which pictures a report has: the pressures over the logarithm of time, over time, and how fast they fell.
+//! The charts of a report: pressure over the logarithm of time, pressure over time, effective pumping speed over pressure.
 
 use super::figures::{Gauge, Report, since};
 use super::format::{decade, time_of_day};
@@ -8,7 +8,7 @@ use profivac_recorder::Quality;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// Steps between the words at a time axis, in seconds.
+/// The permitted distances between two labels of a time axis, in seconds.
 const STEPS: [f64; 24] = [
     1.0,
     2.0,
@@ -36,13 +36,13 @@ const STEPS: [f64; 24] = [
     31_536_000.0,
 ];
 
-/// Not more words than so many.
+/// The most labels of a time axis.
 const MOST_TICKS: f64 = 8.0;
 
-/// A longer time is over when its lines would be too many.
+/// An axis over more decades has no minor grid lines.
 const MOST_MINOR: usize = 9;
 
-/// The pressures over the logarithm of time.
+/// Pressure over the logarithm of time.
 pub fn over_log_time(report: &Report) -> Plot {
     let first = if report.seconds > 100.0 { 0 } else { -1 };
     let ends = (f64::from(first), report.seconds.max(2.0).log10());
@@ -60,7 +60,7 @@ pub fn over_log_time(report: &Report) -> Plot {
     pressures(report, "log", x, "over the logarithm of time", run)
 }
 
-/// The pressures over time.
+/// Pressure over time.
 pub fn over_time(report: &Report) -> Plot {
     let seconds = report.seconds.max(1.0);
     let step = STEPS.into_iter().find(|step| seconds / step <= MOST_TICKS).unwrap_or(seconds);
@@ -76,7 +76,7 @@ pub fn over_time(report: &Report) -> Plot {
     pressures(report, "lin", x, "over time", <[(f64, f64)]>::to_vec)
 }
 
-/// How fast the pressures fell; nothing if none did.
+/// Effective pumping speed over pressure; `None` without a volume or without falls.
 pub fn speeds(report: &Report) -> Option<Plot> {
     let volume = report.volume_m3?;
     let one = report.unit.pa();
@@ -93,7 +93,7 @@ pub fn speeds(report: &Report) -> Option<Plot> {
     let points = || curves.iter().flat_map(|curve| &curve.runs).flatten();
     let x = decades(points().map(|(x, _)| *x), format!("pressure in {}", report.unit.name()))?;
     let y = decades(points().map(|(_, y)| *y), "effective speed in l/s".to_owned())?;
-    // From high to low pressure, as time goes.
+    // From high to low pressure, in the direction of time.
     let x = Axis { ends: (x.ends.1, x.ends.0), ..x };
     let description =
         format!("Effective pumping speed over pressure, of {}", names(curves.iter().map(|curve| &curve.name)));
@@ -111,7 +111,7 @@ fn pressures(
     let curves = report.gauges.iter().enumerate().map(|(style, gauge)| Curve {
         name: gauge.name.clone(),
         style,
-        runs: gauge.trace.valid().map(|piece| scaled(&run(&piece.points), one)).collect(),
+        runs: gauge.trace.valid().map(|section| scaled(&run(&section.points), one)).collect(),
         spans: not_valid(&gauge.trace),
     });
     let curves: Vec<Curve> = curves.collect();
@@ -119,9 +119,8 @@ fn pressures(
     let y = decades(points, format!("pressure in {}, as indicated", report.unit.name()));
     let y = y.unwrap_or_else(|| axis(-9..=3, String::new()));
     let shown = names(report.gauges.iter().map(|gauge| &gauge.name));
-    let description =
-        format!("Pressure {how}, of {shown}; the times at which it passed each decade stand in the table of times");
-    let levels = report.asked.iter().filter_map(|asked| Some((asked.name.clone()?, asked.pa / one)));
+    let description = format!("Pressure {how}, of {shown}; the table of times lists when it crossed each decade");
+    let levels = report.targets.iter().filter_map(|target| Some((target.name.clone()?, target.pa / one)));
     let marks = report.events.iter().map(|event| (event.number, since(report, event.moment)));
     Plot { id, description, x, y, curves, levels: levels.collect(), marks: marks.collect() }
 }
@@ -135,11 +134,11 @@ fn scaled(points: &[(f64, f64)], one: f64) -> Vec<(f64, f64)> {
 }
 
 fn not_valid(trace: &Trace) -> Vec<(f64, f64, Quality)> {
-    let other = trace.pieces.iter().filter(|piece| piece.quality != Quality::Valid);
-    other.map(|piece| (piece.from_s, piece.to_s, piece.quality)).collect()
+    let other = trace.sections.iter().filter(|section| section.quality != Quality::Valid);
+    other.map(|section| (section.from_s, section.to_s, section.quality)).collect()
 }
 
-/// What lies after `least`, beginning there.
+/// The points from `least` on, with an interpolated point at `least`.
 fn from(points: &[(f64, f64)], least: f64) -> Vec<(f64, f64)> {
     let place = points.partition_point(|(s, _)| *s < least);
     let after = points.get(place..).unwrap_or_default();
@@ -151,13 +150,13 @@ fn from(points: &[(f64, f64)], least: f64) -> Vec<(f64, f64)> {
     begin.into_iter().chain(after.iter().copied()).collect()
 }
 
-/// Whole decades around all values.
+/// An axis over whole decades around all values.
 fn decades(values: impl Iterator<Item = f64> + Clone, label: String) -> Option<Axis> {
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
     if low > high {
         return None;
     }
-    // What lies at the edge by a rounding does not ask for another decade.
+    // A value beyond a decade by a rounding error does not add another decade.
     let (low, high) = ((low.log10() + 0.02).floor() as i32, (high.log10() - 0.02).ceil() as i32);
     Some(axis(low..=high.max(low + 1), label))
 }
@@ -168,7 +167,7 @@ fn axis(exponents: RangeInclusive<i32>, label: String) -> Axis {
     Axis { ends, is_log: true, ticks: ticks.collect(), minor: minor(exponents), label }
 }
 
-/// Lines at 2, 5 of every decade, where there is room.
+/// Grid lines at 2 and 5 of every decade, unless there are too many decades.
 fn minor(exponents: RangeInclusive<i32>) -> Vec<f64> {
     if exponents.clone().count() > MOST_MINOR {
         return Vec::new();
@@ -186,7 +185,7 @@ fn log_tick(s: f64, exponent: i32) -> (f64, String, String) {
     (s, format!("{} s", decade(exponent)), more)
 }
 
-/// A time in the largest unit that the step between two of them has.
+/// A duration in the largest unit that the distance between two labels has.
 fn elapsed(s: f64, step: f64) -> String {
     match step {
         _ if s == 0.0 => "0".to_owned(),

@@ -1,4 +1,4 @@
-//! Numbers, times and names as people read them. Nothing that comes from a file gets into a page but through [`escape`].
+//! Numbers, times and names as text. All text from a file passes through [`escape`].
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::str::FromStr;
 
-/// The unit of the pressures on a page.
+/// The unit of pressures on a page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Unit {
     /// Millibar.
@@ -21,16 +21,16 @@ pub enum Unit {
     HPa,
     /// Torr.
     Torr,
-    /// A thousandth of a Torr.
+    /// A millitorr.
     #[serde(rename = "micron")]
     Micron,
 }
 
 impl Unit {
-    /// All of them.
+    /// All units.
     pub const ALL: [Self; 5] = [Self::Mbar, Self::Pa, Self::HPa, Self::Torr, Self::Micron];
 
-    /// As it is written.
+    /// The symbol of the unit.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ impl Unit {
         }
     }
 
-    /// One of it in Pa.
+    /// The unit in Pa.
     #[must_use]
     pub const fn pa(self) -> f64 {
         match self {
@@ -54,18 +54,24 @@ impl Unit {
     }
 }
 
-impl FromStr for Unit {
-    type Err = String;
+/// A text that is not a unit.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a unit out of {}, got {found:?}", Unit::ALL.map(Unit::name).join(", "))]
+pub struct UnknownUnit {
+    /// The text.
+    pub found: String,
+}
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|unit| unit.name().eq_ignore_ascii_case(text))
-            .ok_or_else(|| format!("expected a unit out of {}, got {text:?}", Self::ALL.map(Self::name).join(", ")))
+impl FromStr for Unit {
+    type Err = UnknownUnit;
+
+    fn from_str(text: &str) -> Result<Self, UnknownUnit> {
+        let unit = Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(text));
+        unit.ok_or_else(|| UnknownUnit { found: text.to_owned() })
     }
 }
 
-/// Text for a page: nothing in it is markup, and no character in it is invisible or turns the direction of reading.
+/// Escapes text for HTML and replaces control characters and characters that change the writing direction.
 #[must_use]
 pub fn escape(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut safe, letter| {
@@ -83,13 +89,13 @@ pub fn escape(text: &str) -> String {
     })
 }
 
-/// A pressure with two digits, three above 100: no gauge has more.
+/// A pressure with two digits, three above 100: gauges are not more accurate.
 #[must_use]
 pub fn pressure(pa: f64, unit: Unit) -> String {
     number(pa / unit.pa())
 }
 
-/// The same with its unit.
+/// A pressure with its unit.
 #[must_use]
 pub fn with_unit(pa: f64, unit: Unit) -> String {
     format!("{}\u{a0}{}", pressure(pa, unit), unit.name())
@@ -112,18 +118,18 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A pressure that somebody asked for, as it was written; with three digits if it was written in another unit.
+/// A requested pressure as it was written, or with three digits if it was written in another unit.
 #[must_use]
 pub fn target_pressure(pa: f64, unit: Unit) -> String {
     let value = pa / unit.pa();
-    // Twelve digits take away what the conversion added.
+    // Rounding to twelve digits removes the error of the conversion.
     let whole = format!("{value:.11e}").parse().unwrap_or(value);
     let rounded = format!("{value:.2e}").parse().unwrap_or(value);
     let shortest = if format!("{whole:e}").len() > LONGEST { rounded } else { whole };
     if (0.01..10_000.0).contains(&shortest) { format!("{shortest}") } else { power(&format!("{shortest:e}")) }
 }
 
-/// As long as `1.25e-12`, nobody writes more.
+/// A longer number than `1.25e-12` is the result of a conversion.
 const LONGEST: usize = 8;
 
 /// `1.5e-7` as 1.5 × 10⁻⁷, `1e-7` as 10⁻⁷.
@@ -151,7 +157,7 @@ fn superscript(exponent: &str) -> String {
     exponent.chars().map(raised).collect()
 }
 
-/// The power of ten on an axis.
+/// The label of a power of ten.
 #[must_use]
 pub fn decade(exponent: i32) -> String {
     match exponent {
@@ -160,12 +166,12 @@ pub fn decade(exponent: i32) -> String {
     }
 }
 
-/// A time that passed.
+/// A duration in at most two units.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     let whole = seconds.round() as i64;
     match seconds {
-        // Nobody times a valve better than to a tenth; time constants can be shorter.
+        // Durations are given to a tenth of a second; time constants may be shorter.
         0.000_1..0.995 => format!("{}\u{a0}s", number(seconds)),
         ..99.95 => format!("{seconds:.1}\u{a0}s"),
         ..3_599.5 => two(whole / 60, "min", whole % 60, "s"),
@@ -183,25 +189,25 @@ pub fn duration(seconds: f64) -> String {
 fn two(large: i64, large_unit: &str, small: i64, small_unit: &str) -> String {
     let mut text = format!("{large}\u{a0}{large_unit}");
     if small > 0 {
-        // Writing into a text does not fail.
+        // Writing to a String cannot fail.
         write!(text, " {small}\u{a0}{small_unit}").ok();
     }
     text
 }
 
-/// A moment.
+/// A time as a timestamp.
 #[must_use]
 pub fn timestamp(at: Micros) -> Timestamp {
     Timestamp::from_microsecond(at.0).unwrap_or_default()
 }
 
-/// A moment in a zone, to the second: `2026-11-21 14:00:00 CET`.
+/// A time in a time zone, to the second: `2026-11-21 14:00:00 CET`.
 #[must_use]
 pub fn moment(at: Micros, zone: &TimeZone) -> String {
     timestamp(at).to_zoned(zone.clone()).strftime("%Y-%m-%d %H:%M:%S %Z").to_string()
 }
 
-/// The time of day in a zone, with the date where it is not the day of `first`.
+/// The time of day in a time zone, with the date if it differs from that of `first`.
 #[must_use]
 pub fn time_of_day(at: Micros, first: Micros, zone: &TimeZone) -> String {
     let [at, first] = [at, first].map(|at| timestamp(at).to_zoned(zone.clone()));

@@ -1,15 +1,17 @@
-//! A report about a pump-down: what a vacuum engineer hands to a customer or keeps with the chamber.
+//! Reports about pump-downs, for customers and for the archive of a chamber.
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`series`] | what a record has of a gauge in a span, and the pump-downs in it |
-//! | [`figures`] | the numbers |
-//! | [`page`] | the page |
-//! | `pictures` | which curves it has |
-//! | `plot` | how a curve is drawn |
-//! | `tables` | its tables |
-//! | [`words`] | numbers and times as people read them |
+//! | [`series`] | the samples of a series in a time range, and the pump-downs in a database |
+//! | [`figures`] | the numbers of a report |
+//! | `calculate` | how the numbers are calculated |
+//! | [`page`] | the HTML page |
+//! | `charts` | the charts of the page |
+//! | `plot` | a chart as SVG |
+//! | `tables` | the tables of the page |
+//! | [`mod@format`] | numbers, times and names as text |
 
+mod calculate;
 mod charts;
 pub mod figures;
 pub mod format;
@@ -18,5 +20,5 @@ mod plot;
 pub mod series;
 mod tables;
 
-pub use figures::{GaugeInfo, Report, ReportRequest, TargetPressure};
+pub use figures::{GaugeInfo, Outcome, Report, ReportRequest, TargetPressure};
 pub use format::Unit;

@@ -1,10 +1,10 @@
-//! The page: one HTML file with everything in it. No script, nothing from elsewhere; it may lie beside a chamber for twenty
-//! years. Everything that comes from a file goes through [`escape`].
+//! The page: one HTML file without scripts and without external resources, so that it can be archived with the chamber. All text
+//! from the database or the configuration file passes through [`escape`].
 
 use super::charts::{over_log_time, over_time, speeds};
-use super::figures::{Gauge, Reached, Report};
-use super::format::{duration, escape, moment, number, time_of_day, with_unit};
-use super::plot::{lane_swatch, swatch};
+use super::figures::{Gauge, Outcome, Report};
+use super::format::{duration, escape, moment, number, with_unit};
+use super::plot::lane_swatch;
 use super::tables;
 use jiff::tz::TimeZone;
 use profivac_recorder::{Micros, Quality};
@@ -12,7 +12,7 @@ use std::fmt::Write;
 
 const STYLE: &str = include_str!("style.css");
 
-/// The page.
+/// The whole page.
 #[must_use]
 pub fn page(report: &Report) -> String {
     let mut page = String::new();
@@ -28,8 +28,8 @@ pub fn page(report: &Report) -> String {
         section("Slope at the end", &tables::slopes(report)),
         section("Rises", &tables::rises(report)),
         section("Events", &tables::events(report)),
-        section("What the numbers stand on", &tables::standing(report)),
-        section("How it was calculated", &tables::how(report)),
+        section("Data behind the numbers", &tables::coverage(report)),
+        section("Methods of calculation", &tables::how(report)),
         foot(report),
     ] {
         page.push_str(&part);
@@ -37,7 +37,7 @@ pub fn page(report: &Report) -> String {
     page
 }
 
-/// Nothing without a content.
+/// A section; empty if it has no content.
 fn section(heading: &str, content: &str) -> String {
     if content.is_empty() { String::new() } else { format!("<section>\n<h2>{heading}</h2>\n{content}</section>\n") }
 }
@@ -58,7 +58,7 @@ fn head(report: &Report) -> String {
     )
 }
 
-/// The four numbers that everybody asks for first, of one gauge: the one that saw most of it.
+/// The four key figures of the leading gauge.
 fn key_figures(report: &Report) -> String {
     let Some(lead) = lead(report) else { return String::new() };
     let mut figures = String::new();
@@ -72,9 +72,9 @@ fn key_figures(report: &Report) -> String {
     if let Some(lowest) = lead.lowest {
         put("Lowest pressure", &with_unit(lowest.pa, report.unit), &format!("after {}", duration(lowest.s)));
     }
-    let last = report.asked.iter().zip(&lead.times).rfind(|(_, reached)| reached.outcome == "reached");
-    if let Some((asked, s)) = last.and_then(|(asked, reached)| Some((asked, reached.s?))) {
-        put(&format!("Time to {}", escape(&asked.words(report.unit))), &duration(s), "since the beginning");
+    let last = report.targets.iter().zip(&lead.times).rfind(|(_, reached)| reached.outcome == Outcome::Reached);
+    if let Some((target, s)) = last.and_then(|(target, reached)| Some((target, reached.s?))) {
+        put(&format!("Time to {}", escape(&target.words(report.unit))), &duration(s), "since the beginning");
     }
     if let Some(fall) = lead.quickest {
         let more = format!("near {}", with_unit(fall.pa, report.unit));
@@ -83,11 +83,14 @@ fn key_figures(report: &Report) -> String {
             None => put("Shortest time constant", &duration(fall.time_constant_s), &more),
         }
     }
-    let note = format!("<p class=\"note\">As {} saw it, which saw most of it.</p>\n", escape(&lead.name));
+    let note = format!(
+        "<p class=\"note\">Measured by {}, the gauge that followed most of the pump-down.</p>\n",
+        escape(&lead.name)
+    );
     format!("<dl class=\"key\">\n{figures}</dl>\n{}", if report.gauges.len() > 1 { note } else { String::new() })
 }
 
-/// Who saw most of it: over the most decades, and from the beginning if anybody did.
+/// The leading gauge: the one that measured from the beginning, if any, and over the most decades.
 fn lead(report: &Report) -> Option<&Gauge> {
     let rank = |gauge: &Gauge| {
         let (first, lowest) = gauge.first.zip(gauge.lowest)?;
@@ -101,7 +104,7 @@ fn lead(report: &Report) -> Option<&Gauge> {
 fn facts(report: &Report) -> String {
     let mut facts = String::new();
     let mut put = |what: &str, value: &str| {
-        // Writing into a text does not fail.
+        // Writing to a String cannot fail.
         writeln!(facts, "<dt>{what}</dt><dd>{value}</dd>").ok();
     };
     let both = |at: Micros| {
@@ -110,18 +113,18 @@ fn facts(report: &Report) -> String {
     };
     put("Begin", &both(report.span.start));
     put("End", &format!("{}, after {}", both(report.span.end), duration(report.seconds)));
-    put("Chosen", &escape(&report.why));
+    put("Selection", &escape(&report.why));
     if let Some(volume) = report.volume_m3 {
         put("Volume", &format!("{} l, as given", number(volume * 1e3)));
     }
-    put("Record", &escape(&report.record));
+    put("Database", &escape(&report.record));
     put("Pressures", "as indicated: equivalent to nitrogen where a gauge depends on the gas, not corrected");
     format!("<dl class=\"facts\">\n{facts}</dl>\n")
 }
 
 fn pictures(report: &Report) -> String {
     let lanes =
-        report.gauges.iter().any(|gauge| gauge.trace.pieces.iter().any(|piece| piece.quality != Quality::Valid));
+        report.gauges.iter().any(|gauge| gauge.trace.sections.iter().any(|section| section.quality != Quality::Valid));
     let lanes = if lanes { legend() } else { String::new() };
     let events = if report.events.is_empty() { "" } else { " Numbers at the top are events." };
     section(
@@ -143,10 +146,10 @@ fn legend() -> String {
         (Quality::Overrange, "above the range"),
         (Quality::Underrange, "below the range"),
         (Quality::Invalid, "not valid"),
-        (Quality::Gap, "nothing recorded"),
+        (Quality::Gap, "no samples"),
     ];
     let named = named.map(|(quality, words)| format!("{}{words}", lane_swatch(quality))).concat();
-    format!(" Where a gauge did not measure, there is no curve; the strips below say why:{named}.")
+    format!(" Where a gauge has no valid reading, its curve has a gap; the strips below show the reason:{named}.")
 }
 
 fn figure(svg: &str, caption: &str) -> String {
@@ -157,7 +160,7 @@ fn figure(svg: &str, caption: &str) -> String {
 
 fn speed(report: &Report) -> String {
     let picture = speeds(report).map_or(String::new(), |plot| {
-        figure(&plot.svg(), "While the volume is being evacuated this is the speed of the pumps at the chamber; later, outgassing and leaks are pumped and the pressure falls more slowly than they could make it. A step where a gauge passes from one sensor to another looks like speed.")
+        figure(&plot.svg(), "While the volume is being evacuated this is the speed of the pumps at the chamber; later, outgassing and leaks are pumped and the pressure falls more slowly than they could make it. A step between two sensors of one gauge looks like pumping speed, too.")
     });
     section("Effective pumping speed", &(picture + &tables::speeds(report)))
 }
@@ -165,33 +168,4 @@ fn speed(report: &Report) -> String {
 fn foot(report: &Report) -> String {
     let made = report.made.to_zoned(report.zone.clone()).strftime("%Y-%m-%d %H:%M:%S %Z").to_string();
     format!("</main>\n<footer>Made by {} on {made}.</footer>\n</body>\n</html>\n", report.generator)
-}
-
-/// A time in a table, with the time of day below.
-pub fn reached(report: &Report, gauge: &Gauge, reached: &Reached) -> String {
-    let at = |s: f64| {
-        let at = Micros(report.span.start.0 + (s * 1e6) as i64);
-        time_of_day(at, report.span.start, &report.zone)
-    };
-    let lowest = || {
-        gauge
-            .lowest
-            .map_or("no valid pressure".to_owned(), |seen| format!("lowest {}", with_unit(seen.pa, report.unit)))
-    };
-    match (reached.outcome, reached.s, reached.from_s) {
-        ("reached", Some(s), _) => format!("<td>{}<small>{}</small></td>", duration(s), at(s)),
-        ("between", Some(s), Some(from)) => {
-            format!("<td>{} to {}<small>not recorded between</small></td>", duration(from), duration(s))
-        }
-        ("before", Some(s), _) => format!("<td>≤ {}<small>could not measure before</small></td>", duration(s)),
-        ("already", _, _) => "<td class=\"no\">from the beginning</td>".to_owned(),
-        _ => format!("<td class=\"no\">not reached<small>{}</small></td>", lowest()),
-    }
-}
-
-/// The heads of columns, one for each gauge.
-pub fn columns(report: &Report) -> String {
-    let head =
-        |(style, gauge): (usize, &Gauge)| format!("<th scope=\"col\">{}{}</th>", swatch(style), escape(&gauge.name));
-    report.gauges.iter().enumerate().map(head).collect()
 }

@@ -1,5 +1,4 @@
-//! A picture with curves, as SVG: lines and words. Colours, dashes and type stand in the style of the page, so that it is
-//! dark where the page is dark.
+//! A chart as SVG. The style sheet of the page sets colours and dashes, so that the chart follows a dark page.
 
 use super::format::escape;
 use profivac_recorder::Quality;
@@ -7,69 +6,69 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 820.0;
 const LEFT: f64 = 64.0;
-/// Room for the names of the curves.
+/// The width of the column with the names of the curves.
 const RIGHT: f64 = 150.0;
-/// Room for the numbers of the events.
+/// The height of the row with the numbers of the events.
 const TOP: f64 = 30.0;
 const HEIGHT: f64 = 350.0;
-/// Room for what stands at the axis.
+/// The height of the labels below the axis.
 const FOOT: f64 = 56.0;
 const LANE: f64 = 16.0;
-/// Names of curves, and numbers of events, are not nearer to each other than this.
+/// The smallest distance between two names or numbers.
 const APART: f64 = 15.0;
 
-/// There are so many kinds of lines.
+/// The number of line styles.
 pub const STYLES: usize = 8;
 
-/// So much of a name stands beside its curve.
+/// The longest name beside a curve, in characters.
 const LONGEST_NAME: usize = 18;
 
 /// An axis.
 pub struct Axis {
-    /// Where it begins and ends, in decades if it has them.
+    /// The values at both ends; their logarithms if the axis is logarithmic.
     pub ends: (f64, f64),
-    /// Whether it is logarithmic.
+    /// Whether the axis is logarithmic.
     pub is_log: bool,
-    /// Lines with words, and a second row of words.
+    /// Labelled grid lines: value, label, second line of the label.
     pub ticks: Vec<(f64, String, String)>,
-    /// Lines without.
+    /// Grid lines without labels.
     pub minor: Vec<f64>,
-    /// What is shown along it.
+    /// The title of the axis.
     pub label: String,
 }
 
 /// A curve.
 pub struct Curve {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// The kind of its line.
+    /// Its line style.
     pub style: usize,
-    /// Its pieces; between them is nothing.
+    /// Its connected points. Between two runs the curve has a gap.
     pub runs: Vec<Vec<(f64, f64)>>,
-    /// When it had another quality than valid.
+    /// The times with another quality than valid.
     pub spans: Vec<(f64, f64, Quality)>,
 }
 
-/// A picture.
+/// A chart.
 pub struct Plot {
-    /// A word that no other picture of the page has.
+    /// An identifier, unique on the page.
     pub id: &'static str,
-    /// What it shows, in a sentence, for those who do not see it.
+    /// The text alternative, in a sentence.
     pub description: String,
-    /// To the right.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// The vertical axis.
     pub y: Axis,
-    /// Its curves.
+    /// The curves.
     pub curves: Vec<Curve>,
-    /// Lines across: names and values.
+    /// Horizontal lines: names and values.
     pub levels: Vec<(String, f64)>,
-    /// What happened: numbers and places.
+    /// Events: numbers and positions.
     pub marks: Vec<(usize, f64)>,
 }
 
 impl Axis {
-    /// Where a value lies on the axis, from 0 to 1 within it.
+    /// The position of a value on the axis: 0 and 1 are its ends.
     fn share(&self, value: f64) -> f64 {
         let value = if self.is_log { value.log10() } else { value };
         (value - self.ends.0) / (self.ends.1 - self.ends.0)
@@ -81,7 +80,7 @@ impl Axis {
 }
 
 impl Plot {
-    /// The picture.
+    /// The chart as SVG.
     #[must_use]
     pub fn svg(&self) -> String {
         let lanes: Vec<&Curve> = self.curves.iter().filter(|curve| !curve.spans.is_empty()).collect();
@@ -111,7 +110,7 @@ impl Plot {
         TOP + (1.0 - self.y.share(value)) * HEIGHT
     }
 
-    /// Patterns for what is not valid; they tell each other apart without colours.
+    /// Clip paths for the curves and for the quality lanes.
     fn defs(&self) -> String {
         let id = self.id;
         let (width, right) = (WIDTH - LEFT - RIGHT, WIDTH - RIGHT);
@@ -157,7 +156,7 @@ impl Plot {
         }
     }
 
-    /// Events that lie close together share a mark.
+    /// Events that are close together share a label.
     fn marks(&self, svg: &mut String) {
         let bottom = TOP + HEIGHT;
         let mut groups: Vec<(f64, usize, usize)> = Vec::new();
@@ -192,7 +191,7 @@ impl Plot {
         }
     }
 
-    /// Of all points in a column of the picture only the first, the highest, the lowest and the last are drawn.
+    /// In each pixel column the curve keeps its first, highest, lowest and last point.
     fn path(&self, run: &[(f64, f64)]) -> String {
         let mut drawn: Vec<(f64, f64)> = Vec::new();
         let mut column: Vec<(f64, f64)> = Vec::new();
@@ -205,7 +204,7 @@ impl Plot {
         }
         drawn.extend(ends(&column));
         drawn.dedup();
-        // A single point is a dot: a line of no length with round ends.
+        // A single point becomes a dot: a line of no length with round caps.
         let dot = if drawn.len() == 1 { "h0" } else { "" };
         let points = drawn.iter().enumerate().fold(String::new(), |mut path, (place, (x, y))| {
             write!(path, "{}{x:.1} {y:.1}", if place == 0 { "M" } else { "L" }).ok();
@@ -214,7 +213,7 @@ impl Plot {
         points + dot
     }
 
-    /// The name of each curve stands where it ends, or where there is room near it.
+    /// The name of each curve is beside its end, or as near to it as other names permit.
     fn names(&self, svg: &mut String) {
         let mut places: Vec<(f64, f64, &Curve)> = self
             .curves
@@ -226,16 +225,16 @@ impl Plot {
             })
             .collect();
         places.sort_by(|one, two| one.0.total_cmp(&two.0));
-        let wished: Vec<f64> = places.iter().map(|(y, _, _)| *y).collect();
+        let preferred: Vec<f64> = places.iter().map(|(y, _, _)| *y).collect();
         let x = WIDTH - RIGHT + 14.0;
-        for (label, (y, end, curve)) in spread(&wished).into_iter().zip(places) {
+        for (label, (y, end, curve)) in spread(&preferred).into_iter().zip(places) {
             let style = curve.style % STYLES;
             put(svg, &format!("<path class=\"lead c{style}\" d=\"M{end:.1} {y:.1}L{} {:.1}\"/>\n", x - 3.0, label));
             put(svg, &text("start", x, label + 4.0, &format!("name t{style}"), &shortened(&curve.name)));
         }
     }
 
-    /// What was not valid, along the axis.
+    /// The times without a valid pressure, in a lane below the axis.
     fn lane(&self, svg: &mut String, place: usize, curve: &Curve) {
         let y = TOP + HEIGHT + FOOT + 4.0 + LANE * place as f64;
         let (middle, style) = (y + 9.0, curve.style % STYLES);
@@ -250,7 +249,7 @@ impl Plot {
     }
 }
 
-/// A piece of a lane: overrange stands high, underrange low, invalid fills, a gap is an empty frame.
+/// A part of a lane: overrange in the upper half, underrange in the lower half, invalid filled, a gap as an empty frame.
 fn span(x: f64, y: f64, width: f64, quality: Quality) -> String {
     let (top, height) = match quality {
         Quality::Overrange => (y, 5.0),
@@ -263,7 +262,7 @@ fn span(x: f64, y: f64, width: f64, quality: Quality) -> String {
     )
 }
 
-/// A sample of a line, for a table.
+/// A sample of a line style, for tables.
 #[must_use]
 pub fn swatch(style: usize) -> String {
     format!(
@@ -272,7 +271,7 @@ pub fn swatch(style: usize) -> String {
     )
 }
 
-/// A sample of a lane.
+/// A sample of a lane, for the legend.
 #[must_use]
 pub fn lane_swatch(quality: Quality) -> String {
     format!(
@@ -294,9 +293,9 @@ fn ends(column: &[(f64, f64)]) -> Vec<(f64, f64)> {
     kept
 }
 
-/// Moves places apart, as little as it takes, from the top down and back up from the bottom.
-fn spread(wished: &[f64]) -> Vec<f64> {
-    let mut places = wished.to_vec();
+/// Moves labels apart by the smallest distance needed: first downwards from the top, then upwards from the bottom.
+fn spread(preferred: &[f64]) -> Vec<f64> {
+    let mut places = preferred.to_vec();
     let mut least = TOP;
     for place in &mut places {
         *place = place.max(least);
@@ -325,8 +324,8 @@ fn shortened(name: &str) -> String {
     name.chars().take(LONGEST_NAME - 1).chain(['…']).collect()
 }
 
-fn put(svg: &mut String, piece: &str) {
-    svg.push_str(piece);
+fn put(svg: &mut String, section: &str) {
+    svg.push_str(section);
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
-//! What a record has of a gauge in a span, in an amount that a computer can hold, and the pump-downs in a whole record.
+//! The samples of a series in a time range, in an amount that fits into memory, and the pump-downs in a whole database.
 //!
-//! A record may hold two years at five samples a second. The beginning of a pump-down is read as it was kept, later parts in
-//! longer and longer spans where there is too much of it, as the eye on a logarithm of time wants it anyway.
+//! A database may hold two years with five samples a second. The beginning of a time range is read sample by sample. Later parts
+//! are read in longer spans if they hold too many samples, which a logarithmic time axis shows in the same way.
 
 use crate::pumpdown::{PumpDown, TimeRange, find, select};
 use profivac_recorder::reader::Span;
@@ -9,34 +9,34 @@ use profivac_recorder::spans::{LEVELS, Level};
 use profivac_recorder::{DatabaseError, Micros, Qualities, Quality, Reader, Sample};
 use std::time::Duration;
 
-/// So many samples are read for each part of a span. free choice: some megabytes, some tenths of a second.
+/// The most samples that are read for each part of a time range. free choice: some megabytes, some tenths of a second.
 const MOST: u32 = 200_000;
 
-/// In so many bins, where there are more.
+/// The number of spans for a part with more samples.
 const BINS: u32 = 20_000;
 
-/// So long before and after a span lies what holds at its ends: twice what the recorder leaves out.
+/// The time before and after the range in which samples give the values at its ends: twice the longest interval between two samples.
 const HELD: Duration = Duration::from_secs(120);
 
-/// The first part of a span; each further one is ten times as long.
+/// The length of the first part, in microseconds; each further part is ten times as long.
 const FIRST_PART: i64 = 3_600 * Micros::SECOND;
 
-/// How far back a pump-down is looked for, and in bins of how many seconds: seconds in the last day, spans further back.
+/// The search ranges for pump-downs, in seconds before the last sample, and the length of the spans in which they are searched.
 const LOOKS: [(i64, i64); 3] = [(86_400, 1), (30 * 86_400, 10), (i64::MAX, 120)];
 
-/// What a record has of a gauge.
+/// The samples of a series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
-    /// Its samples.
+    /// The samples.
     pub samples: Vec<Sample>,
-    /// The longest span that stands for several samples in them, in seconds; nothing if all are as they were kept.
+    /// The length of the longest span used in place of samples, in seconds; `None` if all samples are stored.
     pub coarsest_s: Option<f64>,
 }
 
-/// Everything between two moments, and two minutes before and after: what was held at both ends.
+/// The samples of a time range, and those of two minutes before and after it, which give the values at its ends.
 ///
 /// # Errors
-/// [`StoreError`] when the record cannot be read.
+/// [`DatabaseError`] when the database cannot be read.
 pub fn series(reader: &Reader, gauge: &str, span: TimeRange) -> Result<Series, DatabaseError> {
     let mut series = Series::default();
     let mut from = span.start.before(HELD);
@@ -45,7 +45,7 @@ pub fn series(reader: &Reader, gauge: &str, span: TimeRange) -> Result<Series, D
     while from <= end {
         let to = Micros(from.0.saturating_add(part).min(end.0));
         series.read(reader, gauge, from, to)?;
-        // At the end of time there is no next moment.
+        // There is no time after the largest one.
         let Some(next) = to.0.checked_add(1) else { break };
         from = Micros(next);
         part = part.saturating_mul(10);
@@ -75,7 +75,7 @@ impl Series {
     }
 }
 
-/// What is left of a time of which there are no samples any more. A span that reaches to where samples begin is not of it.
+/// The spans of a time range without samples. A span that overlaps the first sample is left out.
 fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Span>, DatabaseError> {
     let Some(first) = reader.first_sample(gauge)? else { return reader.trend(gauge, from, to, BINS) };
     if first <= from {
@@ -87,14 +87,14 @@ fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<S
     Ok(bins)
 }
 
-/// How far bins are apart. Spans are moved to where pixels begin, so their length is the nearest one there is.
+/// The length of spans, in microseconds. Spans begin at pixels, so the nearest length of a stored level is meant.
 fn width(bins: &[Span]) -> Option<i64> {
     let least = bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min()?;
     let is_near = |level: &i64| level.abs_diff(least) < level.unsigned_abs() / 4;
     Some(LEVELS.into_iter().map(Level::micros).find(is_near).unwrap_or(least))
 }
 
-/// A span counts as what it is least of: a mean of valid pressures and the end of a range is neither.
+/// The quality of a span is the worst one in it: a mean of valid pressures and range ends is neither.
 fn quality(bin: &Span) -> Quality {
     let occurred: Qualities = bin.summary.qualities;
     let worst = [Quality::Overrange, Quality::Underrange].into_iter().find(|quality| occurred.contains(*quality));
@@ -105,11 +105,10 @@ fn quality(bin: &Span) -> Quality {
     }
 }
 
-/// The pump-downs that these gauges saw, the earliest first: all of them, or those of the shortest time back in which one
-/// began.
+/// The pump-downs of these series, the earliest first: all of them, or those in the shortest search range in which one began.
 ///
 /// # Errors
-/// [`StoreError`] when the record cannot be read.
+/// [`DatabaseError`] when the database cannot be read.
 pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Vec<PumpDown>, DatabaseError> {
     let Some(known) = known(reader, gauges)? else { return Ok(Vec::new()) };
     for (back, width) in LOOKS {
@@ -120,7 +119,7 @@ pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Ve
         let start = if is_last { known.start } else { Micros(known.end.0 - back * Micros::SECOND) };
         let looked = TimeRange { start, end: known.end };
         let found = within(reader, gauges, looked, width)?;
-        // One that begins where the look begins may have begun before.
+        // A pump-down at the beginning of the search range may have begun before it.
         let begun = |one: &PumpDown| one.span.start.0 > start.0 + 60 * Micros::SECOND;
         if is_last || found.last().is_some_and(begun) {
             let sharp: Result<Vec<_>, _> = found.iter().map(|one| sharpened(reader, gauges, one, width)).collect();
@@ -130,10 +129,10 @@ pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Ve
     Ok(Vec::new())
 }
 
-/// From the first to the last of what is recorded.
+/// The time range from the first to the last sample.
 ///
 /// # Errors
-/// [`StoreError`] when the record cannot be read.
+/// [`DatabaseError`] when the database cannot be read.
 pub fn known(reader: &Reader, gauges: &[String]) -> Result<Option<TimeRange>, DatabaseError> {
     let mut known: Option<TimeRange> = None;
     for gauge in gauges {
@@ -145,10 +144,10 @@ pub fn known(reader: &Reader, gauges: &[String]) -> Result<Option<TimeRange>, Da
     Ok(known)
 }
 
-/// By how many decades a gauge moved in a time; nothing if nothing is recorded of it.
+/// The change of the pressure in a time range, in decades; `None` without samples.
 ///
 /// # Errors
-/// [`StoreError`] when the record cannot be read.
+/// [`DatabaseError`] when the database cannot be read.
 pub fn moved(reader: &Reader, gauge: &str, span: TimeRange) -> Result<Option<f64>, DatabaseError> {
     let is_sampled = !reader.page(gauge, span.start, span.end, 1)?.is_empty();
     let bins = if is_sampled {
@@ -172,13 +171,13 @@ fn within(reader: &Reader, gauges: &[String], span: TimeRange, width: i64) -> Re
     Ok(select(found))
 }
 
-/// The highest and the lowest of each bin, in the order of a pressure that falls.
+/// The highest and the lowest pressure of each span, in the order of a falling pressure.
 fn outlines(bins: &[Span]) -> Vec<Sample> {
     let sample = |bin: &Span, pa| Sample::new(bin.start, pa, quality(bin));
     bins.iter().flat_map(|bin| [sample(bin, bin.summary.high), sample(bin, bin.summary.low)]).collect()
 }
 
-/// The same pump-down in the samples themselves; nothing if it was none, but a rise and a fall in one bin.
+/// The same pump-down, searched in the samples. `None` if it was none: a rise and a fall within one span.
 fn sharpened(
     reader: &Reader,
     gauges: &[String],
@@ -191,6 +190,6 @@ fn sharpened(
     let found = find(&series(reader, gauge, around)?.samples, one.gauge);
     let nearest = found.into_iter().filter(|other| other.span.overlaps(&one.span));
     let longest = nearest.max_by(|one, two| one.span.seconds().total_cmp(&two.span.seconds()));
-    // What vented it may lie behind a gap, and so behind what was read here.
+    // The venting may lie behind a gap, outside the samples that were read.
     Ok(longest.map(|sharp| PumpDown { is_vented: sharp.is_vented || one.is_vented, ..sharp }))
 }

@@ -1,13 +1,12 @@
 //! The tables of a report.
 
-use super::figures::{Gauge, PressurePoint, Report, ReportEvent, Rising, Slope};
+use super::figures::{Gauge, Outcome, PressurePoint, Reached, Report, ReportEvent, Rising, Slope};
 use super::format::{Unit, duration, escape, number, pressure, target_pressure, time_of_day, with_unit};
-use super::page::{columns, reached};
 use super::plot::swatch;
-use crate::pumpdown::trace::seconds;
+use crate::pumpdown::time_range::seconds;
 use profivac_recorder::Micros;
 
-/// A table that may be wider than the screen.
+/// A table that scrolls sideways on a narrow screen.
 fn table(caption: &str, head: &str, rows: &[String]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -28,7 +27,7 @@ fn cell(text: &str) -> String {
     format!("<td>{text}</td>")
 }
 
-/// A name of this length stands in one line.
+/// The longest name without a line break, in characters.
 const SHORT: usize = 24;
 
 fn named(style: usize, gauge: &Gauge) -> String {
@@ -36,7 +35,7 @@ fn named(style: usize, gauge: &Gauge) -> String {
     format!("<th scope=\"row\"{class}>{}{}</th>", swatch(style), escape(&gauge.name))
 }
 
-/// Who measured. What no station's file has told has no column.
+/// The gauges. Columns from the configuration file are left out if it has no entry for any gauge.
 pub fn gauges(report: &Report) -> String {
     let is_known = report.gauges.iter().any(|gauge| gauge.identity.device.is_some());
     let row = |(style, gauge): (usize, &Gauge)| {
@@ -67,30 +66,31 @@ fn identity(gauge: &Gauge) -> String {
     .concat()
 }
 
-/// When each pressure was reached.
+/// The time at which each gauge reached each pressure.
 pub fn times(report: &Report) -> String {
-    let rows = report.asked.iter().enumerate().map(|(place, asked)| {
-        let cells = report.gauges.iter().filter_map(|gauge| Some(reached(report, gauge, gauge.times.get(place)?)));
-        format!("<th scope=\"row\">{}</th>{}", escape(&asked.words(report.unit)), cells.collect::<String>())
+    let rows = report.targets.iter().enumerate().map(|(index, target)| {
+        let cells = report.gauges.iter().filter_map(|gauge| Some(reached(report, gauge, gauge.times.get(index)?)));
+        format!("<th scope=\"row\">{}</th>{}", escape(&target.words(report.unit)), cells.collect::<String>())
     });
     let rows: Vec<String> = rows.collect();
     let caption = "Since the beginning, for the first time; below it the time of day.";
     table(caption, &format!("<th scope=\"col\">Pressure</th>{}", columns(report)), &rows)
 }
 
-/// How long each decade took.
+/// The time that each decade took.
 pub fn decades(report: &Report) -> String {
     let one = report.unit.pa();
     let is_power = |pa: f64| ((pa / one).log10() - (pa / one).log10().round()).abs() < 1e-6;
     let powers: Vec<usize> =
-        report.asked.iter().enumerate().filter(|(_, asked)| is_power(asked.pa)).map(|(place, _)| place).collect();
+        report.targets.iter().enumerate().filter(|(_, target)| is_power(target.pa)).map(|(index, _)| index).collect();
     let rows: Vec<String> = powers.windows(2).filter_map(|pair| decade_row(report, pair[0], pair[1])).collect();
     table("", &format!("<th scope=\"col\">From – to, {}</th>{}", report.unit.name(), columns(report)), &rows)
 }
 
-/// Nothing where no gauge passed both ends.
+/// `None` if no gauge crossed both ends.
 fn decade_row(report: &Report, from: usize, to: usize) -> Option<String> {
-    let time = |gauge: &Gauge, place: usize| gauge.times.get(place).filter(|reached| reached.outcome == "reached")?.s;
+    let time =
+        |gauge: &Gauge, index: usize| gauge.times.get(index).filter(|reached| reached.outcome == Outcome::Reached)?.s;
     let took = |gauge: &Gauge| Some(time(gauge, to)? - time(gauge, from)?);
     if report.gauges.iter().all(|gauge| took(gauge).is_none()) {
         return None;
@@ -99,13 +99,13 @@ fn decade_row(report: &Report, from: usize, to: usize) -> Option<String> {
         .gauges
         .iter()
         .map(|gauge| took(gauge).map_or("<td class=\"no\">–</td>".to_owned(), |s| cell(&duration(s))));
-    let [from, to] = [from, to].map(|place| report.asked.get(place).map_or(0.0, |asked| asked.pa));
+    let [from, to] = [from, to].map(|place| report.targets.get(place).map_or(0.0, |target| target.pa));
     let head =
         format!("<th scope=\"row\">{} – {}</th>", target_pressure(from, report.unit), target_pressure(to, report.unit));
     Some(head + &cells.collect::<String>())
 }
 
-/// How fast the pressure fell at best.
+/// The fastest fall of each gauge.
 pub fn speeds(report: &Report) -> String {
     let row = |(style, gauge): (usize, &Gauge)| {
         let fall = gauge.quickest?;
@@ -131,7 +131,7 @@ pub fn speeds(report: &Report) -> String {
     if table.is_empty() { table } else { table + note }
 }
 
-/// The slope in the last decade of time, with what it may mean.
+/// The slope in the last decade of time, with possible causes.
 pub fn slopes(report: &Report) -> String {
     let row = |(style, gauge): (usize, &Gauge)| {
         let slope = gauge.slope?;
@@ -144,28 +144,28 @@ pub fn slopes(report: &Report) -> String {
         Some(named(style, gauge) + &cells.concat())
     };
     let rows: Vec<String> = report.gauges.iter().enumerate().filter_map(row).collect();
-    let table = table("", &heads(&["Gauge", "n in p ~ t<sup>−n</sup>", "In the time", "What it is like"]), &rows);
+    let table = table("", &heads(&["Gauge", "n in p ~ t<sup>−n</sup>", "In the time", "Possible cause"]), &rows);
     if table.is_empty() {
         return table;
     }
     table
-        + "<p class=\"note\">A slope is a hint and no proof: it depends on what is called the beginning, and a bake-out, a leak, the ultimate \
-             pressure of the pump or the lower end of a gauge change it as well.</p>\n"
+        + "<p class=\"note\">A slope is a hint and no proof: it depends on the chosen beginning, and a bake-out, a leak, the ultimate pressure of \
+             the pump or the lower end of a gauge change it as well.</p>\n"
 }
 
 fn meaning(slope: &Slope) -> &'static str {
     match slope.exponent {
         _ if slope.error > 0.1 => "no straight line: something changed in this time",
-        ..0.1 => "it hardly falls any more: ultimate pressure, a leak, or the end of the range",
-        0.1..0.35 => "it flattens out: near an ultimate pressure, or a leak beside outgassing",
-        0.35..0.7 => "as where gas comes by diffusion, out of polymers and elastomers (about 0.5)",
+        ..0.1 => "nearly constant: ultimate pressure, a leak, or the end of the range",
+        0.1..0.35 => "flattening: near an ultimate pressure, or a leak besides outgassing",
+        0.35..0.7 => "typical of diffusion out of polymers and elastomers (about 0.5)",
         0.7..0.85 => "between diffusion (0.5) and metal surfaces (1)",
-        0.85..1.3 => "as water from metal surfaces that were not baked (about 1)",
+        0.85..1.3 => "typical of water on unbaked metal surfaces (about 1)",
         _ => "steeper than outgassing: the volume is still being evacuated, or something cools down",
     }
 }
 
-/// Rises within the span.
+/// The rises in the time range.
 pub fn rises(report: &Report) -> String {
     let rows =
         report.gauges.iter().enumerate().flat_map(|(style, gauge)| {
@@ -174,12 +174,12 @@ pub fn rises(report: &Report) -> String {
     let rows: Vec<String> = rows.collect();
     let volume = report.volume_m3.is_some();
     let flow = if volume { "Steady flow" } else { "Steady rise" };
-    let table = table("", &heads(&["Gauge", "From", "To", "Took", flow, "What it is like"]), &rows);
+    let table = table("", &heads(&["Gauge", "From", "To", "Duration", flow, "Possible cause"]), &rows);
     if table.is_empty() {
         return table;
     }
     table
-        + "<p class=\"note\">A flow is only what it says if the valve to the pump was closed meanwhile, which the pressure alone does not show.</p>\n"
+        + "<p class=\"note\">A flow is valid only if the valve to the pump was closed during the rise, which the pressure alone does not show.</p>\n"
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
@@ -198,17 +198,17 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
         (_, None) => "–".to_owned(),
     };
     let words = match (rise.steady_pa_per_s, rise.slowing_pa_per_s) {
-        (None, _) => "no rise of a closed volume: pumped meanwhile, or in steps",
-        (Some(_), None) => "straight, as of a leak, or of outgassing far from its equilibrium",
-        (Some(steady), Some(slowing)) if steady < 0.1 * slowing => "it slows down, as outgassing does",
-        (Some(_), Some(_)) => "a steady part as of a leak, and one that slows down as outgassing does",
+        (None, _) => "not the rise of a closed volume: pumped at the same time, or in steps",
+        (Some(_), None) => "constant: a leak, or outgassing far from equilibrium",
+        (Some(steady), Some(slowing)) if steady < 0.1 * slowing => "slowing down: outgassing",
+        (Some(_), Some(_)) => "a constant part like a leak, and a part that slows down like outgassing",
     };
     [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), steady, words.to_owned()]
         .map(|text| cell(&text))
         .concat()
 }
 
-/// What happened.
+/// The events.
 pub fn events(report: &Report) -> String {
     let row = |event: &ReportEvent| {
         let s = seconds(report.span.start, event.moment);
@@ -224,30 +224,30 @@ pub fn events(report: &Report) -> String {
     };
     let rows: Vec<String> = report.events.iter().map(row).collect();
     let more = if report.has_more_events {
-        "<p class=\"note\">There were more events; these are the last ones.</p>\n"
+        "<p class=\"note\">There were more events; these are the latest ones.</p>\n"
     } else {
         ""
     };
     let table = table("", &heads(&["No.", "Time of day", "Since the beginning", "Gauge", "Event"]), &rows);
-    if table.is_empty() { "<p>The record has no events in this time.</p>\n".to_owned() } else { table + more }
+    if table.is_empty() { "<p>There are no events in this time range.</p>\n".to_owned() } else { table + more }
 }
 
-/// How much was recorded, and what is missing.
-pub fn standing(report: &Report) -> String {
+/// The data behind the numbers.
+pub fn coverage(report: &Report) -> String {
     let row = |(style, gauge): (usize, &Gauge)| {
-        let standing = &gauge.standing;
+        let coverage = &gauge.coverage;
         let time = |s: f64| if s > 0.0 { duration(s) } else { "–".to_owned() };
-        let spacing = standing.spacing_s.map_or("–".to_owned(), duration);
+        let spacing = coverage.spacing_s.map_or("–".to_owned(), duration);
         let cells = [
-            standing.samples.to_string(),
-            standing
+            coverage.samples.to_string(),
+            coverage
                 .coarsest_s
                 .map_or(spacing.clone(), |span| format!("{spacing}<small>in part means of {}</small>", duration(span))),
-            time(standing.valid_s),
-            time(standing.over_s),
-            time(standing.under_s),
-            time(standing.invalid_s),
-            time(standing.gap_s),
+            time(coverage.valid_s),
+            time(coverage.over_s),
+            time(coverage.under_s),
+            time(coverage.invalid_s),
+            time(coverage.gap_s),
         ];
         named(style, gauge) + &cells.iter().map(|text| cell(text)).collect::<String>()
     };
@@ -260,34 +260,34 @@ pub fn standing(report: &Report) -> String {
         "Above its range",
         "Below its range",
         "Not valid",
-        "Nothing recorded",
+        "No samples",
     ]);
     let percent = (10_f64.powf(report.dead_band_decades) - 1.0) * 100.0;
     table("", &head, &rows)
         + &format!(
-            "<p class=\"note\">A recorder keeps a sample when the pressure has moved by {} decades ({percent:.1} %), when its quality \
-             has changed, and once a minute; everything is kept around events. What a recorder was not able to keep, if anything, a \
-             record does not tell.</p>\n",
+            "<p class=\"note\">A recorder keeps a sample when the pressure has changed by {} decades ({percent:.1} %), when its quality \
+             has changed, and once a minute; around events it keeps every sample. The database does not \
+             show samples that the recorder could not store.</p>\n",
             report.dead_band_decades
         )
 }
 
-/// The appendix.
+/// The methods of calculation.
 pub fn how(report: &Report) -> String {
     let volume = report.volume_m3.is_some();
     let mut parts = vec![
         (
             "Beginning",
-            "Found by itself, it is the last sample within 5 % of the highest pressure, and from there back to where the fall began without a break. All times count from it.",
+            "If the program finds it, the last sample within 5 % of the highest pressure, and from there back to where the pressure began to fall monotonically. All times count from it.",
         ),
         ("Outliers", "Times and slopes are taken from a running median of five samples; the curves show every sample."),
         (
             "Time to pressure",
-            "The first time at or below it; between two samples <span class=\"formula\">t = t₀ + (t₁ − t₀) ln(p₀/p) / ln(p₀/p₁)</span>. Where nothing valid was recorded in between, both ends are told. Above its range a gauge says nothing about when a higher pressure was passed.",
+            "The first time at or below it; between two samples <span class=\"formula\">t = t₀ + (t₁ − t₀) ln(p₀/p) / ln(p₀/p₁)</span>. If the crossing lies in a gap of valid samples, the table has both ends of the gap. While the pressure is above its range, a gauge cannot show when a higher pressure was crossed.",
         ),
         (
             "Time constant",
-            "At every sample since the last one at which the pressure was twice as high, over at least four samples: <span class=\"formula\">τ = Δt / ln(p₀/p₁)</span>. The shortest counts.",
+            "At every sample since the last one with twice the pressure, over at least four samples: <span class=\"formula\">τ = Δt / ln(p₀/p₁)</span>. The shortest counts.",
         ),
     ];
     if volume {
@@ -295,8 +295,8 @@ pub fn how(report: &Report) -> String {
     }
     parts.extend([
         ("Slope at the end", "A straight line by least squares through <span class=\"formula\">log p</span> over <span class=\"formula\">log t</span> in the last decade of time, at 40 places evenly over log t; ± is its standard error."),
-        ("Rises", "Threefold or more, for 20 s or more. <span class=\"formula\">p = p₀ + (Q/V) t + k (1 − exp(−t/τ))</span> is fitted; the steady part is told where this explains 98 % of the variation."),
-        ("Digits", "Gauges of these kinds are right to some per cent at best, and often to 15 to 50 %. Two digits are shown; the data behind them come with --json."),
+        ("Rises", "Threefold or more, for 20 s or more. <span class=\"formula\">p = p₀ + (Q/V) t + k (1 − exp(−t/τ))</span> is fitted; the steady part is given where this explains 98 % of the variation."),
+        ("Digits", "Gauges of these kinds are accurate to some per cent at best, and often to 15 to 50 %. Numbers have two digits; --json gives the data with all digits."),
     ]);
     let parts: String =
         parts.iter().map(|(term, words)| format!("<div><dt>{term}</dt><dd>{words}</dd></div>\n")).collect();
@@ -308,4 +308,33 @@ fn units(unit: Unit) -> String {
         Unit::Pa => String::new(),
         other => format!("<p class=\"note\">1 {} = {} Pa.</p>\n", other.name(), (other.pa() * 1e4).round() / 1e4),
     }
+}
+
+/// A table cell with a duration, and the time of day below it.
+fn reached(report: &Report, gauge: &Gauge, reached: &Reached) -> String {
+    let at = |s: f64| {
+        let at = Micros(report.span.start.0 + (s * 1e6) as i64);
+        time_of_day(at, report.span.start, &report.zone)
+    };
+    let lowest = || {
+        gauge
+            .lowest
+            .map_or("no valid pressure".to_owned(), |seen| format!("lowest {}", with_unit(seen.pa, report.unit)))
+    };
+    match (reached.outcome, reached.s, reached.from_s) {
+        (Outcome::Reached, Some(s), _) => format!("<td>{}<small>{}</small></td>", duration(s), at(s)),
+        (Outcome::Between, Some(s), Some(from)) => {
+            format!("<td>{} to {}<small>not recorded between</small></td>", duration(from), duration(s))
+        }
+        (Outcome::Before, Some(s), _) => format!("<td>≤ {}<small>could not measure before</small></td>", duration(s)),
+        (Outcome::Already, _, _) => "<td class=\"no\">from the beginning</td>".to_owned(),
+        _ => format!("<td class=\"no\">not reached<small>{}</small></td>", lowest()),
+    }
+}
+
+/// The column heads for all gauges.
+fn columns(report: &Report) -> String {
+    let head =
+        |(style, gauge): (usize, &Gauge)| format!("<th scope=\"col\">{}{}</th>", swatch(style), escape(&gauge.name));
+    report.gauges.iter().enumerate().map(head).collect()
 }

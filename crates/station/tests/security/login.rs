@@ -1,6 +1,6 @@
 //! Logins, passwords and the event log.
 
-use crate::desk::{Ask, Desk, PASSWORD, Page};
+use crate::test_station::{Ask, PASSWORD, Page, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
@@ -12,52 +12,52 @@ use std::time::Duration;
 
 #[test]
 fn the_api_answers_nothing_before_login() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     let description: serde_json::Value = serde_json::from_str(&profivac_station::api::description()).unwrap();
     let paths: Vec<_> =
         description["paths"].as_object().unwrap().keys().map(|path| path.replace("{name}", "a")).collect();
     for path in paths.iter().map(String::as_str).chain(["/api/openapi.json", "/api/no/such/thing", "/api/"]) {
         let wanted = if path == "/api/session" { 200 } else { 401 };
         let wanted = if path == "/api/login" { 405 } else { wanted };
-        assert_eq!(desk.get(path).status, wanted, "{path}");
+        assert_eq!(station.get(path).status, wanted, "{path}");
         let wanted = if path == "/api/login" { 400 } else { 401 };
-        assert_eq!(Ask::post(path, &json!({})).to(&desk).status, wanted, "{path}");
+        assert_eq!(Ask::post(path, &json!({})).to(&station).status, wanted, "{path}");
     }
-    let anonymous = desk.get("/api/session").json();
-    assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "door": "out" }));
-    assert_eq!(desk.get("/").status, 200, "the page itself needs no login");
+    let anonymous = station.get("/api/session").json();
+    assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "login": "logged-out" }));
+    assert_eq!(station.get("/").status, 200, "the page itself needs no login");
 }
 
 #[test]
 fn a_session_has_the_name_and_the_role_of_its_user() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     for (name, role) in [("ada", "engineer"), ("olga", "operator"), ("vera", "viewer")] {
-        let page = desk.login(name);
-        let session = Ask::get("/api/session").by(&page).to(&desk).json();
-        assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "door": "in" }));
+        let page = station.login(name);
+        let session = Ask::get("/api/session").by(&page).to(&station).json();
+        assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "login": "logged-in" }));
     }
-    let events = desk.access_events("vera (viewer) logged in from 127.0.0.1");
+    let events = station.access_events("vera (viewer) logged in from 127.0.0.1");
     assert_eq!(events.len(), 3);
 }
 
 #[test]
 fn a_station_has_no_default_users() {
-    let desk = Desk::open(Role::Viewer);
+    let station = TestStation::open(Role::Viewer);
     for name in ["root", "admin", "engineer", "profivac", "demo", "anonymous", ""] {
-        let refused = Ask::login(name, name).header(&format!("x-csrf-token: {}", token(&desk))).to(&desk);
+        let refused = Ask::login(name, name).header(&format!("x-csrf-token: {}", token(&station))).to(&station);
         assert_eq!((refused.status, refused.problem().starts_with("this station has no users")), (404, true), "{name}");
     }
 }
 
-fn token(desk: &Desk) -> String {
-    desk.get("/api/session").json()["token"].as_str().unwrap().to_owned()
+fn token(station: &TestStation) -> String {
+    station.get("/api/session").json()["token"].as_str().unwrap().to_owned()
 }
 
 #[test]
 fn a_wrong_name_and_a_wrong_password_get_the_same_answer() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     let answers = [("ada", "wrong"), ("unknown", "wrong"), ("unknown", PASSWORD), ("", "")];
-    let answers = answers.map(|(name, password)| Ask::login(name, password).to(&desk));
+    let answers = answers.map(|(name, password)| Ask::login(name, password).to(&station));
     for answer in &answers {
         assert_eq!((answer.status, &answer.body), (401, &answers[0].body));
         assert_eq!(answer.headers.len(), answers[0].headers.len());
@@ -67,22 +67,22 @@ fn a_wrong_name_and_a_wrong_password_get_the_same_answer() {
 
 #[test]
 fn a_password_is_compared_exactly_as_typed() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     let long = format!("{PASSWORD}, and a very long sentence after it: äöü 气压计 {}", "x".repeat(300));
-    desk.change(|users| users.get_mut("vera").unwrap().password = Hash::of(&long).unwrap());
-    desk.access_events("the password of vera was changed");
-    assert_eq!(Ask::login("vera", &long).to(&desk).status, 200);
+    station.change(|users| users.get_mut("vera").unwrap().password = Hash::of(&long).unwrap());
+    station.access_events("the password of vera was changed");
+    assert_eq!(Ask::login("vera", &long).to(&station).status, 200);
     for near in [long[..long.len() - 1].to_owned(), format!("{long} "), format!(" {long}"), long.to_uppercase()] {
-        assert_eq!(Ask::login("vera", &near).to(&desk).status, 401);
+        assert_eq!(Ask::login("vera", &near).to(&station).status, 401);
     }
 }
 
 #[test]
 fn a_user_changes_the_own_password_with_the_current_one() {
-    let desk = Desk::new();
-    let (page, other) = (desk.login("vera"), desk.login("vera"));
+    let station = TestStation::new();
+    let (page, other) = (station.login("vera"), station.login("vera"));
     let change = |page: &Page, current: &str, new: &str| {
-        Ask::post("/api/password", &json!({ "current": current, "new": new })).by(page).to(&desk)
+        Ask::post("/api/password", &json!({ "current": current, "new": new })).by(page).to(&station)
     };
     let new = "orchid ladder seventeen";
     assert_eq!(change(&page, "wrong", new).status, 403);
@@ -95,42 +95,42 @@ fn a_user_changes_the_own_password_with_the_current_one() {
     let fresh = Page::of(&changed);
     assert_ne!((&fresh.cookie, &fresh.token), (&page.cookie, &page.token));
     for (page, status) in [(&fresh, 200), (&page, 401), (&other, 401)] {
-        assert_eq!(Ask::get("/api/gauges").cookie(page).to(&desk).status, status);
+        assert_eq!(Ask::get("/api/gauges").cookie(page).to(&station).status, status);
     }
-    assert_eq!(Ask::login("vera", PASSWORD).to(&desk).status, 401);
-    assert_eq!(Ask::login("vera", new).to(&desk).status, 200);
-    desk.access_events("the password of vera was changed");
+    assert_eq!(Ask::login("vera", PASSWORD).to(&station).status, 401);
+    assert_eq!(Ask::login("vera", new).to(&station).status, 200);
+    station.access_events("the password of vera was changed");
 }
 
 #[test]
 fn an_address_that_guesses_gets_429_with_the_time_to_wait() {
     // One login an hour: on a slow computer twenty password checks take long.
     let rate_limits = RateLimits { logins: RateLimit::new(20, Duration::from_secs(3600)), ..RateLimits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
-    let page = desk.login("vera");
-    let answers: Vec<_> = (0..24).map(|number| Ask::login("ada", &format!("guess {number}")).to(&desk)).collect();
+    let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
+    let page = station.login("vera");
+    let answers: Vec<_> = (0..24).map(|number| Ask::login("ada", &format!("guess {number}")).to(&station)).collect();
     assert!(answers.iter().take(19).all(|answer| answer.status == 401));
     let last = answers.last().unwrap();
     assert_eq!(last.status, 429);
     let wait: u64 = last.header("retry-after").unwrap().parse().unwrap();
     assert!((3_000..=3_601).contains(&wait), "{wait}");
-    let right = Ask::login("ada", PASSWORD).to(&desk);
+    let right = Ask::login("ada", PASSWORD).to(&station);
     assert_eq!(right.status, 429, "an attacker does not learn that a guess is right");
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200, "an existing session continues");
-    desk.access_events("too many logins from 127.0.0.1");
+    assert_eq!(Ask::get("/api/gauges").by(&page).to(&station).status, 200, "an existing session continues");
+    station.access_events("too many logins from 127.0.0.1");
 }
 
 #[test]
 fn the_event_log_holds_no_secret() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let page = station.login("ada");
     let typed_into_the_wrong_field = "orchid ladder seventeen";
-    Ask::login(typed_into_the_wrong_field, "").to(&desk);
-    Ask::login("ada", typed_into_the_wrong_field).to(&desk);
-    Ask::login("evil\r\nname\u{202e}\u{1b}[31m", "wrong").to(&desk);
-    Ask::post("/api/logout", &json!(null)).cookie(&page).header("x-csrf-token: nonsense").to(&desk);
-    Ask::post("/api/logout", &json!(null)).by(&page).to(&desk);
-    let events = desk.access_events("ada logged out from 127.0.0.1");
+    Ask::login(typed_into_the_wrong_field, "").to(&station);
+    Ask::login("ada", typed_into_the_wrong_field).to(&station);
+    Ask::login("evil\r\nname\u{202e}\u{1b}[31m", "wrong").to(&station);
+    Ask::post("/api/logout", &json!(null)).cookie(&page).header("x-csrf-token: nonsense").to(&station);
+    Ask::post("/api/logout", &json!(null)).by(&page).to(&station);
+    let events = station.access_events("ada logged out from 127.0.0.1");
     assert_eq!(
         events,
         [
@@ -147,16 +147,16 @@ fn the_event_log_holds_no_secret() {
 #[test]
 fn a_users_file_that_is_wrong_or_open_to_others_changes_nothing() {
     use std::os::unix::fs::PermissionsExt;
-    let desk = Desk::new();
-    let file = desk.file("users.toml");
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let file = station.file("users.toml");
+    let page = station.login("ada");
     fs::write(&file, "[[user]]\nname = \"eve\"\nrole = \"engineer\"\npassword = \"orchid ladder\"\n").unwrap();
-    let events = desk.access_events("the users stay as they were");
+    let events = station.access_events("the users stay as they were");
     assert!(events.last().unwrap().ends_with("line 4, column 12 of their file is wrong"), "{events:?}");
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
-    let events = desk.access_events("is open to others (mode 644): chmod 600");
+    let events = station.access_events("is open to others (mode 644): chmod 600");
     assert!(events.iter().all(|line| !line.contains("orchid")), "{events:?}");
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200);
+    assert_eq!(Ask::get("/api/gauges").by(&page).to(&station).status, 200);
 }
 
 /// A server that other computers reach has TLS and users, or it does not start.
@@ -175,7 +175,7 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     let plant = std::sync::Arc::new(Services::new("hall".to_owned(), file, recorder));
     let everywhere: SocketAddr = "0.0.0.0:0".parse().unwrap();
     let start = |access: Access, with_tls: bool| {
-        let tls = with_tls.then(|| crate::desk::certificate(&folder));
+        let tls = with_tls.then(|| crate::test_station::certificate(&folder));
         let setup = Setup { tls, ..Setup::new(everywhere, access) };
         Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
     };

@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod acts;
 #[path = "../bench/mod.rs"]
 mod bench;
-mod desk;
+mod control;
 mod list;
 mod login;
 mod requests;
 mod sessions;
+mod test_station;
 mod tls;

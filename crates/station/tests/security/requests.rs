@@ -1,6 +1,6 @@
 //! Forged and malformed requests, and the headers of every answer.
 
-use crate::desk::{Answer, Ask, Desk};
+use crate::test_station::{Answer, Ask, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;
@@ -14,30 +14,30 @@ fn logout() -> Ask {
 
 #[test]
 fn a_change_without_the_token_is_refused() {
-    for desk in [Desk::new(), Desk::open(Role::Engineer)] {
-        let (page, other) = if desk.get("/api/session").json()["door"] == "open" {
-            let token = desk.get("/api/session").json()["token"].as_str().unwrap().to_owned();
-            let page = crate::desk::Page { cookie: "a=b".to_owned(), token };
+    for station in [TestStation::new(), TestStation::open(Role::Engineer)] {
+        let (page, other) = if station.get("/api/session").json()["login"] == "not-required" {
+            let token = station.get("/api/session").json()["token"].as_str().unwrap().to_owned();
+            let page = crate::test_station::Page { cookie: "a=b".to_owned(), token };
             (page, "0".repeat(64))
         } else {
-            (desk.login("ada"), desk.login("ada").token)
+            (station.login("ada"), station.login("ada").token)
         };
         for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "BREW"] {
             for path in ["/api/logout", "/api/gauges", "/api/no/such/thing"] {
                 let ask = Ask::new(method, path).cookie(&page);
-                assert_eq!(ask.to(&desk).status, 403, "{method} {path}");
-                assert_eq!(ask.header(&format!("x-csrf-token: {other}")).to(&desk).status, 403, "{method} {path}");
+                assert_eq!(ask.to(&station).status, 403, "{method} {path}");
+                assert_eq!(ask.header(&format!("x-csrf-token: {other}")).to(&station).status, 403, "{method} {path}");
             }
         }
-        assert_eq!(Ask::new("PUT", "/api/gauges").by(&page).to(&desk).status, 405);
-        assert_eq!(logout().by(&page).to(&desk).status, 204);
+        assert_eq!(Ask::new("PUT", "/api/gauges").by(&page).to(&station).status, 405);
+        assert_eq!(logout().by(&page).to(&station).status, 204);
     }
 }
 
 #[test]
 fn a_request_from_a_foreign_page_is_refused() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let page = station.login("ada");
     let foreign = [
         "origin: https://evil.example",
         "origin: null",
@@ -50,8 +50,10 @@ fn a_request_from_a_foreign_page_is_refused() {
         "sec-fetch-site: \"same-origin\"",
     ];
     for line in foreign {
-        for ask in [logout().by(&page), Ask::get("/api/gauges").by(&page), Ask::login("ada", crate::desk::PASSWORD)] {
-            let refused = ask.header(line).to(&desk);
+        for ask in
+            [logout().by(&page), Ask::get("/api/gauges").by(&page), Ask::login("ada", crate::test_station::PASSWORD)]
+        {
+            let refused = ask.header(line).to(&station);
             assert_eq!(
                 (refused.status, refused.problem().as_str()),
                 (403, "the request comes from a foreign page"),
@@ -62,11 +64,11 @@ fn a_request_from_a_foreign_page_is_refused() {
         }
     }
     for line in ["origin: http://localhost", "origin: HTTP://LOCALHOST", "sec-fetch-site: same-origin", "accept: */*"] {
-        assert_eq!(Ask::get("/api/gauges").by(&page).header(line).to(&desk).status, 200, "{line}");
+        assert_eq!(Ask::get("/api/gauges").by(&page).header(line).to(&station).status, 200, "{line}");
     }
-    assert_eq!(Ask::get("/api/gauges").by(&page).header("sec-fetch-site: none").to(&desk).status, 200);
-    assert_eq!(logout().by(&page).header("sec-fetch-site: none").to(&desk).status, 403);
-    let events = desk.access_events("refused for ada at 127.0.0.1");
+    assert_eq!(Ask::get("/api/gauges").by(&page).header("sec-fetch-site: none").to(&station).status, 200);
+    assert_eq!(logout().by(&page).header("sec-fetch-site: none").to(&station).status, 403);
+    let events = station.access_events("refused for ada at 127.0.0.1");
     assert!(
         events.iter().any(|line| line.ends_with("\"/api/gauges\": the request comes from a foreign page")),
         "{events:?}"
@@ -75,17 +77,17 @@ fn a_request_from_a_foreign_page_is_refused() {
 
 #[test]
 fn a_form_of_a_foreign_page_cannot_log_in() {
-    let desk = Desk::new();
-    let body = json!({ "name": "ada", "password": crate::desk::PASSWORD }).to_string();
+    let station = TestStation::new();
+    let body = json!({ "name": "ada", "password": crate::test_station::PASSWORD }).to_string();
     for kind in
         ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", "text/plain; application/json"]
     {
         let ask = Ask::new("POST", "/api/login").header(&format!("content-type: {kind}")).body(&body);
-        assert_eq!(ask.to(&desk).status, 415, "{kind}");
+        assert_eq!(ask.to(&station).status, 415, "{kind}");
     }
-    assert_eq!(Ask::new("POST", "/api/login").body(&body).to(&desk).status, 415);
+    assert_eq!(Ask::new("POST", "/api/login").body(&body).to(&station).status, 415);
     assert_eq!(
-        Ask::get("/api/login?name=ada&password=secret").to(&desk).status,
+        Ask::get("/api/login?name=ada&password=secret").to(&station).status,
         405,
         "credentials in a URL are not accepted"
     );
@@ -93,19 +95,19 @@ fn a_form_of_a_foreign_page_cannot_log_in() {
 
 #[test]
 fn a_get_request_cannot_override_its_method() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let page = station.login("ada");
     for line in ["x-http-method-override: POST", "x-http-method: POST", "x-method-override: DELETE"] {
-        assert_eq!(Ask::get("/api/logout").by(&page).header(line).to(&desk).status, 405, "{line}");
+        assert_eq!(Ask::get("/api/logout").by(&page).header(line).to(&station).status, 405, "{line}");
     }
-    assert_eq!(Ask::get("/api/logout?_method=POST").by(&page).to(&desk).status, 405);
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&desk).status, 200);
+    assert_eq!(Ask::get("/api/logout?_method=POST").by(&page).to(&station).status, 405);
+    assert_eq!(Ask::get("/api/gauges").by(&page).to(&station).status, 200);
 }
 
 #[test]
 fn a_path_reaches_neither_other_handlers_nor_files() {
-    let desk = Desk::new();
-    let page = desk.get("/").body;
+    let station = TestStation::new();
+    let page = station.get("/").body;
     assert!(page.contains("<div id=\"app\">"));
     for path in [
         "//api/gauges",
@@ -123,7 +125,7 @@ fn a_path_reaches_neither_other_handlers_nor_files() {
         "/users.toml",
         "/plant.db",
     ] {
-        let answer = desk.get(path);
+        let answer = station.get(path);
         assert!(answer.body == page || answer.status == 404, "{path}: {answer:?}");
     }
     for path in [
@@ -140,17 +142,17 @@ fn a_path_reaches_neither_other_handlers_nor_files() {
         "/api/gauges?x=/api/login",
         "/api/gauges#/api/login",
     ] {
-        let status = desk.get(path).status;
+        let status = station.get(path).status;
         assert!(status == 401 || status == 400, "{path}: {status}");
     }
     for target in ["http://localhost/api/gauges", "http://evil.example/api/gauges"] {
-        assert_ne!(Ask::get(target).to(&desk).status, 200, "{target}");
+        assert_ne!(Ask::get(target).to(&station).status, 200, "{target}");
     }
 }
 
 #[test]
 fn a_request_for_another_host_is_refused() {
-    let desk = Desk::new();
+    let station = TestStation::new();
     for host in [
         "evil.example",
         "localhost.evil.example",
@@ -160,25 +162,25 @@ fn a_request_for_another_host_is_refused() {
         "localhost, evil.example",
         "127.0.0.1.evil.example",
     ] {
-        let answer = Ask::get("/").host(host).to(&desk);
+        let answer = Ask::get("/").host(host).to(&station);
         assert!(answer.status == 421 || answer.status == 400, "{host:?}: {}", answer.status);
     }
-    assert_eq!(Ask::get("/").header("host: evil.example").to(&desk).status, 421, "two Host headers are ambiguous");
-    assert_eq!(Ask::get("http://evil.example/").to(&desk).status, 421);
+    assert_eq!(Ask::get("/").header("host: evil.example").to(&station).status, 421, "two Host headers are ambiguous");
+    assert_eq!(Ask::get("http://evil.example/").to(&station).status, 421);
     let forwarded = ["x-forwarded-host: evil.example", "x-forwarded-for: 10.0.0.1", "forwarded: host=evil.example"];
-    let ask = forwarded.iter().fold(Ask::login("ada", crate::desk::PASSWORD), |ask, line| ask.header(line));
-    assert_eq!(ask.to(&desk).status, 200);
-    desk.access_events("ada (engineer) logged in from 127.0.0.1");
+    let ask = forwarded.iter().fold(Ask::login("ada", crate::test_station::PASSWORD), |ask, line| ask.header(line));
+    assert_eq!(ask.to(&station).status, 200);
+    station.access_events("ada (engineer) logged in from 127.0.0.1");
 }
 
 #[test]
 fn a_body_must_be_small_fast_and_json() {
     let limits = Limits { head: Duration::from_secs(2), ..Limits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = limits);
-    let page = desk.login("ada");
+    let station = TestStation::with(|setup, _| setup.limits = limits);
+    let page = station.login("ada");
     let post = || Ask::new("POST", "/api/password").by(&page).header("content-type: application/json");
-    assert_eq!(post().body(&"a".repeat(64 << 10)).to(&desk).status, 400);
-    assert_eq!(post().body(&"a".repeat((64 << 10) + 1)).to(&desk).status, 413);
+    assert_eq!(post().body(&"a".repeat(64 << 10)).to(&station).status, 400);
+    assert_eq!(post().body(&"a".repeat((64 << 10) + 1)).to(&station).status, 413);
     for body in [
         "null",
         "[]",
@@ -188,14 +190,14 @@ fn a_body_must_be_small_fast_and_json() {
         "{\"a\":",
         "\u{0}",
     ] {
-        let refused = post().body(body).to(&desk);
+        let refused = post().body(body).to(&station);
         assert_eq!(
             (refused.status, refused.problem().as_str()),
             (400, "expected a JSON body as /api/openapi.json describes it"),
             "{body}"
         );
     }
-    let mut stream = desk.connect();
+    let mut stream = station.connect();
     stream.write_all(post().header("content-length: 100").text().as_bytes()).unwrap();
     assert_eq!(Answer::read(&mut stream).status, 408, "a body that never arrives");
 }
@@ -204,31 +206,31 @@ fn a_body_must_be_small_fast_and_json() {
 fn an_address_above_the_request_limit_waits() {
     let rate_limits =
         RateLimits { requests: RateLimit::new(100, Duration::from_secs(86_400)), ..RateLimits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
-    let page = desk.login("ada");
+    let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
+    let page = station.login("ada");
     let ask = Ask::get("/api/session").by(&page);
-    assert!((1..100).all(|_| ask.to(&desk).status == 200));
-    let refused = ask.to(&desk);
+    assert!((1..100).all(|_| ask.to(&station).status == 200));
+    let refused = ask.to(&station);
     assert_eq!(refused.status, 429);
     // A day, less the time since the burst.
     let wait: u64 = refused.header("retry-after").unwrap().parse().unwrap();
     assert!((80_000..=86_400).contains(&wait), "{wait}");
-    assert_eq!(desk.get("/").status, 429, "the page is limited too");
+    assert_eq!(station.get("/").status, 429, "the page is limited too");
 }
 
 #[test]
 fn every_answer_has_the_security_headers() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let page = station.login("ada");
     let policy = |answer: &Answer| answer.header("content-security-policy").unwrap().to_owned();
     let answers = [
-        desk.get("/"),
-        desk.get("/assets/none.js"),
-        desk.get("/api/gauges"),
-        Ask::get("/api/gauges").by(&page).to(&desk),
-        Ask::get("/").host("evil.example").to(&desk),
-        Ask::new("POST", "/").to(&desk),
-        logout().to(&desk),
+        station.get("/"),
+        station.get("/assets/none.js"),
+        station.get("/api/gauges"),
+        Ask::get("/api/gauges").by(&page).to(&station),
+        Ask::get("/").host("evil.example").to(&station),
+        Ask::new("POST", "/").to(&station),
+        logout().to(&station),
     ];
     assert_eq!(answers.each_ref().map(|answer| answer.status), [200, 404, 401, 200, 421, 405, 401]);
     for answer in &answers {
@@ -250,41 +252,44 @@ fn every_answer_has_the_security_headers() {
 
 #[test]
 fn an_api_answer_is_never_rendered_as_a_page_and_never_cached() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let page = station.login("ada");
     for path in
         ["/api/gauges", "/api/session", "/api/export.csv?from=0&to=1", "/api/openapi.json", "/api/gauges/%3Cscript%3E"]
     {
-        let answer = Ask::get(path).by(&page).to(&desk);
+        let answer = Ask::get(path).by(&page).to(&station);
         assert!(answer.header("content-security-policy").unwrap().ends_with("sandbox"), "{path}");
         assert_eq!(answer.header("cache-control"), Some("no-store"), "{path}");
         let kind = answer.header("content-type").unwrap();
-        assert!(kind == "application/json" || kind == "text/csv; charset=utf-8", "{path}: {kind}");
+        assert!(
+            ["application/json", "application/problem+json", "text/csv; charset=utf-8"].contains(&kind),
+            "{path}: {kind}"
+        );
     }
-    let export = Ask::get("/api/export.csv?from=0&to=1").by(&page).to(&desk);
+    let export = Ask::get("/api/export.csv?from=0&to=1").by(&page).to(&station);
     assert_eq!(export.header("content-disposition"), Some("attachment; filename=\"pressures.csv\""));
-    assert_eq!(desk.get("/").header("content-type"), Some("text/html; charset=utf-8"));
-    assert_eq!(desk.get("/api/session").header("cache-control"), Some("no-store"));
+    assert_eq!(station.get("/").header("content-type"), Some("text/html; charset=utf-8"));
+    assert_eq!(station.get("/api/session").header("cache-control"), Some("no-store"));
 }
 
 #[test]
 fn a_name_is_never_part_of_an_sql_statement() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
+    let station = TestStation::new();
+    let page = station.login("ada");
     for name in ["%27%20OR%201=1--", "%22;DROP%20TABLE%20event;--", "%00", "%F0%9F%92%A5", "..%2F..%2Fplant.db"] {
-        let answer = Ask::get(&format!("/api/trend?series={name}&from=0&to=10")).by(&page).to(&desk);
+        let answer = Ask::get(&format!("/api/trend?series={name}&from=0&to=10")).by(&page).to(&station);
         assert_eq!((answer.status, answer.json()["start_ms"].clone()), (200, json!([])), "{name}");
-        let gauge = Ask::get(&format!("/api/gauges/{name}")).by(&page).to(&desk);
+        let gauge = Ask::get(&format!("/api/gauges/{name}")).by(&page).to(&station);
         assert_eq!(gauge.status, 404, "{name}");
     }
-    desk.access_events("ada (engineer) logged in");
+    station.access_events("ada (engineer) logged in");
 }
 
 #[test]
 fn no_answer_holds_a_password_or_its_hash() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
-    desk.access_events("ada (engineer) logged in");
+    let station = TestStation::new();
+    let page = station.login("ada");
+    station.access_events("ada (engineer) logged in");
     for path in [
         "/api/session",
         "/api/station",
@@ -293,10 +298,10 @@ fn no_answer_holds_a_password_or_its_hash() {
         "/api/openapi.json",
         "/api/events?from=0&to=9999999999999",
     ] {
-        let answer = Ask::get(path).by(&page).to(&desk);
+        let answer = Ask::get(path).by(&page).to(&station);
         let (_, id) = page.cookie.split_once('=').unwrap();
         assert_eq!(answer.status, 200, "{path}");
-        for secret in ["argon2", crate::desk::PASSWORD, id] {
+        for secret in ["argon2", crate::test_station::PASSWORD, id] {
             assert!(!answer.body.contains(secret), "{path}: {secret}");
         }
     }
@@ -305,20 +310,20 @@ fn no_answer_holds_a_password_or_its_hash() {
 #[test]
 fn a_client_that_reads_no_answer_is_disconnected() {
     let limits = Limits { connections: 1, stalled: Duration::from_millis(100), ..Limits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = limits);
-    let page = desk.get("/").body;
+    let station = TestStation::with(|setup, _| setup.limits = limits);
+    let page = station.get("/").body;
     let script = page.split('"').find(|part| part.ends_with(".js")).unwrap();
     let ask = format!("GET {script} HTTP/1.1\r\nhost: localhost\r\n\r\n").repeat(400);
-    let end = Instant::now() + crate::desk::PATIENCE;
+    let end = Instant::now() + crate::test_station::PATIENCE;
     let mut greedy = loop {
         // The connection of the request before may still be open.
-        let mut stream = desk.connect();
+        let mut stream = station.connect();
         if stream.write_all(ask.as_bytes()).is_ok() && stream.peek(&mut [0]).is_ok_and(|read| read == 1) {
             break stream;
         }
         assert!(Instant::now() < end);
     };
-    while desk.get("/api/session").status != 200 {
+    while station.get("/api/session").status != 200 {
         assert!(Instant::now() < end, "a client that reads nothing keeps the only connection for ever");
         std::thread::yield_now();
     }
@@ -328,10 +333,10 @@ fn a_client_that_reads_no_answer_is_disconnected() {
 #[test]
 fn a_user_above_the_write_limit_waits_and_other_users_do_not() {
     let rate_limits = RateLimits { writes: RateLimit::new(5, Duration::from_secs(600)), ..RateLimits::default() };
-    let desk = Desk::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
-    let (olga, ada) = (desk.login("olga"), desk.login("ada"));
-    let ask = |page| Ask::post("/api/mastership/ask", &json!(null)).by(page).to(&desk).status;
+    let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
+    let (olga, ada) = (station.login("olga"), station.login("ada"));
+    let ask = |page| Ask::post("/api/control-authority/request", &json!(null)).by(page).to(&station).status;
     assert_eq!((0..8).filter(|_| ask(&olga) == 200).count(), 5);
     assert_eq!((ask(&olga), ask(&ada)), (429, 200));
-    assert_eq!(Ask::get("/api/gauges").by(&olga).to(&desk).status, 200, "reading is not limited");
+    assert_eq!(Ask::get("/api/gauges").by(&olga).to(&station).status, 200, "reading is not limited");
 }

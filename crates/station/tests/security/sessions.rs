@@ -1,6 +1,6 @@
 //! Sessions and their cookies.
 
-use crate::desk::{Answer, Ask, Desk, PATIENCE, Page};
+use crate::test_station::{Answer, Ask, PATIENCE, Page, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::users::Users;
 use serde_json::{Value, json};
@@ -8,18 +8,18 @@ use std::collections::HashSet;
 use std::io::{Read, Write};
 use std::time::Instant;
 
-fn status(desk: &Desk, page: &Page) -> u16 {
-    Ask::get("/api/gauges").cookie(page).to(desk).status
+fn status(station: &TestStation, page: &Page) -> u16 {
+    Ask::get("/api/gauges").cookie(page).to(station).status
 }
 
-fn logout(desk: &Desk, page: &Page) -> Answer {
-    Ask::post("/api/logout", &json!(null)).by(page).to(desk)
+fn logout(station: &TestStation, page: &Page) -> Answer {
+    Ask::post("/api/logout", &json!(null)).by(page).to(station)
 }
 
 #[test]
 fn session_identifiers_and_tokens_are_random_and_unique() {
-    let desk = Desk::new();
-    let pages: Vec<_> = (0..8).map(|_| desk.login("ada")).collect();
+    let station = TestStation::new();
+    let pages: Vec<_> = (0..8).map(|_| station.login("ada")).collect();
     let secrets: HashSet<_> = pages.iter().flat_map(|page| [&page.cookie, &page.token]).collect();
     assert_eq!(secrets.len(), 16);
     for page in &pages {
@@ -31,90 +31,90 @@ fn session_identifiers_and_tokens_are_random_and_unique() {
 
 #[test]
 fn a_session_identifier_chosen_by_the_client_is_refused() {
-    let desk = Desk::new();
-    let chosen = format!("cookie: profivac-{}={}", desk.port(), "ab".repeat(32));
-    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&desk).status, 401);
-    let answer = Ask::login("ada", crate::desk::PASSWORD).header(&chosen).to(&desk);
+    let station = TestStation::new();
+    let chosen = format!("cookie: profivac-{}={}", station.port(), "ab".repeat(32));
+    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&station).status, 401);
+    let answer = Ask::login("ada", crate::test_station::PASSWORD).header(&chosen).to(&station);
     assert!(!answer.header("set-cookie").unwrap().contains(&"ab".repeat(32)));
-    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&desk).status, 401);
+    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&station).status, 401);
 }
 
 #[test]
 fn a_second_login_ends_the_session_before() {
-    let desk = Desk::new();
-    let old = desk.login("vera");
-    let new = Page::of(&Ask::login("ada", crate::desk::PASSWORD).cookie(&old).to(&desk));
+    let station = TestStation::new();
+    let old = station.login("vera");
+    let new = Page::of(&Ask::login("ada", crate::test_station::PASSWORD).cookie(&old).to(&station));
     assert_ne!(old, new);
-    assert_eq!((status(&desk, &old), status(&desk, &new)), (401, 200));
+    assert_eq!((status(&station, &old), status(&station, &new)), (401, 200));
 }
 
 #[test]
 fn a_logout_ends_the_session() {
-    let desk = Desk::new();
-    let (page, other) = (desk.login("ada"), desk.login("ada"));
-    let left = logout(&desk, &page);
+    let station = TestStation::new();
+    let (page, other) = (station.login("ada"), station.login("ada"));
+    let left = logout(&station, &page);
     assert_eq!(left.status, 204);
     let cookie = left.header("set-cookie").unwrap();
-    assert!(cookie.starts_with(&format!("profivac-{}=;", desk.port())) && cookie.contains("Max-Age=0"), "{cookie}");
-    assert_eq!((status(&desk, &page), status(&desk, &other)), (401, 200));
-    assert_eq!(logout(&desk, &page).status, 401);
+    assert!(cookie.starts_with(&format!("profivac-{}=;", station.port())) && cookie.contains("Max-Age=0"), "{cookie}");
+    assert_eq!((status(&station, &page), status(&station, &other)), (401, 200));
+    assert_eq!(logout(&station, &page).status, 401);
 }
 
 #[test]
 fn removing_a_user_ends_the_session_and_its_stream() {
-    let desk = Desk::new();
-    let (ada, vera) = (desk.login("ada"), desk.login("vera"));
-    let mut stream = desk.connect();
+    let station = TestStation::new();
+    let (ada, vera) = (station.login("ada"), station.login("vera"));
+    let mut stream = station.connect();
     stream.write_all(Ask::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
     assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
-    desk.change(|users| users.remove("vera").unwrap());
+    station.change(|users| users.remove("vera").unwrap());
     let end = Instant::now() + PATIENCE;
     while stream.read(&mut [0; 4096]).unwrap() > 0 {
         assert!(Instant::now() < end, "the stream does not end");
     }
-    assert_eq!((status(&desk, &vera), status(&desk, &ada)), (401, 200));
-    desk.access_events("the user vera was removed");
+    assert_eq!((status(&station, &vera), status(&station, &ada)), (401, 200));
+    station.access_events("the user vera was removed");
 }
 
 #[test]
 fn a_new_role_applies_at_once() {
-    let desk = Desk::new();
-    let ada = desk.login("ada");
-    desk.change(|users| users.get_mut("ada").unwrap().role = Role::Viewer);
-    desk.access_events("the user ada is now viewer");
-    assert_eq!(Ask::get("/api/session").by(&ada).to(&desk).json()["role"], "viewer");
+    let station = TestStation::new();
+    let ada = station.login("ada");
+    station.change(|users| users.get_mut("ada").unwrap().role = Role::Viewer);
+    station.access_events("the user ada is now viewer");
+    assert_eq!(Ask::get("/api/session").by(&ada).to(&station).json()["role"], "viewer");
 }
 
 #[test]
 fn the_cookie_is_limited_to_the_page_of_this_host() {
-    let desk = Desk::new();
-    let answer = Ask::login("ada", crate::desk::PASSWORD).to(&desk);
+    let station = TestStation::new();
+    let answer = Ask::login("ada", crate::test_station::PASSWORD).to(&station);
     let cookie = answer.header("set-cookie").unwrap();
     let (_, attributes) = cookie.split_once("; ").unwrap();
     assert_eq!(attributes, "Path=/; HttpOnly; SameSite=Strict");
-    assert!(cookie.starts_with(&format!("profivac-{}=", desk.port())));
+    assert!(cookie.starts_with(&format!("profivac-{}=", station.port())));
     assert!(!answer.body.contains(cookie.split_once('=').unwrap().1.split(';').next().unwrap()));
 }
 
 /// A host name that is not local is that of a proxy, and the proxy uses TLS.
 #[test]
 fn behind_a_proxy_the_cookie_is_secure() {
-    let desk = Desk::with(|setup, _| setup.hosts = vec!["vacuum.example".to_owned()]);
+    let station = TestStation::with(|setup, _| setup.hosts = vec!["vacuum.example".to_owned()]);
     let origin = "origin: https://vacuum.example";
-    let answer = Ask::login("ada", crate::desk::PASSWORD).host("vacuum.example").header(origin).to(&desk);
+    let answer = Ask::login("ada", crate::test_station::PASSWORD).host("vacuum.example").header(origin).to(&station);
     let cookie = answer.header("set-cookie").unwrap();
     assert!(cookie.starts_with("__Host-profivac-") && cookie.ends_with("; Secure"), "{cookie}");
     let page = Page::of(&answer);
-    assert_eq!(Ask::get("/api/gauges").host("vacuum.example").cookie(&page).to(&desk).status, 200);
+    assert_eq!(Ask::get("/api/gauges").host("vacuum.example").cookie(&page).to(&station).status, 200);
     let renamed = Ask::post("/api/logout", &json!(null)).by(&page).host("vacuum.example:443").header(origin);
-    assert_eq!(renamed.to(&desk).status, 204);
+    assert_eq!(renamed.to(&station).status, 204);
 }
 
 #[test]
 fn foreign_and_duplicate_cookies_are_ignored() {
-    let desk = Desk::new();
-    let page = desk.login("ada");
-    let ask = |cookies: &str| Ask::get("/api/gauges").header(&format!("cookie: {cookies}")).to(&desk).status;
+    let station = TestStation::new();
+    let page = station.login("ada");
+    let ask = |cookies: &str| Ask::get("/api/gauges").header(&format!("cookie: {cookies}")).to(&station).status;
     assert_eq!(ask(&format!("a=b; {}; c=d", page.cookie)), 200);
     assert_eq!(ask(&format!("{0}; {0}", page.cookie)), 401, "two cookies of the same name are ambiguous");
     assert_eq!(ask(&page.cookie.replace("profivac-", "__Host-profivac-")), 401);
@@ -127,22 +127,22 @@ fn foreign_and_duplicate_cookies_are_ignored() {
 }
 
 /// The user with control authority.
-fn holder(desk: &Desk, page: &Page) -> Value {
-    let answer = Ask::get("/api/mastership").by(page).to(desk);
+fn holder(station: &TestStation, page: &Page) -> Value {
+    let answer = Ask::get("/api/control-authority").by(page).to(station);
     assert_eq!(answer.status, 200, "{answer:?}");
     answer.json()["holder"].clone()
 }
 
 #[test]
 fn a_user_whose_last_session_ended_has_no_control_authority() {
-    let desk = Desk::new();
-    let (vera, one, other) = (desk.login("vera"), desk.login("olga"), desk.login("olga"));
-    let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&desk).status;
-    assert_eq!(post("/api/mastership/ask", &one), 200);
+    let station = TestStation::new();
+    let (vera, one, other) = (station.login("vera"), station.login("olga"), station.login("olga"));
+    let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&station).status;
+    assert_eq!(post("/api/control-authority/request", &one), 200);
     assert_eq!(post("/api/logout", &one), 204);
-    assert_eq!(holder(&desk, &vera), "olga", "the user has another session");
+    assert_eq!(holder(&station, &vera), "olga", "the user has another session");
     assert_eq!(post("/api/logout", &other), 204);
-    assert_eq!(holder(&desk, &vera), Value::Null);
+    assert_eq!(holder(&station, &vera), Value::Null);
 }
 
 #[test]
@@ -152,12 +152,12 @@ fn a_user_who_is_removed_or_becomes_viewer_has_no_control_authority() {
     for (change, event) in
         [(is_lowered as fn(&mut Users), "the user olga is now viewer"), (is_removed, "the user olga was removed")]
     {
-        let desk = Desk::new();
-        let (vera, olga) = (desk.login("vera"), desk.login("olga"));
-        assert_eq!(Ask::post("/api/mastership/ask", &json!(null)).by(&olga).to(&desk).status, 200);
-        assert_eq!(holder(&desk, &vera), "olga");
-        desk.change(change);
-        desk.access_events(event);
-        assert_eq!(holder(&desk, &vera), Value::Null, "{event}");
+        let station = TestStation::new();
+        let (vera, olga) = (station.login("vera"), station.login("olga"));
+        assert_eq!(Ask::post("/api/control-authority/request", &json!(null)).by(&olga).to(&station).status, 200);
+        assert_eq!(holder(&station, &vera), "olga");
+        station.change(change);
+        station.access_events(event);
+        assert_eq!(holder(&station, &vera), Value::Null, "{event}");
     }
 }

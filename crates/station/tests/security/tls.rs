@@ -1,6 +1,6 @@
 //! TLS.
 
-use crate::desk::{Answer, Ask, Desk, PASSWORD, Page, certificate, renew, tls};
+use crate::test_station::{Answer, Ask, PASSWORD, Page, TestStation, certificate, renew, tls};
 use profivac_station::config::TlsFiles;
 use profivac_station::server::{Keys, Limits};
 use std::fs;
@@ -11,13 +11,13 @@ use tokio_rustls::rustls::version::{TLS12, TLS13};
 
 #[test]
 fn over_tls_the_cookie_is_secure_and_hsts_is_set() {
-    let desk = Desk::with_tls();
-    assert!(desk.server.url().starts_with("https://"));
-    let ask = |ask: &Ask| ask.over(tls(&desk, "a.pem", &[&TLS13]).unwrap());
+    let station = TestStation::with_tls();
+    assert!(station.server.url().starts_with("https://"));
+    let ask = |ask: &Ask| ask.over(tls(&station, "a.pem", &[&TLS13]).unwrap());
     let answer = ask(&Ask::login("ada", PASSWORD).header("origin: https://localhost"));
     assert_eq!(answer.header("strict-transport-security"), Some("max-age=31622400"));
     let cookie = answer.header("set-cookie").unwrap();
-    assert!(cookie.starts_with(&format!("__Host-profivac-{}=", desk.port())), "{cookie}");
+    assert!(cookie.starts_with(&format!("__Host-profivac-{}=", station.port())), "{cookie}");
     assert!(cookie.ends_with("; Path=/; HttpOnly; SameSite=Strict; Secure"), "{cookie}");
     assert_eq!(ask(&Ask::get("/api/gauges").cookie(&Page::of(&answer))).status, 200);
     let refused = ask(&Ask::get("/").host("evil.example"));
@@ -26,12 +26,12 @@ fn over_tls_the_cookie_is_secure_and_hsts_is_set() {
 
 #[test]
 fn tls_before_1_2_is_refused() {
-    let desk = Desk::with_tls();
+    let station = TestStation::with_tls();
     for version in [&TLS12, &TLS13] {
-        assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[version]).unwrap()).status, 200);
+        assert_eq!(Ask::get("/").over(tls(&station, "a.pem", &[version]).unwrap()).status, 200);
     }
     let first = |version: [u8; 2]| {
-        let mut stream = desk.connect();
+        let mut stream = station.connect();
         stream.write_all(&hello(version)).unwrap();
         let mut record = [0; 7];
         stream.read_exact(&mut record).unwrap();
@@ -59,48 +59,48 @@ fn hello(version: [u8; 2]) -> Vec<u8> {
 
 #[test]
 fn plain_http_on_a_tls_port_gets_a_fixed_answer() {
-    let desk = Desk::with_tls();
-    let answer = Ask::login("ada", PASSWORD).to(&desk);
+    let station = TestStation::with_tls();
+    let answer = Ask::login("ada", PASSWORD).to(&station);
     assert_eq!(answer.status, 400);
     assert_eq!(answer.body, "This port uses TLS: use an address that begins with https.\n");
-    let mut stream = desk.connect();
+    let mut stream = station.connect();
     stream.write_all(&[0; 600]).unwrap();
     // The connection ends, with or without an error.
     let _ended = stream.read_to_end(&mut Vec::new());
-    assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[&TLS13]).unwrap()).status, 200);
+    assert_eq!(Ask::get("/").over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
 }
 
 #[test]
 fn an_unfinished_handshake_takes_one_connection_until_its_timeout() {
     let limits = Limits { head: Duration::from_secs(2), connections: 2, ..Limits::default() };
-    let desk = Desk::with(|setup, folder| {
+    let station = TestStation::with(|setup, folder| {
         setup.tls = Some(certificate(folder));
         setup.limits = limits;
     });
-    let mut slow: Vec<_> = (0..2).map(|_| desk.connect()).collect();
+    let mut slow: Vec<_> = (0..2).map(|_| station.connect()).collect();
     slow[1].write_all(&[22, 3, 1]).unwrap();
-    let mut third = desk.connect();
+    let mut third = station.connect();
     // Above the limit: the connection is closed before any data.
     assert!(!matches!(third.read(&mut [0; 1]), Ok(1..)));
     for stream in &mut slow {
         let _ended = stream.read_to_end(&mut Vec::new());
     }
-    assert_eq!(Ask::get("/").over(tls(&desk, "a.pem", &[&TLS13]).unwrap()).status, 200);
+    assert_eq!(Ask::get("/").over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
 }
 
 #[test]
 fn a_renewed_certificate_applies_to_new_connections() {
-    let desk = Desk::with_tls();
-    let files = TlsFiles { certificate: desk.file("a.pem"), key: desk.file("a.key") };
-    let mut before = tls(&desk, "a.pem", &[&TLS13]).unwrap();
-    fs::copy(&files.certificate, desk.file("old.pem")).unwrap();
+    let station = TestStation::with_tls();
+    let files = TlsFiles { certificate: station.file("a.pem"), key: station.file("a.key") };
+    let mut before = tls(&station, "a.pem", &[&TLS13]).unwrap();
+    fs::copy(&files.certificate, station.file("old.pem")).unwrap();
     renew(&files);
-    assert!(tls(&desk, "a.pem", &[&TLS13]).is_err());
-    desk.server.renew().unwrap();
-    assert!(tls(&desk, "a.pem", &[&TLS13]).is_ok() && tls(&desk, "old.pem", &[&TLS13]).is_err());
+    assert!(tls(&station, "a.pem", &[&TLS13]).is_err());
+    station.server.renew().unwrap();
+    assert!(tls(&station, "a.pem", &[&TLS13]).is_ok() && tls(&station, "old.pem", &[&TLS13]).is_err());
     fs::write(&files.key, "nonsense").unwrap();
-    assert!(desk.server.renew().unwrap_err().to_string().ends_with("a.key: expected a key in PEM, found none"));
-    assert!(tls(&desk, "a.pem", &[&TLS13]).is_ok());
+    assert!(station.server.renew().unwrap_err().to_string().ends_with("a.key: expected a key in PEM, found none"));
+    assert!(tls(&station, "a.pem", &[&TLS13]).is_ok());
     before.write_all(Ask::get("/").text().as_bytes()).unwrap();
     assert_eq!(Answer::read(&mut before).status, 200);
 }

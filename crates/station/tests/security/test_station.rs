@@ -33,13 +33,13 @@ pub const PASSWORD: &str = "tin whisker plateau";
 static HASH: LazyLock<Hash> = LazyLock::new(|| Hash::of(PASSWORD).unwrap());
 
 /// A running station.
-pub struct Desk {
+pub struct TestStation {
     folder: TempDir,
     pub plant: Arc<Services>,
     pub server: Server,
 }
 
-impl Desk {
+impl TestStation {
     /// A station with the users ada (engineer), olga (operator) and vera (viewer).
     pub fn new() -> Self {
         Self::with(|_, _| {})
@@ -216,8 +216,8 @@ impl Ask {
         text + "\r\n" + body
     }
 
-    pub fn to(&self, desk: &Desk) -> Answer {
-        self.over(desk.connect())
+    pub fn to(&self, station: &TestStation) -> Answer {
+        self.over(station.connect())
     }
 
     pub fn over(&self, mut stream: impl Read + Write) -> Answer {
@@ -257,7 +257,7 @@ impl Answer {
     }
 
     pub fn problem(&self) -> String {
-        self.json()["problem"].as_str().unwrap().to_owned()
+        self.json()["detail"].as_str().unwrap().to_owned()
     }
 }
 
@@ -278,19 +278,19 @@ impl Page {
 
 /// A connection over TLS that trusts this certificate.
 pub fn tls(
-    desk: &Desk,
+    station: &TestStation,
     certificate: &str,
     versions: &[&'static SupportedProtocolVersion],
 ) -> Result<StreamOwned<ClientConnection, TcpStream>, rustls::Error> {
     let mut roots = RootCertStore::empty();
-    roots.add(CertificateDer::from_pem_file(desk.file(certificate)).unwrap())?;
+    roots.add(CertificateDer::from_pem_file(station.file(certificate)).unwrap())?;
     let config = ClientConfig::builder_with_provider(Arc::new(default_provider()))
         .with_protocol_versions(versions)?
         .with_root_certificates(roots)
         .with_no_client_auth();
     let name = ServerName::try_from("localhost").unwrap();
     let mut connection = ClientConnection::new(Arc::new(config), name)?;
-    let mut stream = desk.connect();
+    let mut stream = station.connect();
     while connection.is_handshaking() {
         connection.complete_io(&mut stream).map_err(|error| rustls::Error::General(error.to_string()))?;
     }
