@@ -326,7 +326,7 @@ fn the_trail_is_a_table_that_nobody_changes() {
     assert_eq!(desk.get(VIEWER, "/api/audit?who=Otto").1, json!([]));
     assert_eq!(desk.get(VIEWER, "/api/audit?most=0").0, 400);
     let other = rusqlite::Connection::open(desk.file()).unwrap();
-    for sql in ["UPDATE audit SET who = 'nobody'", "DELETE FROM audit"] {
+    for sql in ["UPDATE audit SET user_name = 'Eve'", "DELETE FROM audit"] {
         let refused = other.execute_batch(sql).unwrap_err().to_string();
         assert!(refused.contains("the audit trail is not "), "{refused}");
     }

@@ -87,7 +87,7 @@ fn forty_kills_lose_no_acknowledgement_and_leave_alarms_where_they_stood() {
             from: Micros(0),
             to: Micros(i64::MAX),
             gauge: None,
-            who: Some("Ada".to_owned()),
+            user: Some("Ada".to_owned()),
             limit: u32::MAX,
         };
         let rows = reader.audit(&everything).unwrap();

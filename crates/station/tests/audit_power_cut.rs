@@ -96,9 +96,9 @@ fn scenery() -> SegmentSnapshot {
 
 /// What, who and outcome of all rows, the earliest first.
 fn trail(path: &Path) -> Vec<(AuditAction, String, Option<String>)> {
-    let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, limit: 1000 };
+    let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 1000 };
     let rows = Reader::open(path).unwrap().audit(&wanted).unwrap();
-    rows.into_iter().rev().map(|row| (row.entry.action, row.entry.who, row.entry.outcome)).collect()
+    rows.into_iter().rev().map(|row| (row.entry.action, row.entry.user, row.entry.outcome)).collect()
 }
 
 #[test]

@@ -116,7 +116,7 @@ fn history_entry(change: &AlarmChange) -> AlarmHistoryEntry {
         priority: rule.priority.word().to_owned(),
         subject: subject(rule).map(str::to_owned),
         occurrence: life.occurrence,
-        who: who.clone(),
+        user: who.clone(),
         value: *value,
         unit: rule.condition.unit().map(str::to_owned),
         text: text.clone(),

@@ -230,7 +230,7 @@ fn removal_entries(reader: &Reader, gone: Vec<(String, AlarmStatus)>) -> Result<
             at: Micros::now(),
             change: what,
             state,
-            who: None,
+            user: None,
             value: None,
             text,
             ..last

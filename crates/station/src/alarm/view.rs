@@ -204,7 +204,7 @@ pub struct AlarmHistoryView {
 
 impl From<AlarmHistoryEntry> for AlarmHistoryView {
     fn from(line: AlarmHistoryEntry) -> Self {
-        let AlarmHistoryEntry { at, alarm, change: what, state, priority, subject, occurrence, who, value, unit, text } =
+        let AlarmHistoryEntry { at, alarm, change: what, state, priority, subject, occurrence, user: who, value, unit, text } =
             line;
         let at_ms = unix_ms(at);
         Self { at_ms, alarm, what, state, priority, subject, occurrence, who, value, unit, text }

@@ -14,7 +14,7 @@ fn row(what: AuditAction, person: &User) -> AuditEntry {
         at: Micros::now(),
         action: what,
         refers_to: None,
-        who: person.name.to_string(),
+        user: person.name.to_string(),
         role: person.role.to_string(),
         peer: None,
         gauge: None,

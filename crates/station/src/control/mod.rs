@@ -293,7 +293,7 @@ pub fn execute(plant: &Services, actor: &Actor, id: &str) -> Result<Executed, Co
     let order = take_to_execute(plant, actor, id, Instant::now())?;
     let gauge = plant.gauge(&order.gauge);
     let entry = audit_entries::executed_or_disarmed(actor, gauge.as_ref(), &order, AuditAction::Execute);
-    let row = plant.recorder().audit_before_sending(entry.clone()).map_err(ControlError::Disk)?;
+    let row = plant.recorder().audit_before_sending(entry.clone()).map_err(|error| ControlError::Disk(error.to_string()))?;
     let came = plant.execute(order.clone(), Instant::now() + START_TIMEOUT);
     let outcome = came.as_ref().map_or_else(OperationError::outcome, |_| "done".to_owned());
     record_command_event(plant, actor, gauge.as_ref(), &order, &outcome);
