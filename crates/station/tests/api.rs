@@ -6,7 +6,10 @@ use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
 use profivac_recorder::{Deadband, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
 use profivac_station::api::{description, router};
-use profivac_station::services::{SegmentRequest, SegmentSnapshot, Services};
+use profivac_station::control::error::Unavailable;
+use profivac_station::control::requests::SegmentRequest;
+use profivac_station::services::Services;
+use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{Block, BusStationState, Gauge, Reading, Segment, SegmentState};
 use serde_json::Value;
 use std::sync::Arc;
@@ -34,7 +37,7 @@ impl Desk {
         };
         let recorder = Recorder::start(&file, settings).unwrap();
         let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
-        plant.publish(scenery());
+        plant.snapshots().publish(scenery());
         Self { folder, plant }
     }
 
@@ -87,7 +90,7 @@ fn scenery() -> SegmentSnapshot {
         principle: Some("hot-cathode"),
         pa: Some(1e-4),
         corrected_pa: Some(8e-5),
-        quality: "valid",
+        quality: Quality::Valid,
     };
     let gauge = Gauge {
         name: "chamber".to_owned(),
@@ -131,7 +134,7 @@ fn the_api_serves_the_published_snapshot() {
 #[test]
 fn a_removed_segment_is_not_served() {
     let desk = Desk::new();
-    desk.plant.forget("hall");
+    desk.plant.snapshots().remove("hall");
     assert_eq!(desk.json("/api/segments"), Value::Array(Vec::new()));
     assert_eq!(desk.json("/api/gauges"), Value::Array(Vec::new()));
 }
@@ -140,12 +143,12 @@ fn a_removed_segment_is_not_served() {
 fn blocks_are_requested_from_the_segment() {
     let desk = Desk::new();
     assert_eq!(desk.problem("/api/gauges/unknown/blocks").0, 404);
-    let questions = desk.plant.accept_requests("hall");
+    let questions = desk.plant.control().requests().accept("hall");
     let answering = std::thread::spawn(move || {
         let SegmentRequest::Blocks(gauge, answer) = questions.recv().unwrap() else { panic!("blocks") };
         answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
         let SegmentRequest::Blocks(_, answer) = questions.recv().unwrap() else { panic!("blocks") };
-        answer.send(Err("the gauge does not answer".to_owned())).unwrap();
+        answer.send(Err(Unavailable::SegmentDown("the gauge does not answer".to_owned()))).unwrap();
     });
     assert_eq!(desk.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
     assert_eq!(desk.problem("/api/gauges/chamber/blocks"), (409, "the gauge does not answer".to_owned()));
@@ -211,8 +214,8 @@ fn a_rise_is_separated_into_leak_and_outgassing() {
 #[test]
 fn events_come_latest_first() {
     let desk = Desk::new();
-    desk.plant.record_event_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
-    desk.plant.record_event_and_wait(None, EventKind::Station, "the station begins");
+    desk.plant.recorder().event_now_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
+    desk.plant.recorder().event_now_and_wait(None, EventKind::Station, "the station begins");
     let events = desk.json(&format!("/api/events?from=0&to={}", i64::MAX));
     let texts: Vec<_> = events.as_array().unwrap().iter().map(|event| event["text"].as_str().unwrap()).collect();
     assert_eq!(texts, ["the station begins", "emission is on"]);

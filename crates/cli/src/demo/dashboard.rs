@@ -80,9 +80,10 @@ impl Dashboard {
             (format!("{device} {address}"), device)
         };
         let rules = alarms::rules(scenario, SEGMENT, names)?;
-        plant.alarms().begin(&plant, rules, Vec::new()).map_err(StationError::from)?;
-        let _watcher = AlarmThread::start(Arc::clone(&plant))?;
-        let exhibit = DemoSegment::new(plant, SEGMENT, scene, master, names);
+        plant.alarms().start(rules, Vec::new()).map_err(StationError::from)?;
+        let (snapshots, recorder) = (Arc::clone(plant.snapshots()), Arc::clone(plant.recorder()));
+        let _watcher = AlarmThread::start(Arc::clone(plant.alarms()), snapshots, recorder)?;
+        let exhibit = DemoSegment::new(plant.for_segments(), SEGMENT, scene, master, names);
         Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 

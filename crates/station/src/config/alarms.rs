@@ -16,7 +16,7 @@ use super::default_alarms::default_alarms;
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::file::ConfigToml;
 use super::names::unique;
-use crate::alarm::{Condition, Priority, Rule, Subject};
+use crate::alarm::{Condition, Priority, Rule, Series};
 use crate::suggestion::closest;
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
@@ -79,8 +79,7 @@ fn rule(alarm: &AlarmToml, file: &ConfigToml) -> Result<Rule, Located> {
     let (delay, off_delay) = (delay(alarm.delay.as_ref(), DELAY)?, delay(alarm.off_delay.as_ref(), OFF_DELAY)?);
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
-        subject: subject(&alarm.gauge, file)?,
-        condition: condition(alarm)?,
+        condition: condition(alarm, series(&alarm.gauge, file)?)?,
         priority: priority(alarm.priority.as_ref(), Priority::Medium)?,
         delay,
         off_delay,
@@ -89,7 +88,7 @@ fn rule(alarm: &AlarmToml, file: &ConfigToml) -> Result<Rule, Located> {
 }
 
 /// The gauge of this name, or the gauge and the channel that `gauge.N` names.
-fn subject(name: &Spanned<String>, file: &ConfigToml) -> Result<Subject, Located> {
+fn series(name: &Spanned<String>, file: &ConfigToml) -> Result<Series, Located> {
     let series = name.get_ref();
     let channel = series.rsplit_once('.').filter(|(_, channel)| channel.parse::<u8>().is_ok());
     let found = |wanted: &str| file.gauge_names().find(|known| *known == wanted);
@@ -99,10 +98,10 @@ fn subject(name: &Spanned<String>, file: &ConfigToml) -> Result<Subject, Located
         let suggestion = suggestion.map(str::to_owned);
         Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion })
     };
-    Ok(Subject::Series { gauge: gauge.ok_or_else(unknown)?.to_owned(), series: series.clone() })
+    Ok(Series { gauge: gauge.ok_or_else(unknown)?.to_owned(), name: series.clone() })
 }
 
-fn condition(alarm: &AlarmToml) -> Result<Condition, Located> {
+fn condition(alarm: &AlarmToml, series: Series) -> Result<Condition, Located> {
     let AlarmToml { above, below, rise, reset, hysteresis, window, .. } = alarm;
     if let Some(window) = window.as_ref().filter(|_| rise.is_none()) {
         return Err(Located::new(window.span(), ConfigProblem::WindowWithoutRise));
@@ -110,13 +109,13 @@ fn condition(alarm: &AlarmToml) -> Result<Condition, Located> {
     match (above, below, rise) {
         (Some(limit), None, None) => {
             let reset = limit_reset(limit, reset.as_ref(), hysteresis.as_ref(), -1.0)?;
-            Ok(Condition::Above { limit: limit.get_ref().0.pa(), reset })
+            Ok(Condition::Above { series, limit: limit.get_ref().0.pa(), reset })
         }
         (None, Some(limit), None) => {
             let reset = limit_reset(limit, reset.as_ref(), hysteresis.as_ref(), 1.0)?;
-            Ok(Condition::Below { limit: limit.get_ref().0.pa(), reset })
+            Ok(Condition::Below { series, limit: limit.get_ref().0.pa(), reset })
         }
-        (None, None, Some(limit)) => rising(limit, reset.as_ref(), hysteresis.as_ref(), window.as_ref()),
+        (None, None, Some(limit)) => rising(series, limit, reset.as_ref(), hysteresis.as_ref(), window.as_ref()),
         _ => Err(Located::new(alarm.name.span(), ConfigProblem::OneCondition(alarm.name.get_ref().clone()))),
     }
 }
@@ -153,6 +152,7 @@ fn limit_reset(
 }
 
 fn rising(
+    series: Series,
     limit: &Spanned<f64>,
     reset: Option<&Spanned<Parsed<Pressure>>>,
     hysteresis: Option<&Spanned<f64>>,
@@ -172,7 +172,7 @@ fn rising(
         Some(given) => given.get_ref().0.into(),
         None => WINDOW,
     };
-    Ok(Condition::Rise { limit: rate, reset: rate - hysteresis, window })
+    Ok(Condition::Rise { series, limit: rate, reset: rate - hysteresis, window })
 }
 
 fn number(given: &Spanned<f64>, quantity: &'static str, range: &'static str) -> Result<f64, Located> {

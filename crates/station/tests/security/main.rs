@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod acts;
-#[path = "../bench/mod.rs"]
-mod bench;
 mod desk;
 mod list;
 mod login;
 mod requests;
 mod sessions;
+#[path = "../support/mod.rs"]
+mod support;
 mod tls;
